@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/evaluate_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/waymark/evaluation/report.hpp"
+#include "waymark/error.hpp"
+
+namespace waymark::evaluation {
+namespace {
+
+struct Arguments {
+  std::string estimate;
+  std::string reference;
+  std::string landmarks;
+  std::string survey;
+  std::string columns;
+  std::string reference_columns;
+  std::string survey_columns;
+  std::string align = "none";
+  std::vector<double> lever_arm_m;
+  double rpe_delta_s = 0.0;  // 0: not given
+  bool json = false;
+  TrajectoryOptions trajectory;
+  LandmarkOptions landmark;
+};
+
+std::optional<Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
+  if (text.empty()) return std::nullopt;
+  return parse_columns(text, allowed);
+}
+
+Report evaluate(const Arguments& arguments) {
+  if (arguments.estimate.empty() != arguments.reference.empty()) {
+    throw Error("evaluate: --estimate and --reference belong together");
+  }
+  if (arguments.landmarks.empty() != arguments.survey.empty()) {
+    throw Error("evaluate: --landmarks and --survey belong together");
+  }
+  if (arguments.estimate.empty() && arguments.landmarks.empty()) {
+    throw Error("evaluate: nothing to score; give --estimate with --reference, or --landmarks with --survey, or both");
+  }
+  if (arguments.estimate.empty() && arguments.align != "none") {
+    throw Error(
+        "evaluate: --align needs --estimate and --reference (landmarks alone always get their own alignment as well)");
+  }
+  Report report;
+  report.trajectory_options = arguments.trajectory;
+  report.landmark_options = arguments.landmark;
+  auto& options = report.trajectory_options;
+  options.align = arguments.align == "se2"   ? Alignment::se2
+                  : arguments.align == "se3" ? Alignment::se3
+                                             : Alignment::none;
+  if (!arguments.lever_arm_m.empty()) {
+    options.lever_arm_m = Eigen::Vector3d::Map(arguments.lever_arm_m.data());
+    if (!options.lever_arm_m.allFinite()) throw Error("evaluate: --lever-arm must be three finite numbers x,y,z [m]");
+  }
+  if (arguments.rpe_delta_s > 0.0) options.rpe_delta_s = arguments.rpe_delta_s;
+
+  if (!arguments.estimate.empty()) {
+    const auto& quantities = trajectory_quantities();
+    const Trajectory estimate = read_trajectory(arguments.estimate, columns_of(arguments.columns, quantities));
+    const Trajectory reference =
+        read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities));
+    report.trajectory = score_trajectory(estimate, reference, options);
+  }
+  if (!arguments.landmarks.empty()) {
+    const Pose T_survey_map = report.trajectory ? report.trajectory->T_reference_estimate : Pose{};
+    report.landmarks =
+        score_landmarks(read_landmarks(arguments.landmarks),
+                        read_landmarks(arguments.survey, columns_of(arguments.survey_columns, survey_quantities())),
+                        T_survey_map, report.landmark_options);
+  }
+  return report;
+}
+
+void add_command(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
+  command->footer(
+      "Example:\n  waymark evaluate --estimate out/quickstart/trajectory.txt --reference out/quickstart/reference.txt "
+      "--align se2");
+  command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
+  command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
+  command->add_option("--align", a.align, "motion taken out first: none, se2 (plane, z ignored) or se3")
+      ->check(CLI::IsMember({"none", "se2", "se3"}))
+      ->capture_default_str();
+  command
+      ->add_option("--lever-arm", a.lever_arm_m,
+                   "the reference is this point of the robot: x,y,z in the base frame [m]")
+      ->delimiter(',')
+      ->expected(3);
+  command
+      ->add_option("--max-time-gap", a.trajectory.max_time_gap_s,
+                   "longest pause of the estimate to interpolate over [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  auto* by_length =
+      command->add_option("--rpe-delta-m", a.trajectory.rpe_delta_m, "relative errors over this length of the path [m]")
+          ->check(CLI::PositiveNumber)
+          ->capture_default_str();
+  command->add_option("--rpe-delta-s", a.rpe_delta_s, "relative errors over this time [s]")
+      ->check(CLI::PositiveNumber)
+      ->excludes(by_length);
+  command->add_option("--columns", a.columns, "columns of the estimate, from 0: t=0,x=1,y=2[,z=..][,yaw=..]");
+  command->add_option("--reference-columns", a.reference_columns, "columns of the reference, from 0");
+  command->add_option("--landmarks", a.landmarks, "landmarks.csv of the landmarks sink");
+  command->add_option("--survey", a.survey, "surveyed landmarks: id,x_m,y_m[,radius_m]");
+  command->add_option("--survey-columns", a.survey_columns, "columns of the survey, from 0: name=0,x=1,y=2[,radius=3]");
+  command
+      ->add_option("--match-radius-m", a.landmark.match_radius_m,
+                   "a landmark belongs to a survey point within this [m]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--min-sightings", a.landmark.min_sightings, "landmarks seen less often do not count")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_flag("--json", a.json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    const Report report = evaluate(*arguments);
+    const std::string text = arguments->json ? to_json(report) : to_text(report);
+    std::fputs(text.c_str(), stdout);
+    exit_code = 0;
+  });
+}
+
+}  // namespace
+}  // namespace waymark::evaluation
+
+namespace waymark {
+
+void add_evaluate_command(CLI::App& app, int& exit_code) { evaluation::add_command(app, exit_code); }
+
+}  // namespace waymark

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/evaluation/report.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string_view>
+
+namespace waymark::evaluation {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+std::string_view name_of(Alignment align) {
+  return align == Alignment::se2 ? "se2" : align == Alignment::se3 ? "se3" : "none";
+}
+
+void line(std::string& out, std::string_view label, const std::string& value) {
+  out += fmt::format("  {:<26}{}\n", label, value);
+}
+
+std::string metres(const ErrorStatistics& e) {
+  return fmt::format("rms {:.4f} m   mean {:.4f}   median {:.4f}   max {:.4f}", e.rms, e.mean, e.median, e.max);
+}
+
+std::string degrees(const ErrorStatistics& e) {
+  return fmt::format("rms {:.4f} deg mean {:.4f}   median {:.4f}   max {:.4f}", e.rms * kDegrees, e.mean * kDegrees,
+                     e.median * kDegrees, e.max * kDegrees);
+}
+
+std::string planar_text(const Pose& T) {
+  return fmt::format("x {:.4f} m, y {:.4f} m, yaw {:.4f} deg", T.p.x(), T.p.y(), T.yaw() * kDegrees);
+}
+
+std::string alignment_text(const TrajectoryError& e) {
+  if (e.align == Alignment::none) return "none";
+  if (e.align == Alignment::se2) return "se2: " + planar_text(e.T_reference_estimate);
+  const Eigen::Vector3d rpy = so3::to_rpy(e.T_reference_estimate.q) * kDegrees;
+  const Eigen::Vector3d& p = e.T_reference_estimate.p;
+  return fmt::format("se3: x {:.4f}, y {:.4f}, z {:.4f} m, roll {:.4f}, pitch {:.4f}, yaw {:.4f} deg", p.x(), p.y(),
+                     p.z(), rpy.x(), rpy.y(), rpy.z());
+}
+
+void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options, std::string& out) {
+  out += "trajectory\n";
+  line(out, "scored",
+       fmt::format("{} of {} reference points ({} outside the estimate, {} in gaps over {:g} s)", e.scored,
+                   e.reference_points, e.outside, e.in_gap, options.max_time_gap_s));
+  line(out, "span", fmt::format("{:.1f} s, {:.1f} m", e.duration_s, e.reference_length_m));
+  line(out, "alignment", alignment_text(e));
+  if (!options.lever_arm_m.isZero()) {
+    const Eigen::Vector3d& l = options.lever_arm_m;
+    line(out, "lever arm", fmt::format("{:g}, {:g}, {:g} m", l.x(), l.y(), l.z()));
+  }
+  line(out, e.dimensions == 3 ? "position error (3-D)" : "position error (plane)", metres(e.position_m));
+  if (e.dimensions == 3) line(out, "  its part in the plane", fmt::format("rms {:.4f} m", e.horizontal_rms_m));
+  if (e.yaw_rad) line(out, "yaw error", degrees(*e.yaw_rad));
+  const double delta = options.rpe_delta_s.value_or(options.rpe_delta_m);
+  const std::string_view unit = options.rpe_delta_s ? "s" : "m";
+  const std::string label = fmt::format("relative error over {:g} {}", delta, unit);
+  if (e.relative.pairs == 0) {
+    line(out, label, fmt::format("none: no scored points between {:g} and {:g} {} apart", delta, 2.0 * delta, unit));
+    return;
+  }
+  line(out, label, metres(e.relative.translation_m));
+  if (e.relative.rotation_rad) line(out, "", degrees(*e.relative.rotation_rad));
+  line(out, "",
+       fmt::format("{} pairs, {:.3f} {} apart on average{}", e.relative.pairs, e.relative.mean_delta, unit,
+                   e.relative.rotation_rad ? "" : ", compared in the map frame (no orientation)"));
+}
+
+void landmarks_text(const LandmarkError& e, const LandmarkOptions& options, std::string& out) {
+  out += "landmarks\n";
+  line(out, "matched", fmt::format("{} of {} surveyed, within {:g} m", e.matched, e.surveyed, options.match_radius_m));
+  line(out, "counted",
+       fmt::format("{} ({} with fewer than {} sightings left out)", e.counted, e.too_few_sightings,
+                   options.min_sightings));
+  line(out, "duplicates, others", fmt::format("{}, {}", e.duplicates, e.others));
+  if (e.position_m) line(out, "position error", metres(*e.position_m));
+  if (e.own_alignment) {
+    line(out, "with own alignment", metres(e.own_alignment->position_m));
+    line(out, "", fmt::format("{} matched; {}", e.own_alignment->matched, planar_text(e.own_alignment->T_survey_map)));
+  }
+  if (e.radius_m) line(out, "radius error", fmt::format("{}   bias {:.4f}", metres(*e.radius_m), *e.radius_bias_m));
+  if (!e.missed.empty()) line(out, "missed", fmt::format("{}", fmt::join(e.missed, ", ")));
+}
+
+void put(Json& out, const std::string& name, const std::string& unit, const std::optional<ErrorStatistics>& e) {
+  out[name + "_rms_" + unit] = e ? Json(e->rms) : Json(nullptr);
+  out[name + "_mean_" + unit] = e ? Json(e->mean) : Json(nullptr);
+  out[name + "_median_" + unit] = e ? Json(e->median) : Json(nullptr);
+  out[name + "_max_" + unit] = e ? Json(e->max) : Json(nullptr);
+}
+
+Json pose_json(const Pose& T) {
+  const Eigen::Vector3d rpy = so3::to_rpy(T.q);
+  return {{"x_m", T.p.x()},      {"y_m", T.p.y()},       {"z_m", T.p.z()},
+          {"roll_rad", rpy.x()}, {"pitch_rad", rpy.y()}, {"yaw_rad", rpy.z()}};
+}
+
+Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options) {
+  Json out;
+  out["reference_points"] = e.reference_points;
+  out["scored"] = e.scored;
+  out["outside"] = e.outside;
+  out["in_gap"] = e.in_gap;
+  out["max_time_gap_s"] = options.max_time_gap_s;
+  out["duration_s"] = e.duration_s;
+  out["reference_length_m"] = e.reference_length_m;
+  out["dimensions"] = e.dimensions;
+  out["alignment"] = name_of(e.align);
+  out["reference_T_estimate"] = pose_json(e.T_reference_estimate);
+  out["lever_arm_m"] = {options.lever_arm_m.x(), options.lever_arm_m.y(), options.lever_arm_m.z()};
+  put(out, "ate", "m", e.position_m);
+  out["ate_horizontal_rms_m"] = e.horizontal_rms_m;
+  put(out, "yaw", "rad", e.yaw_rad);
+  out["rpe_delta_m"] = options.rpe_delta_s ? Json(nullptr) : Json(options.rpe_delta_m);
+  out["rpe_delta_s"] = options.rpe_delta_s ? Json(*options.rpe_delta_s) : Json(nullptr);
+  out["rpe_pairs"] = e.relative.pairs;
+  const bool any = e.relative.pairs > 0;
+  out[options.rpe_delta_s ? "rpe_mean_delta_s" : "rpe_mean_delta_m"] =
+      any ? Json(e.relative.mean_delta) : Json(nullptr);
+  put(out, "rpe_translation", "m", any ? std::optional(e.relative.translation_m) : std::nullopt);
+  put(out, "rpe_rotation", "rad", any ? e.relative.rotation_rad : std::nullopt);
+  return out;
+}
+
+Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
+  Json out;
+  out["match_radius_m"] = options.match_radius_m;
+  out["min_sightings"] = options.min_sightings;
+  out["surveyed"] = e.surveyed;
+  out["counted"] = e.counted;
+  out["too_few_sightings"] = e.too_few_sightings;
+  out["matched"] = e.matched;
+  out["duplicates"] = e.duplicates;
+  out["others"] = e.others;
+  out["missed"] = e.missed;
+  put(out, "landmark", "m", e.position_m);
+  out["own_alignment_matched"] = e.own_alignment ? Json(e.own_alignment->matched) : Json(nullptr);
+  out["landmark_rms_own_alignment_m"] = e.own_alignment ? Json(e.own_alignment->position_m.rms) : Json(nullptr);
+  out["landmark_max_own_alignment_m"] = e.own_alignment ? Json(e.own_alignment->position_m.max) : Json(nullptr);
+  out["survey_T_map_own_alignment"] = e.own_alignment ? pose_json(e.own_alignment->T_survey_map) : Json(nullptr);
+  put(out, "radius", "m", e.radius_m);
+  out["radius_bias_m"] = e.radius_bias_m ? Json(*e.radius_bias_m) : Json(nullptr);
+  return out;
+}
+
+}  // namespace
+
+std::string to_text(const Report& report) {
+  std::string out;
+  if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
+  if (report.landmarks) landmarks_text(*report.landmarks, report.landmark_options, out);
+  return out;
+}
+
+std::string to_json(const Report& report) {
+  Json out;
+  out["trajectory"] =
+      report.trajectory ? trajectory_json(*report.trajectory, report.trajectory_options) : Json(nullptr);
+  out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
+  return out.dump() + "\n";
+}
+
+}  // namespace waymark::evaluation

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+namespace waymark {
+
+namespace {
+
+constexpr auto kInterval = std::chrono::milliseconds(200);
+constexpr int kBarWidth = 24;
+
+}  // namespace
+
+Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {}
+
+double Progress::wall_seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+void Progress::update(const Snapshot& snapshot, double share) {
+  if (first_) first_stamp_ = snapshot.stamp();
+  first_ = false;
+  log_seconds_ = to_seconds(snapshot.stamp() - first_stamp_);
+  const int tenths = static_cast<int>(10.0 * share);
+  if (terminal_) {
+    const auto now = Clock::now();
+    if (now - last_shown_ < kInterval) return;
+    last_shown_ = now;
+  } else {
+    if (tenths <= tenths_shown_) return;
+    tenths_shown_ = tenths;
+  }
+  std::size_t landmarks = 0;
+  double n_eff = 0.0;
+  if (snapshot.started()) {
+    n_eff = snapshot.effective_sample_size();
+    for (const MapDescription& map : snapshot.best_maps()) {
+      landmarks += static_cast<std::size_t>(
+          std::count_if(map.landmarks.begin(), map.landmarks.end(), [](const LandmarkView& l) { return l.confirmed; }));
+    }
+  }
+  const double shown = std::clamp(share, 0.0, 1.0);
+  const int filled = static_cast<int>(shown * kBarWidth);
+  fmt::print(stderr, "{}[{}{}] {:3.0f} %  t {:.1f} s  {:.0f}x real time  N_eff {:.1f}  landmarks {}{}",
+             terminal_ ? "\r" : "", std::string(static_cast<std::size_t>(filled), '='),
+             std::string(static_cast<std::size_t>(kBarWidth - filled), ' '), 100.0 * shown, log_seconds_,
+             log_seconds_ / std::max(wall_seconds(), 1e-9), n_eff, landmarks, terminal_ ? "   " : "\n");
+  line_open_ = terminal_;
+}
+
+void Progress::finish() {
+  if (line_open_) fmt::print(stderr, "\n");
+  line_open_ = false;
+}
+
+}  // namespace waymark

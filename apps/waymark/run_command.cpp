@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+
+#include "assembly.hpp"
+#include "commands.hpp"
+#include "progress.hpp"
+#include "waymark/fusion.hpp"
+#include "waymark/output_file.hpp"
+
+namespace waymark {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void on_interrupt(int signal_number) {
+  interrupted = true;
+  std::signal(signal_number, SIG_DFL);  // a second Ctrl-C ends at once
+}
+
+struct RunOptions {
+  std::filesystem::path config;
+  std::filesystem::path out;
+  std::vector<std::string> overrides;
+  std::optional<std::uint64_t> seed;
+  std::optional<int> threads;
+  bool quiet = false;
+};
+
+std::filesystem::path prepare_output(const RunOptions& options) {
+  std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / options.config.stem() : options.out;
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", out.string(), error.message()));
+  if (!std::filesystem::is_directory(out)) throw Error(fmt::format("{}: is not a folder", out.string()));
+  if (access(out.c_str(), W_OK) != 0) throw Error(fmt::format("{}: the output folder is not writable", out.string()));
+  return out;
+}
+
+/// The sinks of a run: one that fails is left out from then on, the others go on.
+class Sinks {
+ public:
+  Sinks(std::vector<SinkSlot> slots, const RunInfo& info) : slots_(std::move(slots)) {
+    call([&](Sink& sink) { sink.start(info); });
+  }
+  void write(const Snapshot& snapshot) {
+    call([&](Sink& sink) { sink.write(snapshot); });
+  }
+  void finish(const Snapshot* last, const RunReport& report) {
+    call([&](Sink& sink) { sink.finish(last, report); });
+  }
+  const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  template <class Call>
+  void call(const Call& what) {
+    for (SinkSlot& slot : slots_) {
+      if (!slot.sink) continue;
+      std::string why;
+      try {
+        what(*slot.sink);
+        continue;
+      } catch (const std::exception& error) {
+        why = error.what();
+      } catch (...) {
+        why = "unknown exception";
+      }
+      failures_.push_back(fmt::format("sink {}: taken out of service: {}", slot.plugin, why));
+      slot.sink = nullptr;
+    }
+  }
+
+  std::vector<SinkSlot> slots_;
+  std::vector<std::string> failures_;
+};
+
+bool is_failure(const Event& event) { return event.text.find("taken out of service") != std::string::npos; }
+
+void print_report(const RunReport& report) {
+  for (const Event& event : report.events) {
+    if (!is_failure(event)) fmt::print(stderr, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+  }
+  constexpr std::size_t kShown = 5;
+  for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
+    fmt::print(stderr, "waymark: skipped {}: {}\n", report.bad_records[i].place, report.bad_records[i].reason);
+  }
+  if (report.bad_records.size() > kShown)
+    fmt::print(stderr, "waymark: … and {} more\n", report.bad_records.size() - kShown);
+}
+
+int run(const RunOptions& options) {
+  std::vector<std::string> overrides = options.overrides;
+  if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
+  if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
+  Assembly robot = Assembly::load(options.config, overrides);
+  const std::filesystem::path out = prepare_output(options);
+  write_file(out / "config.yaml", robot.yaml.effective());
+
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  Sinks sinks(std::move(robot.sinks), {out, &robot.rig, robot.source->reference()});
+  Progress progress;
+  Fusion fusion(robot.settings, robot.sensors, robot.maps, [&](const Snapshot& snapshot) {
+    sinks.write(snapshot);
+    if (!options.quiet) progress.update(snapshot, robot.source->progress());
+  });
+
+  std::string data_error;
+  try {
+    while (!interrupted) {
+      std::optional<Measurement> measurement = robot.source->next();
+      if (!measurement) break;
+      const int sensor = robot.sensor_of_channel[measurement->sensor];
+      if (sensor < 0) continue;
+      measurement->sensor = static_cast<std::uint32_t>(sensor);
+      fusion.add(std::move(*measurement));
+    }
+  } catch (const Error& error) {
+    data_error = error.what();  // what was read until now is still worth its results
+  }
+  fusion.finish();
+  progress.finish();
+
+  RunReport report = fusion.report();
+  report.bad_records = robot.source->bad_records();
+  report.interrupted = interrupted;
+  bool shown = false;
+  fusion.show_last([&](const Snapshot& last) {
+    shown = true;
+    sinks.finish(&last, report);
+  });
+  if (!shown) sinks.finish(nullptr, report);
+  print_report(report);
+
+  if (!options.quiet) {
+    fmt::print(stderr, "{}{:.1f} s of log in {:.2f} s; results in {}\n", interrupted ? "interrupted: " : "",
+               progress.log_seconds(), progress.wall_seconds(), out.string());
+  }
+  // All that went wrong, in one line and the last one, so that nobody has to look for it.
+  std::vector<std::string> failures;
+  if (!data_error.empty()) failures.push_back(data_error);
+  for (const Event& event : report.events) {
+    const bool no_result = !fusion.started() && data_error.empty() && !interrupted && &event == &report.events.back();
+    if (is_failure(event) || no_result) failures.push_back(fmt::format("at {:.3f} s: {}", event.stamp_s, event.text));
+  }
+  failures.insert(failures.end(), sinks.failures().begin(), sinks.failures().end());
+  if (!failures.empty()) fmt::print(stderr, "waymark: error: {}\n", fmt::join(failures, "; "));
+  if (!data_error.empty()) return kError;
+  if (interrupted) return kInterrupted;
+  if (!fusion.started()) return kError;
+  return failures.empty() ? kSuccess : kImpaired;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "Run a robot on its log: trajectory, map, picture and diagnostics");
+  command->footer(
+      "Example:\n  waymark run config/quickstart.yaml --out out/quickstart --set filter.particles=100 --seed 2\n\n"
+      "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service; 130 "
+      "interrupted (outputs are written).");
+  command->add_option("config", options->config, "the YAML that describes robot, log and outputs")->required();
+  command->add_option("--out", options->out, "folder for the results (default: out/<name of the YAML>)");
+  command->add_option("--set", options->overrides,
+                      "key=value: overrides a key of the YAML, e.g. sensors.gps.sigma_m=0.1");
+  command->add_option("--seed", options->seed, "the same as --set filter.seed=N");
+  command->add_option("--threads", options->threads, "the same as --set filter.threads=N; results do not depend on it");
+  command->add_flag("--quiet", options->quiet, "no progress, errors only");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace waymark

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/archive.hpp"
+#include "waymark/measurement.hpp"
+#include "waymark/pose.hpp"
+
+namespace waymark {
+
+/// A Gaussian over the planar part (x, y, yaw) of a base pose; z, roll and pitch are those of the mean.
+struct PoseGaussian {
+  Pose T_map_base;                              ///< mean
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();  ///< covariance of (x [m], y [m], yaw [rad]); may be singular
+};
+
+/// What a map module found in one measurement: made once, read by all particles.
+class WAYMARK_TYPE Observation {
+ public:
+  virtual ~Observation() = default;
+};
+
+/// A particle's own data association of one observation; what it holds is the map's business.
+class WAYMARK_TYPE Association {
+ public:
+  virtual ~Association() = default;
+};
+
+/// The one currency between maps: information about (x, y, yaw) around the prior mean, and the log evidence. The
+/// refined Gaussian is prior · exp(gradientᵀ d − ½ dᵀ information d), d = pose ⊟ prior mean.
+struct Refinement {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< Λ ⪰ 0, may be singular
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();     ///< η
+  double log_evidence = 0.0;                              ///< log p(observation | particle's past): the weight's factor
+  std::unique_ptr<Association> association;  ///< kept by the host from step to step, so a map can reuse its storage
+};
+
+/// A landmark for sinks.
+struct LandmarkView {
+  std::int64_t id = 0;                              ///< stable within one particle's line of descent
+  Eigen::Vector2d p_map = Eigen::Vector2d::Zero();  ///< east, north [m]
+  double radius_m = 0.0;                            ///< NaN if the map has none
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();      ///< covariance of (east, north, radius)
+  double existence = 0.0;                           ///< probability, 0..1
+  int sightings = 0;
+  bool confirmed = false;
+};
+
+/// What a particle's map shows to sinks.
+struct MapDescription {
+  std::string module;  ///< name of the map in the YAML
+  std::vector<LandmarkView> landmarks;
+};
+
+/// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.
+class WAYMARK_TYPE ParticleMap {
+ public:
+  virtual ~ParticleMap() = default;
+  virtual std::unique_ptr<ParticleMap> clone() const = 0;
+
+  /// Matches the observation against this map. `start` is the host's own draw of the prior: where a search begins.
+  /// Const, called from many threads on different particles. `out` arrives with zero information and evidence.
+  virtual void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
+                      Refinement& out) const = 0;
+
+  /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept.
+  virtual void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) = 0;
+
+  virtual void describe(MapDescription& out) const = 0;
+  virtual void save(OutArchive&) const = 0;
+};
+
+/// A measurement that belongs to the trigger: the newest one of another input not later than it.
+struct Companion {
+  std::string_view input;          ///< name of the sensor
+  const Measurement* measurement;  ///< null: none that is fresh enough; a case, not an error
+};
+
+/// The filter's view of how the robot moved around a measurement, for de-skewing and pairing.
+struct MotionWindow {
+  Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s], of the mixture mean at the trigger's stamp
+  Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]
+  /// Motion of the base over a short time before or after the stamp, at constant twist: T_base(t)_base(t + dt).
+  Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }
+};
+
+/// A kind of map: one object for all particles. Constructed from the YAML: `MyMap(const Config&, const Rig&)`.
+class WAYMARK_TYPE MapModule {
+ public:
+  virtual ~MapModule() = default;
+
+  /// An empty map for one particle.
+  virtual std::unique_ptr<ParticleMap> create_map() const = 0;
+
+  /// Turns a measurement of the first input (with companions from the others) into an observation. Called once per
+  /// measurement, in stamp order, on one thread. Throws DataError if it is unusable: it is then counted and skipped.
+  virtual std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
+                                                     const MotionWindow& motion) = 0;
+
+  /// Reads what `ParticleMap::save` wrote.
+  virtual std::unique_ptr<ParticleMap> load_map(InArchive&) const = 0;
+  /// The module's own state, if it has any.
+  virtual void save(OutArchive&) const {}
+  virtual void load(InArchive&) {}
+};
+
+}  // namespace waymark

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "waymark/api.hpp"
+#include "waymark/archive.hpp"
+#include "waymark/ekf.hpp"
+#include "waymark/map_module.hpp"
+#include "waymark/path.hpp"
+#include "waymark/process_model.hpp"
+#include "waymark/workers.hpp"
+
+namespace waymark {
+
+/// One hypothesis: a navigation EKF, one map per module, a weight, the way it came. Copying it copies handles.
+struct Particle {
+  Belief belief;
+  double log_weight = 0.0;
+  std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
+  Path path;
+};
+
+struct ParticleFilterSettings {
+  int particles = 1;
+  std::uint64_t seed = 1;
+  double resample_threshold = 0.5;  ///< resample when N_eff < threshold × particles
+  double sampling_fraction =
+      0.2;  ///< a of estimation: 1 samples the whole pose (the paper), less keeps 1 − a as covariance
+  int threads = 1;
+};
+
+/// Gates by the number of rows: the χ² quantile of one probability, found once, since the quantile costs more than an
+/// update.
+class WAYMARK_API Gates {
+ public:
+  explicit Gates(double probability);
+  double operator[](int rows) const { return quantiles_[static_cast<std::size_t>(rows)]; }
+
+ private:
+  std::array<double, kMaxUpdateRows + 1> quantiles_{};
+};
+
+/// How one update of one sensor enters.
+struct UpdatePolicy {
+  int owner = 0;  ///< the sensor's place in the layout
+  Gates gates{0.999};
+  double weight_exponent = 1.0;  ///< on the evidence only
+  bool ignore_gate = false;      ///< re-acquisition
+};
+
+/// What the mixture made of one update.
+struct MixtureOutcome {
+  gaussian::Vector innovation;
+  gaussian::Matrix S;
+  double nis = 0.0;
+  bool accepted = false;
+  bool usable = true;  ///< false: a particle's innovation was not finite; nothing was applied
+};
+
+/// One module's part in a mapping step.
+struct MappingInput {
+  int module = 0;
+  const Observation* observation = nullptr;
+  double share = 1.0;    ///< the likelihood's exponent: information and evidence alike
+  bool localize = true;  ///< false: only maps
+};
+
+/// The Rao-Blackwellized particle filter (T. Emter; FastSLAM 2.0 after M. Montemerlo et al., IJCAI 2003): every
+/// particle has its own EKF, its own maps and its own data association. With one particle and no maps it is a plain
+/// EKF. The same input gives the same bytes with any number of threads.
+class WAYMARK_API ParticleFilter {
+ public:
+  /// `process` and its layout must outlive the filter.
+  ParticleFilter(const ProcessModel& process, std::vector<std::shared_ptr<MapModule>> modules,
+                 const ParticleFilterSettings& settings);
+
+  /// Sets all particles to `prior`; if `draw`, each of several draws its pose from it (with the sampling fraction), and
+  /// one alone keeps it whole. Maps become empty.
+  void start(const Belief& prior, bool draw);
+
+  Time stamp() const { return particles_.front().belief.stamp; }
+  void predict(Time to, bool standing);
+  /// Applies one measurement model to every particle, gated on the mixture's innovation, and adds the log evidence to
+  /// the weights. A gated-out update counts in the weight with its likelihood clamped at the gate.
+  MixtureOutcome update(const Update& model, const UpdatePolicy& policy);
+  void stop();
+  void release(double velocity_sigma, double rate_sigma);
+  /// Adds variance to x, y (and yaw) of every particle, so that a filter that lost its way can be found again.
+  void inflate_pose(double position_variance, double yaw_variance);
+
+  /// One mapping step at `stamp()`: refine, sample and weigh, insert, resample, with a barrier between.
+  /// Returns the indices (into `inputs`) of modules that threw, with the message: their part was discarded for all
+  /// particles and their maps are gone.
+  std::vector<std::pair<int, std::string>> map(std::span<const MappingInput> inputs, std::uint32_t sensor);
+  /// Resamples if N_eff is below the threshold; `map` does so by itself.
+  void resample_if_needed(std::uint32_t sensor);
+  /// Appends the present poses to the paths, for hosts without maps.
+  void record_path();
+  /// Takes a module out of service: its maps are dropped.
+  void drop_module(int module);
+
+  const std::vector<Particle>& particles() const { return particles_; }
+  const StateLayout& layout() const { return process_.layout(); }
+  /// Moments of the mixture: weighted mean (circular for the attitude) and covariance within plus between particles.
+  /// After a mapping step, until the next change: of the refined Gaussians *before* sampling, since a sampled pose has
+  /// no covariance of its own.
+  const Belief& mixture() const;
+  double effective_sample_size() const;
+  int best() const;  ///< the particle with the highest weight; the first of equals
+  std::uint64_t resamplings() const { return resamplings_; }
+  std::uint64_t mapping_steps() const { return mapping_steps_; }
+
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  struct Scratch {  // per slot, kept between calls so that warm steps do not allocate
+    Linearization model;
+    ekf::Innovation innovation;
+    Belief prior;  // before refinement, to start over when a module fails
+    std::vector<Refinement> refinements;
+    double log_evidence = 0.0;
+    std::string failure;
+    int failed_input = -1;
+  };
+
+  Random random(int slot, std::uint32_t purpose) const;
+  template <class Body>
+  void for_each_particle(const Body& body);
+  void normalize();
+  void compute_mixture() const;
+  void refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor);
+  void insert(int slot, std::span<const MappingInput> inputs, std::size_t input);
+  bool collect_failures(std::span<const MappingInput> inputs, std::vector<std::pair<int, std::string>>& failures);
+
+  const ProcessModel& process_;
+  std::vector<std::shared_ptr<MapModule>> modules_;
+  ParticleFilterSettings settings_;
+  Workers workers_;
+  std::vector<Particle> particles_;
+  std::vector<Scratch> scratch_;
+  std::vector<double> log_weights_;
+  mutable Belief mixture_;
+  mutable bool mixture_valid_ = false;
+  std::uint64_t resamplings_ = 0;
+  std::uint64_t mapping_steps_ = 0;
+};
+
+}  // namespace waymark

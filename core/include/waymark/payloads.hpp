@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "waymark/measurement.hpp"
+
+/// The payloads that cross between sources, sensors and maps. SI units; NaN only where a field says so.
+namespace waymark {
+
+/// Speeds of the left and right wheel of a differential drive.
+struct WheelSpeeds : PayloadOf<WheelSpeeds> {
+  static constexpr std::string_view kType = "waymark/WheelSpeeds@1";
+  double left_mps = 0.0;
+  double right_mps = 0.0;
+};
+
+/// Speed of one wheel and steering angle of a car-like vehicle.
+struct WheelSteering : PayloadOf<WheelSteering> {
+  static constexpr std::string_view kType = "waymark/WheelSteering@1";
+  double speed_mps = 0.0;     ///< of the wheel that carries the encoder
+  double steering_rad = 0.0;  ///< of the equivalent bicycle's front wheel, left positive
+};
+
+/// A twist in the base frame as odometry reports it.
+struct BodyTwist : PayloadOf<BodyTwist> {
+  static constexpr std::string_view kType = "waymark/BodyTwist@1";
+  double v_x_mps = 0.0;
+  double v_y_mps = 0.0;
+  double w_z_radps = 0.0;
+};
+
+/// One GNSS fix: local metres or geodetic, whichever the receiver or the log delivers.
+struct GnssFix : PayloadOf<GnssFix> {
+  static constexpr std::string_view kType = "waymark/GnssFix@1";
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  enum class Type { none, single, differential, rtk_float, rtk_fixed, unknown };
+
+  Eigen::Vector3d p_map_antenna{kUnknown, kUnknown,
+                                kUnknown};  ///< east, north, up [m]; NaN: see the geodetic fields; up may be NaN
+  double latitude_deg = kUnknown;           ///< WGS-84
+  double longitude_deg = kUnknown;          ///< WGS-84
+  double height_m = kUnknown;               ///< above the ellipsoid
+  double sigma_horizontal_m = kUnknown;     ///< per axis, as the receiver reports it
+  double sigma_vertical_m = kUnknown;
+  double hdop = kUnknown;
+  int satellites = -1;  ///< -1: unknown
+  Type type = Type::unknown;
+};
+
+/// One sweep of a planar laser scanner. Beam k points at start_rad + k · step_rad, counter-clockwise from the sensor's
+/// x axis.
+struct LaserScan : PayloadOf<LaserScan> {
+  static constexpr std::string_view kType = "waymark/LaserScan@1";
+  double start_rad = 0.0;
+  double step_rad = 0.0;
+  std::vector<float> ranges_m;     ///< as the scanner gives them; what is no return, the YAML of the map module says
+  std::vector<float> intensities;  ///< empty, or one per beam; unit of the scanner
+};
+
+/// Landmarks that a device or a source detected by itself: all of one image or sweep are one observation set.
+struct LandmarkObservations : PayloadOf<LandmarkObservations> {
+  static constexpr std::string_view kType = "waymark/LandmarkObservations@1";
+  struct One {
+    double range_m = 0.0;                                        ///< from the sensor to the landmark's centre
+    double bearing_rad = 0.0;                                    ///< counter-clockwise from the sensor's x axis
+    double radius_m = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not measured
+    int identity = -1;                                           ///< what was read (a barcode, a tag); -1: nothing
+  };
+  std::vector<One> landmarks;  ///< may be empty: seen nothing is an observation too
+};
+
+}  // namespace waymark

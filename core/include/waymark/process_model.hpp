@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "waymark/api.hpp"
+#include "waymark/nav_state.hpp"
+
+namespace waymark {
+
+/// White acceleration noise as densities: how far a velocity may wander in a second.
+struct ProcessNoise {
+  Eigen::Vector3d velocity_per_sqrt_s{1.0, 1.0, 1.0};  ///< base x, y, z [m/s/√s]
+  Eigen::Vector3d rate_per_sqrt_s{1.0, 1.0, 1.0};      ///< base x, y, z [rad/s/√s]
+};
+
+/// Constant body twist with white acceleration noise, discretised exactly in Δt for the linearised system; blocks
+/// evolve as their `BlockState` says. Planar motion uses the closed form of an arc in the plane.
+class WAYMARK_API ProcessModel {
+ public:
+  /// `layout` must outlive the model.
+  ProcessModel(const StateLayout& layout, const ProcessNoise& noise) : layout_(layout), noise_(noise) {}
+
+  /// Predicts `belief` to time `to` >= belief.stamp. While `standing`, no noise enters pose and twist.
+  void predict(Belief& belief, Time to, bool standing) const;
+
+  /// The mean alone, without covariance.
+  void predict_mean(NavState& mean, double dt) const;
+
+  /// F of the last form: error state after as a function of the error state before, for tests. size × size.
+  ErrorMatrix transition(const NavState& mean, double dt) const;
+
+  const StateLayout& layout() const { return layout_; }
+
+ private:
+  void planar_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const;
+  void spatial_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const;
+
+  const StateLayout& layout_;
+  ProcessNoise noise_;
+};
+
+}  // namespace waymark

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "waymark/api.hpp"
+#include "waymark/rig.hpp"
+#include "waymark/snapshot.hpp"
+#include "waymark/source.hpp"
+
+namespace waymark {
+
+/// What a sink may know before the first snapshot.
+struct RunInfo {
+  std::filesystem::path out_dir;  ///< exists and is writable
+  const Rig* rig = nullptr;
+  std::shared_ptr<const Reference> reference;  ///< null if unknown
+};
+
+/// Receives read-only snapshots. Constructed from the YAML: `explicit MySink(const Config&)`. Files are written through
+/// `OutputFile`, so that a reader never sees half a file.
+class WAYMARK_TYPE Sink {
+ public:
+  virtual ~Sink() = default;
+  /// Once, before the first snapshot.
+  virtual void start(const RunInfo&) = 0;
+  /// After every measurement that was taken in, in stamp order. The snapshot is valid only during the call.
+  virtual void write(const Snapshot&) = 0;
+  /// Once, after the last snapshot, also when the run was interrupted. `last` is null if there was none.
+  virtual void finish(const Snapshot* last, const RunReport& report) = 0;
+};
+
+}  // namespace waymark

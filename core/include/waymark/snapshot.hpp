@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/api.hpp"
+#include "waymark/map_module.hpp"
+#include "waymark/measurement.hpp"
+#include "waymark/nav_state.hpp"
+#include "waymark/source.hpp"
+
+namespace waymark {
+
+/// A particle for pictures.
+struct ParticleView {
+  Pose T_map_base;
+  double weight;  ///< normalised
+};
+
+/// A pose of a path.
+struct StampedPose {
+  Time stamp;
+  Pose T_map_base;
+};
+
+/// What became of one measurement.
+enum class Fate {
+  fused,         ///< all its updates were accepted
+  gated,         ///< at least one update was rejected by the gate
+  mapped,        ///< a map module took it
+  held_out,      ///< the YAML keeps it out of the filter, for scoring
+  late,          ///< older than the commit horizon
+  before_start,  ///< the filter had not started
+  unusable,      ///< the plugin could not read it, or it held no finite value
+  unheard        ///< no plugin in service listens to it
+};
+
+/// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made when asked for.
+class WAYMARK_TYPE Snapshot {
+ public:
+  virtual ~Snapshot() = default;
+  virtual Time stamp() const = 0;
+  virtual const Measurement& measurement() const = 0;  ///< the measurement behind this snapshot
+  virtual Fate fate() const = 0;
+  /// True once the filter has started; before that only `measurement` and `fate` have a meaning.
+  virtual bool started() const = 0;
+  /// Moments of the mixture (circular mean for yaw) at `stamp`.
+  virtual const Belief& belief() const = 0;
+  virtual const StateLayout& layout() const = 0;
+  virtual double effective_sample_size() const = 0;
+  virtual std::vector<ParticleView> particles() const = 0;
+  /// The whole path of the particle with the highest weight.
+  virtual std::vector<StampedPose> best_path() const = 0;
+  /// The maps of the particle with the highest weight.
+  virtual std::vector<MapDescription> best_maps() const = 0;
+};
+
+/// Counters of one sensor over a run.
+struct SensorReport {
+  std::string name;
+  std::string plugin;
+  std::uint64_t measurements = 0;  ///< arrived
+  std::uint64_t fused = 0;
+  std::uint64_t gated = 0;
+  std::uint64_t mapped = 0;
+  std::uint64_t held_out = 0;
+  std::uint64_t late = 0;
+  std::uint64_t before_start = 0;
+  std::uint64_t unusable = 0;
+  std::uint64_t unheard = 0;
+  double first_s = 0.0;  ///< stamp of the first and last measurement [s]
+  double last_s = 0.0;
+  double nis_sum = 0.0;  ///< of accepted and gated updates
+  std::uint64_t nis_count = 0;
+  std::uint64_t nis_dof = 0;  ///< sum of the updates' rows: mean NIS should be near nis_dof / nis_count
+};
+
+/// Something that a user must know about, with its time in the log.
+struct Event {
+  std::string text;
+  double stamp_s = 0.0;
+};
+
+/// What a run ends with.
+struct RunReport {
+  std::vector<SensorReport> sensors;
+  std::vector<BadRecord> bad_records;
+  std::vector<Event> events;  ///< plugins taken out of service, lock-outs, …
+  bool interrupted = false;
+  std::uint64_t resamplings = 0;
+  std::uint64_t mapping_steps = 0;
+};
+
+}  // namespace waymark

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/ekf.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace waymark::ekf {
+
+namespace {
+
+/// The columns of H that are not zero, gathered: a position fix has two, so P Hᵀ costs n × 2 instead of n × n.
+struct SparseJacobian {
+  std::array<int, kMaxErrorStates> states;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUpdateRows, kMaxErrorStates> columns;
+  int count = 0;
+};
+
+void gather(const StateLayout& layout, int owner, const Linearization& model, SparseJacobian& out) {
+  out.count = 0;
+  out.columns.resize(model.rows(), layout.size());
+  for (int part = 0; part < 4; ++part) {
+    const auto p = static_cast<Linearization::Part>(part);
+    if (!model.uses(p)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int state = layout.active(3 * part + axis);
+      if (state < 0 || model.get(p).col(axis).isZero(0.0)) continue;
+      out.states[static_cast<std::size_t>(out.count)] = state;
+      out.columns.col(out.count++) = model.get(p).col(axis);
+    }
+  }
+  if (model.uses_block()) {
+    const int first = layout.core_size() + layout.block_offset(owner);
+    for (int i = 0; i < model.get_block().cols(); ++i) {
+      if (model.get_block().col(i).isZero(0.0)) continue;
+      out.states[static_cast<std::size_t>(out.count)] = first + i;
+      out.columns.col(out.count++) = model.get_block().col(i);
+    }
+  }
+}
+
+}  // namespace
+
+void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model, Innovation& out) {
+  SparseJacobian H;
+  gather(layout, owner, model, H);
+  const int rows = model.rows();
+  out.nu = model.residual;
+  out.PHt.setZero(layout.size(), rows);
+  for (int k = 0; k < H.count; ++k) {
+    const int state = H.states[static_cast<std::size_t>(k)];
+    for (int r = 0; r < rows; ++r) out.PHt.col(r) += H.columns(r, k) * belief.P.col(state);
+  }
+  out.S = model.R;
+  for (int k = 0; k < H.count; ++k) {
+    const int state = H.states[static_cast<std::size_t>(k)];
+    for (int r = 0; r < rows; ++r) out.S.row(r) += H.columns(r, k) * out.PHt.row(state);
+  }
+  out.S = (0.5 * (out.S + out.S.transpose())).eval();
+  out.finite = out.nu.allFinite() && out.S.allFinite();
+  if (out.finite) {
+    out.density = gaussian::density(out.nu, out.S);
+    out.finite = std::isfinite(out.density.log_density);
+  }
+}
+
+void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation) {
+  const Eigen::LLT<gaussian::Matrix> factor(innovation.S);
+  const Innovation::Gain K = factor.solve(innovation.PHt.transpose()).transpose();
+  boxplus(belief.mean, K * innovation.nu, layout);
+  const Innovation::Gain half = innovation.PHt - 0.5 * (K * innovation.S);
+  const ErrorMatrix decrease = K * half.transpose();
+  belief.P -= decrease + decrease.transpose();
+}
+
+bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
+                            const Eigen::Vector3d& gradient) {
+  if (!information.allFinite() || !gradient.allFinite()) return false;
+  const int n = layout.size();
+  const auto& index = layout.pose_indices();
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> PSt(n, 3);
+  for (int i = 0; i < 3; ++i) PSt.col(i) = belief.P.col(index[static_cast<std::size_t>(i)]);
+  const Eigen::Matrix3d Pyy = pose_covariance(belief, layout);
+  const Eigen::Matrix3d L = gaussian::square_root(0.5 * (information + information.transpose()));
+  const Eigen::Matrix3d inner = Eigen::Matrix3d::Identity() + L.transpose() * Pyy * L;
+  const Eigen::LLT<Eigen::Matrix3d> factor(inner);
+  if (factor.info() != Eigen::Success) return false;
+  // (I + Λ P)⁻¹ η = η − L (I + Lᵀ P L)⁻¹ Lᵀ P η  (Woodbury), so P is never inverted.
+  const Eigen::Vector3d Pg = Pyy * gradient;
+  const Eigen::Vector3d weighted = gradient - L * factor.solve(L.transpose() * Pg);
+  const ErrorVector delta = PSt * weighted;
+  if (!delta.allFinite()) return false;
+  // W Wᵀ with W = P Sᵀ L chol⁻ᵀ: symmetric by construction.
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> W =
+      factor.matrixL().solve((PSt * L).transpose()).transpose();
+  belief.P -= W * W.transpose();
+  boxplus(belief.mean, delta, layout);
+  return true;
+}
+
+void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
+  const Eigen::Matrix3d Pyy = pose_covariance(belief, layout);
+  const Eigen::Vector3d draw = std::sqrt(fraction) * gaussian::sample(Pyy, random);
+  const Eigen::Matrix3d inverse = gaussian::pseudo_inverse(Pyy);
+  const int n = layout.size();
+  const auto& index = layout.pose_indices();
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> PSt(n, 3);
+  for (int i = 0; i < 3; ++i) PSt.col(i) = belief.P.col(index[static_cast<std::size_t>(i)]);
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> K = PSt * inverse;
+  boxplus(belief.mean, K * draw, layout);
+  const ErrorMatrix decrease = fraction * (K * PSt.transpose());
+  belief.P -= 0.5 * (decrease + decrease.transpose());
+  // What rounding leaves below zero would make the next square root complain.
+  for (int i = 0; i < n; ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
+}
+
+namespace {
+
+void set_twist_covariance(Belief& belief, const StateLayout& layout, double velocity_variance, double rate_variance) {
+  for (int core = 6; core < kCoreStates; ++core) {
+    const int i = layout.active(core);
+    if (i < 0) continue;
+    belief.P.row(i).setZero();
+    belief.P.col(i).setZero();
+    belief.P(i, i) = core < 9 ? velocity_variance : rate_variance;
+  }
+}
+
+}  // namespace
+
+void stop(Belief& belief, const StateLayout& layout) {
+  belief.mean.v_base.setZero();
+  belief.mean.w_base.setZero();
+  set_twist_covariance(belief, layout, 0.0, 0.0);
+}
+
+void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma) {
+  set_twist_covariance(belief, layout, velocity_sigma * velocity_sigma, rate_sigma * rate_sigma);
+}
+
+}  // namespace waymark::ekf

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "waymark/fusion_settings.hpp"
+
+namespace waymark {
+
+/// Decides, measurement by measurement in stamp order, which ones the filter may see.
+class FuseGate {
+ public:
+  explicit FuseGate(const FuseRule& rule) : rule_(rule) {}
+
+  bool fuses(Time stamp) {
+    if (!first_) first_ = stamp;
+    if (last_ && stamp - *last_ > rule_.gap) ++stretch_;
+    last_ = stamp;
+    switch (rule_.mode) {
+      case FuseRule::Mode::all:
+        return true;
+      case FuseRule::Mode::alternate:
+        return (stamp - *first_) % (rule_.on + rule_.off) < rule_.on;
+      case FuseRule::Mode::stretches:
+        return stretch_ % 2 == 0;
+      case FuseRule::Mode::start:  // the start has been found by now
+      case FuseRule::Mode::none:
+        return false;
+    }
+    return true;
+  }
+
+ private:
+  FuseRule rule_;
+  std::optional<Time> first_;
+  std::optional<Time> last_;
+  int stretch_ = 0;
+};
+
+}  // namespace waymark

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/measurement_queue.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace waymark {
+
+bool MeasurementQueue::Order::operator()(const Measurement& a, const Measurement& b) const {
+  return std::tie(a.stamp, a.sensor, a.sequence) < std::tie(b.stamp, b.sensor, b.sequence);
+}
+
+bool MeasurementQueue::push(Measurement measurement) {
+  newest_arrival_ = std::max(newest_arrival_, measurement.arrival);
+  if (measurement.stamp < handed_out_) return false;
+  waiting_.insert(std::move(measurement));
+  return true;
+}
+
+std::optional<Measurement> MeasurementQueue::pop_due() {
+  // Strictly older: a measurement with an equal stamp may still come, and the YAML's order of sensors decides between
+  // them.
+  if (waiting_.empty() || newest_arrival_ - waiting_.begin()->stamp <= max_latency_) return std::nullopt;
+  return pop();
+}
+
+std::optional<Measurement> MeasurementQueue::pop() {
+  if (waiting_.empty()) return std::nullopt;
+  Measurement oldest = std::move(waiting_.extract(waiting_.begin()).value());
+  handed_out_ = oldest.stamp;
+  return oldest;
+}
+
+}  // namespace waymark

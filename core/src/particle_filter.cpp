@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/particle_filter.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <exception>
+
+#include "waymark/error.hpp"
+#include "waymark/resampling.hpp"
+
+namespace waymark {
+
+namespace {
+
+// What a random stream is for, where it is not a sensor's.
+constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
+constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
+constexpr std::uint32_t kPriorDraw = 0x40000000;   // + sensor
+
+// Below this many particles one EKF update is done sooner than a second thread wakes up.
+constexpr int kSerialUpdates = 48;
+
+Particle clone(const Particle& particle) {
+  Particle copy{particle.belief, particle.log_weight, {}, particle.path};
+  copy.maps.reserve(particle.maps.size());
+  for (const auto& map : particle.maps) copy.maps.push_back(map ? map->clone() : nullptr);
+  return copy;
+}
+
+}  // namespace
+
+Gates::Gates(double probability) {
+  for (int rows = 1; rows <= kMaxUpdateRows; ++rows) {
+    quantiles_[static_cast<std::size_t>(rows)] = gaussian::chi_squared_quantile(probability, rows);
+  }
+}
+
+ParticleFilter::ParticleFilter(const ProcessModel& process, std::vector<std::shared_ptr<MapModule>> modules,
+                               const ParticleFilterSettings& settings)
+    : process_(process), modules_(std::move(modules)), settings_(settings), workers_(settings.threads) {
+  assert(settings.particles >= 1);
+  particles_.resize(static_cast<std::size_t>(settings.particles));
+  scratch_.resize(particles_.size());
+  log_weights_.resize(particles_.size());
+}
+
+template <class Body>
+void ParticleFilter::for_each_particle(const Body& body) {
+  // Through a reference the std::function needs no heap.
+  workers_.for_each(static_cast<int>(particles_.size()), std::cref(body), kSerialUpdates);
+}
+
+Random ParticleFilter::random(int slot, std::uint32_t purpose) const {
+  return Random({settings_.seed, static_cast<std::uint32_t>(slot), stamp().time_since_epoch().count(), purpose});
+}
+
+void ParticleFilter::start(const Belief& prior, bool draw) {
+  for (Particle& particle : particles_) {
+    particle = Particle{};
+    particle.belief = prior;
+    for (const auto& module : modules_) particle.maps.push_back(module ? module->create_map() : nullptr);
+  }
+  // One particle alone has no others that stand for the draws it did not make: it keeps the whole prior.
+  if (draw && particles_.size() > 1) {
+    for (std::size_t slot = 0; slot < particles_.size(); ++slot) {
+      Random stream = random(static_cast<int>(slot), kStartDraw);
+      ekf::sample_pose(particles_[slot].belief, layout(), settings_.sampling_fraction, stream);
+    }
+  }
+  normalize();
+}
+
+void ParticleFilter::predict(Time to, bool standing) {
+  if (to == stamp()) return;
+  for_each_particle(
+      [&](int slot) { process_.predict(particles_[static_cast<std::size_t>(slot)].belief, to, standing); });
+  mixture_valid_ = false;
+}
+
+MixtureOutcome ParticleFilter::update(const Update& model, const UpdatePolicy& policy) {
+  const int offset = layout().block_offset(policy.owner);
+  for_each_particle([&](int slot) {
+    const Belief& belief = particles_[static_cast<std::size_t>(slot)].belief;
+    Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
+    scratch.failed_input = -1;
+    try {
+      model.linearize({belief.mean, belief.mean.block.data() + offset}, scratch.model);
+      ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation);
+    } catch (const std::exception& error) {
+      scratch.failed_input = 0;
+      scratch.failure = error.what();
+    } catch (...) {
+      scratch.failed_input = 0;
+      scratch.failure = "unknown exception";
+    }
+  });
+  MixtureOutcome outcome;
+  for (const Scratch& scratch : scratch_) {
+    if (scratch.failed_input >= 0) throw Error(scratch.failure);
+    outcome.usable = outcome.usable && scratch.innovation.finite;
+  }
+  if (!outcome.usable) return outcome;
+
+  const int rows = static_cast<int>(scratch_.front().innovation.nu.size());
+  outcome.innovation.setZero(rows);
+  outcome.S.setZero(rows, rows);
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    outcome.innovation += std::exp(particles_[i].log_weight) * scratch_[i].innovation.nu;
+  }
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    const gaussian::Vector spread = scratch_[i].innovation.nu - outcome.innovation;
+    outcome.S += std::exp(particles_[i].log_weight) * (scratch_[i].innovation.S + spread * spread.transpose());
+  }
+  outcome.nis = gaussian::density(outcome.innovation, outcome.S).squared_mahalanobis;
+  const double gate = policy.gates[rows];
+  outcome.accepted = policy.ignore_gate || outcome.nis <= gate;
+
+  for_each_particle([&](int slot) {
+    Particle& particle = particles_[static_cast<std::size_t>(slot)];
+    const ekf::Innovation& innovation = scratch_[static_cast<std::size_t>(slot)].innovation;
+    double log_evidence = innovation.density.log_density;
+    if (outcome.accepted) {
+      ekf::apply(particle.belief, layout(), innovation);
+    } else {
+      const double nis = innovation.density.squared_mahalanobis;
+      log_evidence += 0.5 * (nis - std::min(nis, gate));
+    }
+    particle.log_weight += policy.weight_exponent * log_evidence;
+  });
+  normalize();
+  return outcome;
+}
+
+void ParticleFilter::stop() {
+  for (Particle& particle : particles_) ekf::stop(particle.belief, layout());
+  mixture_valid_ = false;
+}
+
+void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
+  for (Particle& particle : particles_) ekf::release(particle.belief, layout(), velocity_sigma, rate_sigma);
+  mixture_valid_ = false;
+}
+
+void ParticleFilter::inflate_pose(double position_variance, double yaw_variance) {
+  const auto& index = layout().pose_indices();
+  for (Particle& particle : particles_) {
+    particle.belief.P(index[0], index[0]) += position_variance;
+    particle.belief.P(index[1], index[1]) += position_variance;
+    particle.belief.P(index[2], index[2]) += yaw_variance;
+  }
+  mixture_valid_ = false;
+}
+
+void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor) {
+  Particle& particle = particles_[static_cast<std::size_t>(slot)];
+  Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
+  scratch.log_evidence = 0.0;
+  scratch.failed_input = -1;
+  scratch.refinements.resize(std::max(scratch.refinements.size(), inputs.size()));
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const MappingInput& input = inputs[i];
+    const auto& map = particle.maps[static_cast<std::size_t>(input.module)];
+    if (!map) continue;
+    Refinement& refinement = scratch.refinements[i];
+    refinement.information.setZero();
+    refinement.gradient.setZero();
+    refinement.log_evidence = 0.0;
+    const PoseGaussian prior{particle.belief.mean.T_map_base, pose_covariance(particle.belief, layout())};
+    Random stream = random(slot, kPriorDraw + sensor);
+    const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
+    Pose from = prior.T_map_base;
+    from.p.head<2>() += draw.head<2>();
+    from.q = (so3::exp({0.0, 0.0, draw.z()}) * from.q).normalized();
+    try {
+      map->refine(prior, from, *input.observation, refinement);
+      if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
+      if (!input.localize) continue;
+      if (!ekf::apply_pose_information(particle.belief, layout(), input.share * refinement.information,
+                                       input.share * refinement.gradient)) {
+        throw Error("the map's pose information is not finite");
+      }
+      scratch.log_evidence += input.share * refinement.log_evidence;
+    } catch (const std::exception& error) {
+      scratch.failed_input = static_cast<int>(i);
+      scratch.failure = error.what();
+      return;
+    } catch (...) {
+      scratch.failed_input = static_cast<int>(i);
+      scratch.failure = "unknown exception";
+      return;
+    }
+  }
+}
+
+void ParticleFilter::insert(int slot, std::span<const MappingInput> inputs, std::size_t input) {
+  Particle& particle = particles_[static_cast<std::size_t>(slot)];
+  Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
+  scratch.failed_input = -1;
+  const auto& map = particle.maps[static_cast<std::size_t>(inputs[input].module)];
+  if (!map) return;
+  try {
+    const PoseGaussian pose{particle.belief.mean.T_map_base, pose_covariance(particle.belief, layout())};
+    map->insert(pose, *inputs[input].observation, scratch.refinements[input].association.get());
+  } catch (const std::exception& error) {
+    scratch.failed_input = static_cast<int>(input);
+    scratch.failure = error.what();
+  } catch (...) {
+    scratch.failed_input = static_cast<int>(input);
+    scratch.failure = "unknown exception";
+  }
+}
+
+bool ParticleFilter::collect_failures(std::span<const MappingInput> inputs,
+                                      std::vector<std::pair<int, std::string>>& failures) {
+  bool any = false;
+  for (Scratch& scratch : scratch_) {
+    if (scratch.failed_input < 0) continue;
+    const int input = scratch.failed_input;
+    any = true;
+    if (std::none_of(failures.begin(), failures.end(), [&](const auto& f) { return f.first == input; })) {
+      failures.emplace_back(input, scratch.failure);
+      drop_module(inputs[static_cast<std::size_t>(input)].module);
+    }
+  }
+  return any;
+}
+
+std::vector<std::pair<int, std::string>> ParticleFilter::map(std::span<const MappingInput> inputs,
+                                                             std::uint32_t sensor) {
+  std::vector<std::pair<int, std::string>> failures;
+  const int count = static_cast<int>(particles_.size());
+
+  // 1. Refine: reads the maps. A module that throws for one particle loses its part for all, or the weights were not
+  // comparable.
+  for (int i = 0; i < count; ++i)
+    scratch_[static_cast<std::size_t>(i)].prior = particles_[static_cast<std::size_t>(i)].belief;
+  workers_.for_each(
+      count, [&](int slot) { refine(slot, inputs, sensor); }, 2);
+  while (collect_failures(inputs, failures)) {
+    // All are restored before any is refined: the random streams read the first one's stamp.
+    for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].belief = scratch_[i].prior;
+    workers_.for_each(
+        count, [&](int slot) { refine(slot, inputs, sensor); }, 2);
+  }
+
+  // 2. Weigh (reduced in slot order), then sample; the moments of the refined mixture are what is reported.
+  for (int i = 0; i < count; ++i)
+    particles_[static_cast<std::size_t>(i)].log_weight += scratch_[static_cast<std::size_t>(i)].log_evidence;
+  normalize();
+  compute_mixture();
+  workers_.for_each(
+      count,
+      [&](int slot) {
+        Random stream = random(slot, sensor);
+        ekf::sample_pose(particles_[static_cast<std::size_t>(slot)].belief, layout(), settings_.sampling_fraction,
+                         stream);
+      },
+      kSerialUpdates);
+
+  // 3. Insert: each particle writes its own maps. One module after the other, so that one that throws keeps no other
+  // from writing.
+  for (std::size_t input = 0; input < inputs.size(); ++input) {
+    workers_.for_each(
+        count, [&](int slot) { insert(slot, inputs, input); }, 2);
+    collect_failures(inputs, failures);
+  }
+  record_path();
+  ++mapping_steps_;
+
+  // 4. Resample: one thread copies handles.
+  const Belief reported = mixture_;
+  resample_if_needed(sensor);
+  mixture_ = reported;
+  mixture_valid_ = true;
+  return failures;
+}
+
+void ParticleFilter::record_path() {
+  for (Particle& particle : particles_) particle.path.append(particle.belief.stamp, particle.belief.mean.T_map_base);
+}
+
+void ParticleFilter::resample_if_needed(std::uint32_t sensor) {
+  const double count = static_cast<double>(particles_.size());
+  if (particles_.size() < 2 || effective_sample_size() >= settings_.resample_threshold * count) return;
+  for (std::size_t i = 0; i < particles_.size(); ++i) log_weights_[i] = particles_[i].log_weight;
+  const std::vector<int> ancestors = systematic_resample(log_weights_, random(-1, kResampling + sensor).uniform());
+  std::vector<Particle> next;
+  next.reserve(particles_.size());
+  for (std::size_t slot = 0; slot < ancestors.size(); ++slot) {
+    const bool last_child = slot + 1 == ancestors.size() || ancestors[slot + 1] != ancestors[slot];
+    Particle& parent = particles_[static_cast<std::size_t>(ancestors[slot])];
+    next.push_back(last_child ? std::move(parent) : clone(parent));
+    next.back().log_weight = -std::log(count);
+  }
+  particles_ = std::move(next);
+  ++resamplings_;
+  mixture_valid_ = false;
+}
+
+void ParticleFilter::drop_module(int module) {
+  modules_[static_cast<std::size_t>(module)] = nullptr;
+  for (Particle& particle : particles_) {
+    if (static_cast<std::size_t>(module) < particle.maps.size())
+      particle.maps[static_cast<std::size_t>(module)] = nullptr;
+  }
+}
+
+void ParticleFilter::normalize() {
+  for (std::size_t i = 0; i < particles_.size(); ++i) log_weights_[i] = particles_[i].log_weight;
+  normalize_log_weights(log_weights_);
+  for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].log_weight = log_weights_[i];
+  mixture_valid_ = false;
+}
+
+double ParticleFilter::effective_sample_size() const {
+  double sum = 0.0;
+  for (const Particle& particle : particles_) sum += std::exp(2.0 * particle.log_weight);
+  return 1.0 / sum;
+}
+
+int ParticleFilter::best() const {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < particles_.size(); ++i) {
+    if (particles_[i].log_weight > particles_[best].log_weight) best = i;
+  }
+  return static_cast<int>(best);
+}
+
+const Belief& ParticleFilter::mixture() const {
+  if (!mixture_valid_) compute_mixture();
+  return mixture_;
+}
+
+void ParticleFilter::compute_mixture() const {
+  mixture_valid_ = true;
+  if (particles_.size() == 1) {
+    mixture_ = particles_.front().belief;
+    return;
+  }
+  // The mean on the manifold by fixed-point iteration from the best particle; for the yaw this is the circular mean.
+  mixture_.stamp = stamp();
+  mixture_.mean = particles_[static_cast<std::size_t>(best())].belief.mean;
+  const int n = layout().size();
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    ErrorVector mean = ErrorVector::Zero(n);
+    for (const Particle& particle : particles_) {
+      mean += std::exp(particle.log_weight) * boxminus(particle.belief.mean, mixture_.mean, layout());
+    }
+    boxplus(mixture_.mean, mean, layout());
+    if (mean.squaredNorm() < 1e-24) break;
+  }
+  mixture_.P.setZero(n, n);
+  for (const Particle& particle : particles_) {
+    const ErrorVector spread = boxminus(particle.belief.mean, mixture_.mean, layout());
+    const double weight = std::exp(particle.log_weight);
+    mixture_.P += weight * particle.belief.P;
+    mixture_.P += (weight * spread) * spread.transpose();
+  }
+}
+
+void ParticleFilter::save(OutArchive& out) const {
+  out.section("particle_filter", 1);
+  out.value(static_cast<std::uint64_t>(particles_.size()));
+  out.value(resamplings_);
+  out.value(mapping_steps_);
+  for (const Particle& particle : particles_) {
+    out.value(particle.belief.stamp.time_since_epoch().count());
+    out.value(particle.belief.mean.T_map_base.p);
+    out.value(Eigen::Vector4d(particle.belief.mean.T_map_base.q.coeffs()));
+    out.value(particle.belief.mean.v_base);
+    out.value(particle.belief.mean.w_base);
+    out.value(particle.belief.mean.block);
+    out.value(particle.belief.P);
+    out.value(particle.log_weight);
+    particle.path.save(out);
+    for (const auto& map : particle.maps) {
+      out.value(map != nullptr);
+      if (map) map->save(out);
+    }
+  }
+}
+
+void ParticleFilter::load(InArchive& in) {
+  in.section("particle_filter", 1);
+  std::uint64_t count = 0;
+  in.value(count);
+  if (count != particles_.size()) {
+    throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
+                    std::to_string(particles_.size()));
+  }
+  in.value(resamplings_);
+  in.value(mapping_steps_);
+  for (Particle& particle : particles_) {
+    std::int64_t stamp = 0;
+    Eigen::Vector4d q;
+    in.value(stamp);
+    particle.belief.stamp = Time{Duration{stamp}};
+    in.value(particle.belief.mean.T_map_base.p);
+    in.value(q);
+    particle.belief.mean.T_map_base.q = Eigen::Quaterniond(q);
+    in.value(particle.belief.mean.v_base);
+    in.value(particle.belief.mean.w_base);
+    in.value(particle.belief.mean.block);
+    in.value(particle.belief.P);
+    in.value(particle.log_weight);
+    particle.path.load(in);
+    particle.maps.resize(modules_.size());
+    for (std::size_t module = 0; module < modules_.size(); ++module) {
+      bool present = false;
+      in.value(present);
+      particle.maps[module] = present && modules_[module] ? modules_[module]->load_map(in) : nullptr;
+    }
+  }
+  mixture_valid_ = false;
+}
+
+}  // namespace waymark

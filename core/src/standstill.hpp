@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "waymark/time.hpp"
+
+namespace waymark {
+
+/// The robot stands when all motion sensors that are alive have seen no motion for a while (estimation.md §2).
+class Standstill {
+ public:
+  Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
+
+  void report(std::size_t sensor, Time stamp, bool moving) {
+    Report& report = reports_[sensor];
+    if (!report.heard || moving) report.still_since = stamp;
+    report.heard = true;
+    report.last = stamp;
+    report.moving = moving;
+    standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
+      const bool alive = r.heard && stamp - r.last < kSilence;
+      return !alive || (!r.moving && stamp - r.still_since >= after_);
+    });
+  }
+
+  bool standing() const { return standing_; }
+
+  /// Ends a standstill that no motion sensor vouches for any more; true if this ended it.
+  bool lapses(Time now) {
+    if (!standing_ || std::any_of(reports_.begin(), reports_.end(),
+                                  [&](const Report& r) { return r.heard && now - r.last < kSilence; })) {
+      return false;
+    }
+    standing_ = false;
+    return true;
+  }
+
+ private:
+  struct Report {
+    bool heard = false;
+    bool moving = true;
+    Time last{};
+    Time still_since{};
+  };
+  static constexpr Duration kSilence = std::chrono::seconds(1);
+
+  std::vector<Report> reports_;
+  Duration after_;
+  bool standing_ = false;
+};
+
+}  // namespace waymark

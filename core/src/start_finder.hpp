@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "waymark/fusion_settings.hpp"
+
+namespace waymark {
+
+/// How the filter begins.
+struct Start {
+  Belief prior;
+  bool draw = false;                ///< the particles draw their start from the prior; else it is the map's gauge
+  std::uint64_t used_sequence = 0;  ///< the measurement that gave the position; not to be fused a second time
+  bool used = false;
+};
+
+/// Gathers what is needed to begin: pose from the YAML, from a fix, heading from a compass or from two fixes more than
+/// 5σ apart.
+class StartFinder {
+ public:
+  /// `absolute_known`: a sensor could tell position (fused or only used for the start); `absolute_fused`: it also goes
+  /// on to be fused.
+  StartFinder(const StartSettings& settings, const StateLayout& layout, bool absolute_known, bool absolute_fused)
+      : settings_(settings), layout_(layout), absolute_known_(absolute_known), absolute_fused_(absolute_fused) {}
+
+  /// Looks at the next measurement in stamp order; `hint` is what its sensor says.
+  std::optional<Start> consider(const Measurement& measurement, const std::optional<StartHint>& hint);
+
+  /// What is still missing, for the user.
+  std::string missing() const;
+
+ private:
+  struct Fix {
+    Time stamp;
+    std::uint64_t sequence;
+    StartHint hint;
+  };
+
+  Start make_start(Time stamp, const Fix* fix) const;
+
+  StartSettings settings_;
+  const StateLayout& layout_;
+  bool absolute_known_;
+  bool absolute_fused_;
+  std::optional<Fix> first_fix_;
+  std::optional<double> yaw_;
+  double yaw_sigma_ = 0.0;
+};
+
+}  // namespace waymark

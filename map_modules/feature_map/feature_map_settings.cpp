@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "feature_map_settings.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "waymark/gaussian.hpp"
+
+namespace waymark {
+
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+ExtractionSettings read_extraction(const Config& config) {
+  ExtractionSettings s;
+  s.range_min = config.non_negative("range_min_m", 0.1);
+  s.range_max = config.positive("range_max_m", 30.0);
+  s.no_return = config.positive("no_return_m", 80.0);
+  s.segment_jump = config.positive("segment_jump_m", 0.5);
+  s.background = config.positive("background_m", 1.0);
+  s.width_max = config.positive("width_max_m", 1.2);
+  s.min_beams = static_cast<int>(config.integer_in("min_beams", 1, 10000, 1));
+  s.bright_above = config.has("bright_above") ? config.number("bright_above") : std::numeric_limits<double>::infinity();
+  if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");
+  return s;
+}
+
+DetectionNoise read_noise(const Config& config) {
+  return {config.positive("range_m", 0.05), kRadPerDeg * config.positive("bearing_deg", 0.35),
+          config.non_negative("tangential_m", 0.05), config.positive("radius_m", 0.1)};
+}
+
+AssociationSettings read_association(const Config& config, int dimension) {
+  AssociationSettings s;
+  s.gate = gaussian::chi_squared_quantile(config.number_in("gate_probability", 0.5, 1.0 - 1e-9, 0.99), dimension);
+  s.new_landmark_density = config.positive("new_landmark_density_per_m2", 0.01);
+  s.detection_probability = config.number_in("detection_probability", 0.01, 0.999, 0.9);
+  s.min_separation = config.non_negative("min_separation_m", 0.5);
+  s.radius_range = config.positive("radius_range_m", 1.0);
+  s.signature_lambda = config.non_negative("signature_lambda", 20.0);
+  s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, 0.01);
+  return s;
+}
+
+ExistenceSettings read_existence(const Config& config) {
+  ExistenceSettings s;
+  s.min_observations = static_cast<int>(config.integer_in("min_observations", 1, 1000, 3));
+  s.log_odds_hit = config.positive("log_odds_hit", 0.7);
+  s.log_odds_miss = config.number_in("log_odds_miss", -100.0, 0.0, -0.4);
+  s.log_odds_max = config.positive("log_odds_max", 5.0);
+  s.delete_below = config.number("delete_below", -2.0);
+  s.delete_provisional_below = config.number("delete_provisional_below", -0.9);
+  s.view_range = config.positive("view_range_m", 25.0);
+  s.view_half_angle = kRadPerDeg * config.number_in("view_half_angle_deg", 0.0, 180.0, 86.0);
+  s.free_margin = config.positive("free_margin_m", 1.0);
+  s.max_misses = static_cast<int>(config.integer_in("max_misses", 0, 1000, 3));
+  return s;
+}
+
+}  // namespace
+
+FeatureMapSettings FeatureMapSettings::read(const Config& config) {
+  FeatureMapSettings s;
+  for (const std::string& attribute : config.texts("attributes", std::vector<std::string>{})) {
+    if (attribute == "radius") {
+      s.use_radius = true;
+    } else if (attribute == "signature") {
+      s.use_signature = true;
+    } else {
+      config.fail("attributes", "\"" + attribute + "\" is no attribute; possible are radius, signature");
+    }
+  }
+  s.use_negative_information = config.boolean("negative_information", true);
+  s.extraction = read_extraction(config.child_or_empty("extraction"));
+  s.noise = read_noise(config.child_or_empty("noise"));
+  s.association = read_association(config.child_or_empty("association"), s.use_radius ? 3 : 2);
+  s.existence = read_existence(config.child_or_empty("existence"));
+  return s;
+}
+
+}  // namespace waymark

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "waymark/config.hpp"
+
+namespace waymark {
+
+/// How cylinders are found in a planar scan.
+struct ExtractionSettings {
+  double range_min;     ///< nearer returns are the robot itself [m]
+  double range_max;     ///< farther returns make no candidate [m]
+  double no_return;     ///< readings at or above this mean that nothing came back [m]
+  double segment_jump;  ///< neighbouring beams that differ by more belong to two things [m]
+  double background;    ///< the surroundings must be this much farther on both sides [m]
+  double width_max;     ///< wider things are no trunk or pillar [m]
+  int min_beams;
+  double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
+};
+
+/// Noise of one detection in the scanner's frame, σ.
+struct DetectionNoise {
+  double range;       ///< [m]
+  double bearing;     ///< [rad]
+  double tangential;  ///< constant part across the beam: where on the trunk the beams hit [m]
+  double radius;      ///< [m]
+};
+
+/// How detections and landmarks find each other.
+struct AssociationSettings {
+  double gate;                   ///< χ² bound on νᵀ Z⁻¹ ν
+  double new_landmark_density;   ///< ρ_new [1/m²]
+  double detection_probability;  ///< P_D
+  double min_separation;         ///< two landmarks cannot stand closer [m]
+  double radius_range;           ///< r_max − r_min [m]: the density of a radius among new landmarks
+  double signature_lambda;       ///< λ of (4.7)
+  double signature_floor;        ///< no bin falls below this
+};
+
+/// Birth and death of landmarks.
+struct ExistenceSettings {
+  int min_observations;  ///< until then a landmark is provisional
+  double log_odds_hit;
+  double log_odds_miss;  ///< negative
+  double log_odds_max;
+  double delete_below;  ///< of confirmed landmarks
+  double delete_provisional_below;
+  double view_range;       ///< a landmark farther away may be missed without blame [m]
+  double view_half_angle;  ///< from the sensor's axis [rad]
+  double free_margin;      ///< beams must read this much beyond it [m]
+  int max_misses;          ///< factors of missed landmarks in the weight: misses are correlated
+};
+
+struct FeatureMapSettings {
+  bool use_radius = false;
+  bool use_signature = false;
+  bool use_negative_information = true;
+  ExtractionSettings extraction;
+  DetectionNoise noise;
+  AssociationSettings association;
+  ExistenceSettings existence;
+
+  /// Reads the map's node of the YAML. Throws ConfigError.
+  static FeatureMapSettings read(const Config& config);
+};
+
+}  // namespace waymark

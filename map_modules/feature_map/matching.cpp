@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "matching.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "visibility.hpp"
+
+namespace waymark {
+
+namespace {
+
+template <int D>
+double log_normal(double squared_mahalanobis, double determinant) {
+  constexpr double kLogTwoPi = 1.8378770664093453;
+  return -0.5 * (squared_mahalanobis + std::log(determinant) + D * kLogTwoPi);
+}
+
+/// Everything that may match or should be seen from about this pose.
+void gather(const LandmarkStore& store, const FeatureMapSettings& settings, const PoseGaussian& prior,
+            const FeatureObservation& observation, FeatureAssociation& association) {
+  association.nearby.clear();
+  const double sigma =
+      std::sqrt(prior.P(0, 0) + prior.P(1, 1) + prior.P(2, 2) * observation.max_range * observation.max_range);
+  double reach = observation.max_range + 4.0 * sigma + 2.0;
+  if (settings.use_negative_information)
+    reach = std::max(reach, observation.view.p_base_sensor.norm() + settings.existence.view_range);
+  store.for_near(prior.T_map_base.p.head<2>(), reach, [&](LandmarkRef ref, const Landmark& landmark) {
+    association.nearby.push_back({ref, &landmark, false});
+  });
+}
+
+template <int D>
+void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::Vector3d& pose, const Eigen::Matrix3d& P,
+               const FeatureObservation& observation, FeatureAssociation& association) {
+  association.pairs.clear();
+  association.match.assign(observation.detections.size(), LandmarkRef{});
+  const double gate = settings.association.gate;
+  const double log_pd = std::log(settings.association.detection_probability);
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    const Detection& detection = observation.detections[d];
+    const DetectionModel<D> model(detection, pose);
+    const auto H = model.jacobian(model.z.template head<2>());
+    const typename DetectionModel<D>::Matrix A = H * P * H.transpose() + model.R;
+    for (std::size_t n = 0; n < association.nearby.size(); ++n) {
+      const Landmark& landmark = *association.nearby[n].landmark;
+      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean.template head<D>();
+      const typename DetectionModel<D>::Matrix Z =
+          A + landmark.P.template topLeftCorner<D, D>();                               // (4.6) with the pose's share
+      if (nu.template head<2>().squaredNorm() > gate * (Z(0, 0) + Z(1, 1))) continue;  // cheap bound before the inverse
+      const typename DetectionModel<D>::Matrix Z_inverse = Z.inverse();
+      const double distance = nu.dot(Z_inverse * nu);
+      if (distance > gate) continue;
+      double log_likelihood = log_pd + log_normal<D>(distance, Z.determinant());
+      if (settings.use_signature)
+        log_likelihood -=
+            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature);
+      if (log_likelihood >= log_p0)
+        association.pairs.push_back({log_likelihood, static_cast<int>(d), static_cast<int>(n)});
+    }
+  }
+  // Greedy by likelihood (4.8), ties by index so that the order is total.
+  std::sort(association.pairs.begin(), association.pairs.end(), [](const auto& a, const auto& b) {
+    if (a.log_likelihood != b.log_likelihood) return a.log_likelihood > b.log_likelihood;
+    return a.detection != b.detection ? a.detection < b.detection : a.nearby < b.nearby;
+  });
+  for (const FeatureAssociation::Pair& pair : association.pairs) {
+    LandmarkRef& match = association.match[static_cast<std::size_t>(pair.detection)];
+    FeatureAssociation::Nearby& nearby = association.nearby[static_cast<std::size_t>(pair.nearby)];
+    if (match.chunk >= 0 || nearby.taken) continue;
+    match = nearby.ref;
+    nearby.taken = true;
+  }
+}
+
+/// Landmarks that should have been seen from the refined pose but were not; returns their log factor.
+double judge_misses(const FeatureMapSettings& settings, const Pose& T_map_base, const FeatureObservation& observation,
+                    FeatureAssociation& association) {
+  association.missed.clear();
+  if (!settings.use_negative_information) return 0.0;
+  double log_factor = 0.0;
+  int counted = 0;
+  for (const FeatureAssociation::Nearby& nearby : association.nearby) {
+    if (nearby.taken) continue;
+    const Landmark& landmark = *nearby.landmark;
+    if (!should_be_seen(landmark.mean.head<2>(), landmark.mean.z(), T_map_base, observation.view, settings.existence))
+      continue;
+    association.missed.push_back(nearby.ref);
+    if (landmark.sightings < settings.existence.min_observations || counted == settings.existence.max_misses) continue;
+    ++counted;
+    const double existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds)));
+    log_factor += std::log1p(-settings.association.detection_probability * existence);
+  }
+  return log_factor;
+}
+
+/// A detection that fits no landmark but lies closer to one than two landmarks can stand is an outlier of that one, a
+/// double echo, or a glimpse of its neighbour: a new landmark there would compete with the old one from now on.
+void mark_ambiguous(const FeatureMapSettings& settings, const Pose& T_map_base, const FeatureObservation& observation,
+                    FeatureAssociation& association) {
+  const double separation = settings.association.min_separation;
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    if (association.match[d].chunk != FeatureAssociation::kNew) continue;
+    const Eigen::Vector3d& xyr = observation.detections[d].xyr;
+    const Eigen::Vector2d p = (T_map_base * Eigen::Vector3d(xyr.x(), xyr.y(), 0.0)).head<2>();
+    const bool close = std::any_of(
+        association.nearby.begin(), association.nearby.end(), [&](const FeatureAssociation::Nearby& nearby) {
+          return (nearby.landmark->mean.head<2>() - p).squaredNorm() < separation * separation;
+        });
+    if (close) association.match[d].chunk = FeatureAssociation::kAmbiguous;
+  }
+}
+
+}  // namespace
+
+template <int D>
+DetectionModel<D>::DetectionModel(const Detection& detection, const Eigen::Vector3d& pose)
+    : p_map_base(pose.head<2>()) {
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(pose.z()).toRotationMatrix();
+  z.template head<2>() = p_map_base + turn * detection.xyr.head<2>();
+  R.template topLeftCorner<2, 2>() = turn * detection.R.topLeftCorner<2, 2>() * turn.transpose();
+  if constexpr (D == 3) {
+    z[2] = detection.xyr.z();
+    R.template topRightCorner<2, 1>() = turn * detection.R.topRightCorner<2, 1>();
+    R.template bottomLeftCorner<1, 2>() = R.template topRightCorner<2, 1>().transpose();
+    R(2, 2) = detection.R(2, 2);
+  }
+}
+
+template <int D>
+typename DetectionModel<D>::PoseJacobian DetectionModel<D>::jacobian(const Eigen::Vector2d& p_map) const {
+  const Eigen::Vector2d d = p_map - p_map_base;
+  PoseJacobian H = PoseJacobian::Zero();
+  H(0, 0) = -1.0;
+  H(1, 1) = -1.0;
+  H(0, 2) = d.y();
+  H(1, 2) = -d.x();
+  return H;
+}
+
+double signature_distance(const Signature& a, const Signature& b) {
+  double overlap = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    overlap += std::sqrt(static_cast<double>(a[i]) * static_cast<double>(b[i]));
+  return std::max(0.0, 1.0 - overlap);
+}
+
+double log_new_landmark(const FeatureMapSettings& settings, double mean_signature_distance) {
+  double log_p0 = std::log(settings.association.new_landmark_density);
+  if (settings.use_radius) log_p0 -= std::log(settings.association.radius_range);
+  if (settings.use_signature) log_p0 -= settings.association.signature_lambda * mean_signature_distance;
+  return log_p0;
+}
+
+template <int D>
+void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& settings, double mean_signature_distance,
+                      const PoseGaussian& prior, const FeatureObservation& observation, FeatureAssociation& association,
+                      Refinement& out) {
+  using Model = DetectionModel<D>;
+  const double log_p0 = log_new_landmark(settings, mean_signature_distance);
+  const double log_pd = std::log(settings.association.detection_probability);
+  const Eigen::Vector3d start(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw());
+  gather(store, settings, prior, observation, association);
+  associate<D>(settings, log_p0, start, prior.P, observation, association);
+
+  Eigen::Vector3d pose = start;
+  Eigen::Matrix3d P = prior.P;
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    const LandmarkRef ref = association.match[d];
+    if (ref.chunk < 0) {
+      out.log_evidence += log_p0;
+      continue;
+    }
+    const Landmark& landmark = store.at(ref);
+    const Model model(observation.detections[d], pose);
+    const typename Model::Vector nu = model.z - landmark.mean.template head<D>();
+    const typename Model::PoseJacobian H = model.jacobian(landmark.mean.template head<2>());
+    const typename Model::Matrix S_landmark = landmark.P.template topLeftCorner<D, D>() + model.R;
+    const typename Model::Matrix S = H * P * H.transpose() + S_landmark;
+    const typename Model::Matrix S_inverse = S.inverse();
+    const double squared_mahalanobis = nu.dot(S_inverse * nu);
+
+    if (landmark.sightings >= settings.existence.min_observations) {
+      double log_likelihood = log_pd + log_normal<D>(squared_mahalanobis, S.determinant());
+      if (settings.use_signature) {
+        log_likelihood -= settings.association.signature_lambda *
+                          signature_distance(observation.detections[d].signature, landmark.signature);
+      }
+      out.log_evidence += std::max(log_likelihood, log_p0);
+    } else {
+      out.log_evidence += log_p0;  // a provisional landmark may guide the pose, but it proves nothing yet
+    }
+
+    const typename Model::Matrix S_landmark_inverse = S_landmark.inverse();
+    out.information += H.transpose() * S_landmark_inverse * H;
+    out.gradient += H.transpose() * (S_landmark_inverse * (nu + H * (pose - start)));
+    const Eigen::Matrix<double, 3, D> K = P * H.transpose() * S_inverse;
+    pose += K * nu;
+    P -= K * S * K.transpose();
+  }
+
+  Pose refined = prior.T_map_base;
+  refined.p.head<2>() = pose.head<2>();
+  refined.q = (so3::exp({0.0, 0.0, pose.z() - start.z()}) * refined.q).normalized();
+  mark_ambiguous(settings, refined, observation, association);
+  out.log_evidence += judge_misses(settings, refined, observation, association);
+}
+
+template struct DetectionModel<2>;
+template struct DetectionModel<3>;
+template void match_and_refine<2>(const LandmarkStore&, const FeatureMapSettings&, double, const PoseGaussian&,
+                                  const FeatureObservation&, FeatureAssociation&, Refinement&);
+template void match_and_refine<3>(const LandmarkStore&, const FeatureMapSettings&, double, const PoseGaussian&,
+                                  const FeatureObservation&, FeatureAssociation&, Refinement&);
+
+}  // namespace waymark

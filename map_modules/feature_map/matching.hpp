@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "feature_map_settings.hpp"
+#include "feature_observation.hpp"
+#include "landmark_store.hpp"
+
+namespace waymark {
+
+/// Which landmark each detection belongs to, in one particle; with the scratch space that makes the next step free of
+/// allocation.
+class FeatureAssociation final : public Association {
+ public:
+  static constexpr std::int32_t kNew = -1;        ///< `chunk` of a detection that makes a new landmark
+  static constexpr std::int32_t kAmbiguous = -2;  ///< too close to a landmark that it does not match: neither
+
+  std::vector<LandmarkRef> match;   ///< per detection; chunk kNew or kAmbiguous where there is none
+  std::vector<LandmarkRef> missed;  ///< landmarks that should have been seen
+
+  struct Nearby {
+    LandmarkRef ref;
+    const Landmark* landmark;
+    bool taken;
+  };
+  struct Pair {
+    double log_likelihood;
+    int detection;
+    int nearby;
+  };
+  std::vector<Nearby> nearby;
+  std::vector<Pair> pairs;
+};
+
+/// One detection against one landmark: ν = z_map − θ and its Jacobian by the pose, D = 2 (position) or 3 (with radius).
+/// The detection is turned into the map frame, so the landmark's Jacobian is the identity.
+template <int D>
+struct DetectionModel {
+  using Vector = Eigen::Matrix<double, D, 1>;
+  using Matrix = Eigen::Matrix<double, D, D>;
+  using PoseJacobian = Eigen::Matrix<double, D, 3>;
+
+  Vector z;  ///< detection in the map frame, seen from the pose
+  Matrix R;  ///< its noise in the map frame
+  Eigen::Vector2d p_map_base;
+
+  DetectionModel(const Detection& detection, const Eigen::Vector3d& pose);
+
+  /// ∂h/∂(x, y, yaw) for a landmark or detection at `p_map`.
+  PoseJacobian jacobian(const Eigen::Vector2d& p_map) const;
+};
+
+/// log of the new-landmark likelihood p₀: a density over the observation's space.
+double log_new_landmark(const FeatureMapSettings& settings, double mean_signature_distance);
+
+/// D of (4.7), 1 − Σ √(a b): the squared Hellinger distance, 0..1.
+double signature_distance(const Signature& a, const Signature& b);
+
+/// Associates (greedy by likelihood, at most one detection per landmark), refines the pose by every associated
+/// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every
+/// observation counts").
+template <int D>
+void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& settings, double mean_signature_distance,
+                      const PoseGaussian& prior, const FeatureObservation& observation, FeatureAssociation& association,
+                      Refinement& out);
+
+}  // namespace waymark

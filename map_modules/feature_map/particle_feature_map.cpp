@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particle_feature_map.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace waymark {
+
+namespace {
+
+/// The least covariance >= floor (in the sense of ⪰) that is not below P either.
+Eigen::Matrix2d at_least(const Eigen::Matrix2d& P, const Eigen::Matrix2d& floor) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(P - floor);
+  if (solver.eigenvalues().x() >= 0.0) return P;
+  return floor +
+         solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
+}
+
+/// (4.10) with a floor: q⁺(b) ∝ z(b) q(b), and no bin dies for ever.
+void fuse_signature(Signature& q, const Signature& z, double floor) {
+  float sum = 0.0f;
+  for (std::size_t b = 0; b < q.size(); ++b) sum += q[b] *= z[b];
+  for (float& bin : q) bin = std::max(bin / sum, static_cast<float>(floor));
+  sum = 0.0f;
+  for (const float bin : q) sum += bin;
+  for (float& bin : q) bin /= sum;
+}
+
+}  // namespace
+
+void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Observation& observation,
+                                Refinement& out) const {
+  if (!out.association) out.association = std::make_unique<FeatureAssociation>();
+  auto& association = static_cast<FeatureAssociation&>(*out.association);
+  const auto& features = static_cast<const FeatureObservation&>(observation);
+  const double distance = signature_distance_sum_ / signature_distance_count_;
+  if (settings_->use_radius) {
+    match_and_refine<3>(landmarks_, *settings_, distance, prior, features, association, out);
+  } else {
+    match_and_refine<2>(landmarks_, *settings_, distance, prior, features, association, out);
+  }
+}
+
+void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
+                                                  LandmarkRef own) {
+  for (const FeatureAssociation::Nearby& nearby : association.nearby) {
+    if (nearby.ref.chunk == own.chunk && nearby.ref.place == own.place) continue;
+    signature_distance_sum_ += signature_distance(detection.signature, landmarks_.at(nearby.ref).signature);
+    signature_distance_count_ += 1.0;
+  }
+}
+
+template <int D>
+void ParticleFeatureMap::insert_detections(const PoseGaussian& pose, const FeatureObservation& observation,
+                                           const FeatureAssociation& association) {
+  using Model = DetectionModel<D>;
+  const Eigen::Vector3d xyyaw(pose.T_map_base.p.x(), pose.T_map_base.p.y(), pose.T_map_base.yaw());
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    const Detection& detection = observation.detections[d];
+    const Model model(detection, xyyaw);
+    const LandmarkRef ref = association.match[d];
+    if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
+    Landmark landmark = ref.chunk >= 0 ? landmarks_.at(ref) : Landmark{};
+    // What sampling kept of the pose's covariance is common to all landmarks of the scan and to the next scans: it is
+    // added to the noise, and the landmark can never be known better than the best pose it was written from.
+    const Eigen::Vector2d p =
+        ref.chunk >= 0 ? Eigen::Vector2d(landmark.mean.head<2>()) : Eigen::Vector2d(model.z.template head<2>());
+    const typename Model::PoseJacobian G = model.jacobian(p);
+    const typename Model::Matrix kept = G * pose.P * G.transpose();
+    const Eigen::Matrix2d floor = kept.template topLeftCorner<2, 2>();
+    if (settings_->use_signature) learn_signature_distance(detection, association, ref);
+
+    if (ref.chunk < 0) {
+      landmark.mean.head<D>() = model.z;
+      landmark.mean.z() = detection.xyr.z();
+      landmark.P.topLeftCorner<D, D>() = model.R + kept;
+      if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
+      landmark.P_floor = floor;
+      landmark.signature = detection.signature;
+      landmark.sightings = 1;
+      landmarks_.add(landmark);
+      continue;
+    }
+
+    const typename Model::Matrix P = landmark.P.template topLeftCorner<D, D>();
+    const typename Model::Matrix S = P + model.R + kept;
+    const typename Model::Matrix K = P * S.inverse();
+    landmark.mean.head<D>() += K * (model.z - landmark.mean.head<D>());
+    typename Model::Matrix updated = P - K * S * K.transpose();
+    updated = (0.5 * (updated + updated.transpose())).eval();
+    if (floor.trace() < landmark.P_floor.trace()) landmark.P_floor = floor;
+    updated.template topLeftCorner<2, 2>() = at_least(updated.template topLeftCorner<2, 2>(), landmark.P_floor);
+    landmark.P.topLeftCorner<D, D>() = updated;
+    ++landmark.sightings;
+    if (D == 2) {
+      // The radius is not in the filter, but the reports still want it: a running mean.
+      landmark.mean.z() += (detection.xyr.z() - landmark.mean.z()) / landmark.sightings;
+      landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius / landmark.sightings;
+    }
+    if (settings_->use_signature)
+      fuse_signature(landmark.signature, detection.signature, settings_->association.signature_floor);
+    landmark.log_odds = std::min(landmark.log_odds + static_cast<float>(settings_->existence.log_odds_hit),
+                                 static_cast<float>(settings_->existence.log_odds_max));
+    landmarks_.write(ref, landmark);
+  }
+}
+
+void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& observation, const Association* memo) {
+  const auto& features = static_cast<const FeatureObservation&>(observation);
+  const auto& association = static_cast<const FeatureAssociation&>(*memo);
+  const ExistenceSettings& existence = settings_->existence;
+  if (settings_->use_radius) {
+    insert_detections<3>(pose, features, association);
+  } else {
+    insert_detections<2>(pose, features, association);
+  }
+  for (const LandmarkRef ref : association.missed) {
+    Landmark landmark = landmarks_.at(ref);
+    landmark.log_odds += static_cast<float>(existence.log_odds_miss);
+    const bool confirmed = landmark.sightings >= existence.min_observations;
+    if (landmark.log_odds < (confirmed ? existence.delete_below : existence.delete_provisional_below)) {
+      landmarks_.erase(ref);
+    } else {
+      landmarks_.write(ref, landmark);
+    }
+  }
+}
+
+void ParticleFeatureMap::describe(MapDescription& out) const {
+  landmarks_.for_all([&](const Landmark& landmark) {
+    LandmarkView view;
+    view.id = landmark.id;
+    view.p_map = landmark.mean.head<2>();
+    view.radius_m = landmark.mean.z();
+    view.P = landmark.P;
+    view.existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds)));
+    view.sightings = landmark.sightings;
+    view.confirmed = landmark.sightings >= settings_->existence.min_observations;
+    out.landmarks.push_back(view);
+  });
+}
+
+void ParticleFeatureMap::save(OutArchive& out) const {
+  out.section("feature_map", 1);
+  out.value(signature_distance_sum_);
+  out.value(signature_distance_count_);
+  landmarks_.save(out);
+}
+
+void ParticleFeatureMap::load(InArchive& in) {
+  in.section("feature_map", 1);
+  in.value(signature_distance_sum_);
+  in.value(signature_distance_count_);
+  landmarks_.load(in);
+}
+
+}  // namespace waymark

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "feature_map_settings.hpp"
+#include "landmark_store.hpp"
+#include "matching.hpp"
+
+namespace waymark {
+
+/// One particle's map of augmented landmarks.
+class ParticleFeatureMap final : public ParticleMap {
+ public:
+  explicit ParticleFeatureMap(std::shared_ptr<const FeatureMapSettings> settings) : settings_(std::move(settings)) {}
+
+  std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<ParticleFeatureMap>(*this); }
+  void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
+              Refinement& out) const override;
+  void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
+  void describe(MapDescription& out) const override;
+  void save(OutArchive& out) const override;
+  void load(InArchive& in);
+
+  const LandmarkStore& landmarks() const { return landmarks_; }
+
+ private:
+  template <int D>
+  void insert_detections(const PoseGaussian& pose, const FeatureObservation& observation,
+                         const FeatureAssociation& association);
+  void learn_signature_distance(const Detection& detection, const FeatureAssociation& association, LandmarkRef own);
+
+  std::shared_ptr<const FeatureMapSettings> settings_;
+  LandmarkStore landmarks_;
+  // Running mean of D between detections and *other* landmarks: what a chance match looks like (p₀).
+  double signature_distance_sum_ = 0.5;
+  double signature_distance_count_ = 1.0;
+};
+
+}  // namespace waymark

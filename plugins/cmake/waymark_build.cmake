@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+# How every target of this repository is compiled. Not installed.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Boost 1.74 REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(fmt REQUIRED)
+find_package(Threads REQUIRED)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+set(WAYMARK_PLUGIN_OUTPUT_DIR ${CMAKE_BINARY_DIR}/lib/waymark/plugins)
+set(CMAKE_INSTALL_RPATH "$ORIGIN/../lib;$ORIGIN/../..")
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+if(WAYMARK_WERROR)
+  add_compile_options(-Werror)
+endif()
+set(WAYMARK_SANITIZED OFF)
+if(WAYMARK_SANITIZE)
+  set(WAYMARK_SANITIZED ON)
+  add_compile_options(-fsanitize=${WAYMARK_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${WAYMARK_SANITIZE})
+endif()

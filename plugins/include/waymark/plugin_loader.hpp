@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+
+/// What is known of a library that may be a plugin, without running any of its C++ code.
+struct PluginInfo {
+  std::filesystem::path file;
+  std::string kind;
+  std::string name;
+  std::string version;
+  std::string problem;  ///< empty if it fits this host; else why not
+};
+
+/// Finds, checks and loads plugins. A library is loaded once and never unloaded; every object keeps its library alive.
+class PluginLoader {
+ public:
+  /// Folders in the order of search. `standard_search_path` gives the usual ones.
+  explicit PluginLoader(std::vector<std::filesystem::path> folders);
+
+  /// `first` (the YAML's plugin_path), then the environment variable WAYMARK_PLUGIN_PATH (colon-separated), then the
+  /// folder of the installation: `../lib/waymark/plugins` as seen from the running program.
+  static std::vector<std::filesystem::path> standard_search_path(std::vector<std::filesystem::path> first = {});
+
+  /// Builds the object that `config` describes with plugin `name` (library `waymark_<name>.so`) of the kind of
+  /// `Interface`. Throws PluginError (not found with the folders searched and the nearest name, no library, no
+  /// descriptor, other ABI, other build key, other alignment, other kind) or what the constructor throws, wrapped as
+  /// ConfigError at the node's place if it is not an Error.
+  template <class Interface>
+  std::shared_ptr<Interface> create(std::string_view name, const Config& config, const Rig& rig) const {
+    return std::static_pointer_cast<Interface>(create_erased(
+        plugin_kind<Interface>(), name, config, rig, [](void* object) { delete static_cast<Interface*>(object); }));
+  }
+
+  /// Everything in the folders that looks like a plugin (`waymark_*.so`), sorted by name.
+  std::vector<PluginInfo> list() const;
+
+  const std::vector<std::filesystem::path>& folders() const { return folders_; }
+
+ private:
+  std::shared_ptr<void> create_erased(std::string_view kind, std::string_view name, const Config& config,
+                                      const Rig& rig, void (*destroy)(void*)) const;
+
+  std::vector<std::filesystem::path> folders_;
+};
+
+}  // namespace waymark

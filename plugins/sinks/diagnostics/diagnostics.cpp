@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "thinned_series.hpp"
+#include "waymark/nav_state.hpp"
+#include "waymark/output_file.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxBadRecords = 100;
+
+/// JSON has no NaN and no infinity: null.
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json ratio(double numerator, double denominator) {
+  return denominator > 0.0 ? finite(numerator / denominator) : Json(nullptr);
+}
+
+template <std::size_t Columns>
+Json table(const ThinnedSeries<Columns>& series) {
+  Json rows = Json::array();
+  for (const auto& row : series.rows()) {
+    Json cells = Json::array();
+    for (const double cell : row) cells.push_back(finite(cell));
+    rows.push_back(std::move(cells));
+  }
+  return rows;
+}
+
+Json describe(const SensorReport& sensor) {
+  const double between = static_cast<double>(sensor.measurements) - 1.0;
+  return {{"name", sensor.name},
+          {"plugin", sensor.plugin},
+          {"measurements", sensor.measurements},
+          {"rate_hz", ratio(std::max(between, 0.0), sensor.last_s - sensor.first_s)},
+          {"fused", sensor.fused},
+          {"gated", sensor.gated},
+          {"mapped", sensor.mapped},
+          {"held_out", sensor.held_out},
+          {"late", sensor.late},
+          {"before_start", sensor.before_start},
+          {"unusable", sensor.unusable},
+          {"unheard", sensor.unheard},
+          {"mean_nis", ratio(sensor.nis_sum, static_cast<double>(sensor.nis_count))},
+          {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))}};
+}
+
+/// Length of the log over all sensors; null without measurements.
+Json duration_s(const RunReport& report) {
+  double first = std::numeric_limits<double>::infinity();
+  double last = -first;
+  for (const SensorReport& sensor : report.sensors) {
+    if (sensor.measurements == 0) continue;
+    first = std::min(first, sensor.first_s);
+    last = std::max(last, sensor.last_s);
+  }
+  return finite(last - first);
+}
+
+Json describe(const RunReport& report) {
+  Json records = Json::array();
+  for (const BadRecord& record : report.bad_records) {
+    if (records.size() == kMaxBadRecords) break;
+    records.push_back({{"place", record.place}, {"reason", record.reason}});
+  }
+  Json events = Json::array();
+  for (const Event& event : report.events) events.push_back({{"t_s", finite(event.stamp_s)}, {"text", event.text}});
+  return {{"interrupted", report.interrupted},
+          {"duration_s", duration_s(report)},
+          {"mapping_steps", report.mapping_steps},
+          {"resamplings", report.resamplings},
+          {"bad_record_count", report.bad_records.size()},
+          {"bad_records", std::move(records)},
+          {"events", std::move(events)}};
+}
+
+Json count_landmarks(const Snapshot& last) {
+  Json maps = Json::array();
+  for (const MapDescription& map : last.best_maps()) {
+    const auto confirmed = std::ranges::count_if(map.landmarks, &LandmarkView::confirmed);
+    const auto provisional = static_cast<std::ptrdiff_t>(map.landmarks.size()) - confirmed;
+    maps.push_back({{"map", map.module}, {"confirmed", confirmed}, {"provisional", provisional}});
+  }
+  return maps;
+}
+
+/// How the run went, as JSON.
+class Diagnostics : public Sink {
+ public:
+  explicit Diagnostics(const Config& config) : name_(config.text("file", "diagnostics.json")) {}
+
+  void start(const RunInfo& info) override { path_ = info.out_dir / name_; }
+
+  void write(const Snapshot& snapshot) override {
+    if (!snapshot.started()) return;
+    const double t = to_seconds(snapshot.stamp().time_since_epoch());
+    const double n_eff = snapshot.effective_sample_size();
+    if (std::isfinite(n_eff)) smallest_n_eff_ = std::min(smallest_n_eff_, n_eff);
+    n_eff_.add({t, n_eff});
+    if (sigma_.wants_next()) {
+      const Eigen::Vector3d variance = pose_covariance(snapshot.belief(), snapshot.layout()).diagonal();
+      // Rounding may leave a variance a hair below zero.
+      const Eigen::Vector3d sigma = variance.cwiseMax(0.0).cwiseSqrt();
+      sigma_.add({t, sigma.x(), sigma.y(), sigma.z()});
+    } else {
+      sigma_.skip();
+    }
+  }
+
+  void finish(const Snapshot* last, const RunReport& report) override {
+    const bool started = last != nullptr && last->started();
+    Json sensors = Json::array();
+    for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
+    const Json document = {
+        {"run", describe(report)},
+        {"sensors", std::move(sensors)},
+        {"particles", started ? last->particles().size() : 0},
+        {"effective_sample_size",
+         {{"min", finite(smallest_n_eff_)}, {"median", median_n_eff()}, {"over_time", table(n_eff_)}}},
+        {"landmarks", started ? count_landmarks(*last) : Json::array()},
+        {"pose_sigma", {{"columns", {"t_s", "x_m", "y_m", "yaw_rad"}}, {"over_time", table(sigma_)}}}};
+    // A bad record may quote bytes of the log that are no UTF-8.
+    write_file(path_, document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  }
+
+ private:
+  Json median_n_eff() const {
+    std::vector<double> values;
+    for (const auto& row : n_eff_.rows()) {
+      if (std::isfinite(row[1])) values.push_back(row[1]);
+    }
+    if (values.empty()) return nullptr;
+    std::ranges::sort(values);
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+  }
+
+  std::string name_;
+  std::filesystem::path path_;
+  double smallest_n_eff_ = std::numeric_limits<double>::infinity();
+  ThinnedSeries<2> n_eff_;
+  ThinnedSeries<4> sigma_;
+};
+
+}  // namespace
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sink, waymark::Diagnostics, "diagnostics", "1.0.0")

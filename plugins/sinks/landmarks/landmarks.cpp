@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "waymark/output_file.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::string_view kHeader =
+    "map,id,east_m,north_m,radius_m,var_east_m2,var_north_m2,cov_east_north_m2,var_radius_m2,existence,sightings,"
+    "confirmed\n";
+constexpr std::string_view kReferenceHeader = "name,x_m,y_m,radius_m\n";
+
+/// Six decimals; an unknown number is an empty field.
+std::string metres(double value) { return std::isfinite(value) ? fmt::format("{:.6f}", value) : std::string(); }
+std::string squared(double value) { return std::isfinite(value) ? fmt::format("{:.6e}", value) : std::string(); }
+
+/// A field of a CSV row, quoted where it must be (RFC 4180).
+std::string field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string row(std::string_view map, const LandmarkView& landmark) {
+  const bool has_radius = std::isfinite(landmark.radius_m);
+  return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d}\n", field(map), landmark.id, metres(landmark.p_map.x()),
+                     metres(landmark.p_map.y()), metres(landmark.radius_m), squared(landmark.P(0, 0)),
+                     squared(landmark.P(1, 1)), squared(landmark.P(0, 1)),
+                     has_radius ? squared(landmark.P(2, 2)) : std::string(), landmark.existence, landmark.sightings,
+                     landmark.confirmed);
+}
+
+/// The landmarks of the best particle's maps as CSV, at the end of the run.
+class Landmarks : public Sink {
+ public:
+  explicit Landmarks(const Config& config)
+      : name_(config.text("file", "landmarks.csv")),
+        reference_name_(config.text("reference_file", "reference_landmarks.csv")),
+        confirmed_only_(config.boolean("confirmed_only", true)) {
+    if (name_ == reference_name_) config.fail("reference_file", fmt::format("'{}' is also the landmarks' file", name_));
+  }
+
+  void start(const RunInfo& info) override {
+    out_dir_ = info.out_dir;
+    if (!info.reference || info.reference->landmarks.empty()) return;
+    std::string text(kReferenceHeader);
+    for (const Reference::Landmark& landmark : info.reference->landmarks) {
+      text += fmt::format("{},{},{},{}\n", field(landmark.name), metres(landmark.p_map.x()), metres(landmark.p_map.y()),
+                          metres(landmark.radius_m));
+    }
+    write_file(out_dir_ / reference_name_, text);
+  }
+
+  void write(const Snapshot&) override {}
+
+  void finish(const Snapshot* last, const RunReport&) override {
+    std::string text(kHeader);
+    if (last != nullptr && last->started()) {
+      for (const MapDescription& map : last->best_maps()) {
+        for (const LandmarkView& landmark : map.landmarks) {
+          if (landmark.confirmed || !confirmed_only_) text += row(map.module, landmark);
+        }
+      }
+    }
+    write_file(out_dir_ / name_, text);
+  }
+
+ private:
+  std::string name_;
+  std::string reference_name_;
+  bool confirmed_only_;
+  std::filesystem::path out_dir_;
+};
+
+}  // namespace
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sink, waymark::Landmarks, "landmarks", "1.0.0")

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/snapshot.hpp"
+
+namespace waymark::plot {
+
+/// What the YAML settles about the picture.
+struct Style {
+  enum class Labels { automatic, on, off };
+  int width_px = 1600;
+  int height_px = 1200;
+  Labels landmark_labels = Labels::automatic;
+  double sigma = 3.0;  ///< of every ellipse
+};
+
+/// What there is to draw, map frame [m].
+struct Content {
+  std::shared_ptr<const Reference> reference;  ///< may be null
+  std::vector<Eigen::Vector2d> online;         ///< estimates in the order of their stamps
+  std::vector<Eigen::Vector2d> gnss_fused;
+  std::vector<Eigen::Vector2d> gnss_held_out;
+  std::size_t gnss_fused_count = 0;  ///< before thinning
+  std::size_t gnss_held_out_count = 0;
+  double log_duration_s = 0.0;
+  bool interrupted = false;
+
+  /// The end of the run; absent if the filter never started.
+  struct End {
+    Pose T_map_base;
+    Eigen::Matrix3d P = Eigen::Matrix3d::Zero();  ///< of x, y, yaw
+    std::vector<ParticleView> particles;
+    std::vector<StampedPose> best_path;
+    std::vector<MapDescription> maps;
+  };
+  std::optional<End> end;
+};
+
+/// The picture as a PNG file: the same content gives the same bytes.
+std::string draw(const Content& content, const Style& style);
+
+}  // namespace waymark::plot

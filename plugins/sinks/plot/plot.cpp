@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+
+#include "picture.hpp"
+#include "waymark/output_file.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::plot {
+namespace {
+
+/// Keeps every n-th point; n doubles whenever there are too many, so memory is bounded and the choice depends on the
+/// data only.
+class ThinnedPoints {
+ public:
+  void add(const Eigen::Vector2d& point) {
+    last_ = point;
+    if (count_++ % stride_ != 0) return;
+    points_.push_back(point);
+    if (points_.size() < kLimit) return;
+    for (std::size_t i = 0; 2 * i < points_.size(); ++i) points_[i] = points_[2 * i];
+    points_.resize((points_.size() + 1) / 2);
+    stride_ *= 2;
+  }
+
+  std::size_t count() const { return count_; }
+  /// The kept points and the last one.
+  std::vector<Eigen::Vector2d> points() const {
+    std::vector<Eigen::Vector2d> out = points_;
+    if (count_ > 0 && (count_ - 1) % stride_ != 0) out.push_back(last_);
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t kLimit = 1 << 16;
+  std::vector<Eigen::Vector2d> points_;
+  Eigen::Vector2d last_ = Eigen::Vector2d::Zero();
+  std::size_t count_ = 0;
+  std::size_t stride_ = 1;
+};
+
+/// Draws the run as one map when it is over.
+class Plot : public Sink {
+ public:
+  explicit Plot(const Config& config) : file_(config.text("file", "map.png")) {
+    style_.width_px = static_cast<int>(config.integer_in("width_px", 480, 10000, style_.width_px));
+    style_.height_px = static_cast<int>(config.integer_in("height_px", 360, 10000, style_.height_px));
+    style_.sigma = config.positive("sigma", style_.sigma);
+    const std::string labels = config.choice("landmark_labels", {"auto", "on", "off"}, "auto");
+    style_.landmark_labels = labels == "on"    ? Style::Labels::on
+                             : labels == "off" ? Style::Labels::off
+                                               : Style::Labels::automatic;
+    if (file_.extension() != ".png") config.fail("file", "\"" + file_.string() + "\" does not end in .png");
+  }
+
+  void start(const RunInfo& info) override {
+    out_dir_ = info.out_dir;
+    reference_ = info.reference;
+  }
+
+  void write(const Snapshot& snapshot) override {
+    const Measurement& measurement = snapshot.measurement();
+    if (!any_) first_ = last_ = measurement.stamp;
+    any_ = true;
+    first_ = std::min(first_, measurement.stamp);
+    last_ = std::max(last_, measurement.stamp);
+    if (measurement.payload != nullptr && measurement.payload->type() == GnssFix::kType) {
+      const Eigen::Vector2d p = measurement.as<GnssFix>().p_map_antenna.head<2>();
+      if (p.allFinite() && snapshot.fate() == Fate::fused) fused_.add(p);
+      if (p.allFinite() && snapshot.fate() == Fate::held_out) held_out_.add(p);
+    }
+    if (snapshot.started()) online_.add(snapshot.belief().mean.T_map_base.p.head<2>());
+  }
+
+  void finish(const Snapshot* last, const RunReport& report) override {
+    Content content;
+    content.reference = reference_;
+    content.online = online_.points();
+    content.gnss_fused = fused_.points();
+    content.gnss_held_out = held_out_.points();
+    content.gnss_fused_count = fused_.count();
+    content.gnss_held_out_count = held_out_.count();
+    content.log_duration_s = to_seconds(last_ - first_);
+    content.interrupted = report.interrupted;
+    if (last != nullptr && last->started()) {
+      content.end = Content::End{last->belief().mean.T_map_base, pose_covariance(last->belief(), last->layout()),
+                                 last->particles(), last->best_path(), last->best_maps()};
+    }
+    write_file(out_dir_ / file_, draw(content, style_));
+  }
+
+ private:
+  std::filesystem::path file_;
+  Style style_;
+  std::filesystem::path out_dir_;
+  std::shared_ptr<const Reference> reference_;
+  ThinnedPoints online_;
+  ThinnedPoints fused_;
+  ThinnedPoints held_out_;
+  bool any_ = false;
+  Time first_{};
+  Time last_{};
+};
+
+}  // namespace
+}  // namespace waymark::plot
+
+WAYMARK_PLUGIN(waymark::Sink, waymark::plot::Plot, "plot", "1.0.0")

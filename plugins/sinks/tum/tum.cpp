@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+
+#include "waymark/output_file.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::string_view kHeader =
+    "# map frame (east north up), pose of base_link; timestamp_s x_m y_m z_m qx qy qz qw\n";
+
+std::string line(Time stamp, const Pose& pose) {
+  // q and -q are the same rotation: one sign, so that equal poses give equal text.
+  const Eigen::Vector4d q = pose.q.w() < 0.0 ? Eigen::Vector4d(-pose.q.coeffs()) : Eigen::Vector4d(pose.q.coeffs());
+  return fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", format_time(stamp), pose.p.x(),
+                     pose.p.y(), pose.p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+bool was_taken_in(Fate fate) {
+  return fate == Fate::fused || fate == Fate::gated || fate == Fate::mapped || fate == Fate::held_out;
+}
+
+/// Trajectories as text, in the format of the TUM RGB-D benchmark.
+class Tum : public Sink {
+ public:
+  explicit Tum(const Config& config)
+      : trajectory_name_(config.text("trajectory", "trajectory.txt")),
+        path_name_(config.text("path", "path.txt")),
+        reference_name_(config.text("reference", "reference.txt")) {
+    if (path_name_ == trajectory_name_)
+      config.fail("path", fmt::format("'{}' is also the trajectory's file", path_name_));
+    if (reference_name_ == trajectory_name_ || reference_name_ == path_name_) {
+      config.fail("reference", fmt::format("'{}' is also another output's file", reference_name_));
+    }
+  }
+
+  void start(const RunInfo& info) override {
+    out_dir_ = info.out_dir;
+    trajectory_.emplace(out_dir_ / trajectory_name_);
+    trajectory_->write(kHeader);
+    if (info.reference && !info.reference->trajectory.empty()) write_reference(*info.reference);
+  }
+
+  void write(const Snapshot& snapshot) override {
+    if (!snapshot.started() || !was_taken_in(snapshot.fate())) return;
+    trajectory_->write(line(snapshot.stamp(), snapshot.belief().mean.T_map_base));
+  }
+
+  void finish(const Snapshot* last, const RunReport&) override {
+    trajectory_->commit();
+    std::string text(kHeader);
+    if (last != nullptr && last->started()) {
+      for (const StampedPose& pose : last->best_path()) text += line(pose.stamp, pose.T_map_base);
+    }
+    write_file(out_dir_ / path_name_, text);
+  }
+
+ private:
+  void write_reference(const Reference& reference) const {
+    std::string text(kHeader);
+    for (const Reference::Point& point : reference.trajectory) {
+      const Pose without_yaw{Eigen::Quaterniond::Identity(), point.T_map_base.p};
+      text += line(point.stamp, point.has_yaw ? point.T_map_base : without_yaw);
+    }
+    write_file(out_dir_ / reference_name_, text);
+  }
+
+  std::string trajectory_name_;
+  std::string path_name_;
+  std::string reference_name_;
+  std::filesystem::path out_dir_;
+  std::optional<OutputFile> trajectory_;  // open from start() to finish()
+};
+
+}  // namespace
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sink, waymark::Tum, "tum", "1.0.0")

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace waymark::csv {
+
+/// The bytes of a plain or gzip file (recognised by its first two bytes, not by its name), in order. A damaged gzip
+/// file yields every byte before the damage; then `problem` says what is wrong.
+class ByteStream {
+ public:
+  /// Throws DataError if the file cannot be opened or is a folder.
+  explicit ByteStream(const std::filesystem::path& file);
+  ~ByteStream();
+  ByteStream(const ByteStream&) = delete;
+  ByteStream& operator=(const ByteStream&) = delete;
+
+  /// Fills up to `size` bytes; 0 only at the end. Throws DataError if the system cannot read.
+  std::size_t read(char* data, std::size_t size);
+
+  /// Empty, or why the stream ended before its proper end. To be asked once `read` returned 0.
+  std::string_view problem() const { return problem_; }
+
+  std::uint64_t consumed() const { return consumed_; }  ///< bytes of the file that were used
+  std::uint64_t file_size() const { return file_size_; }
+
+ private:
+  struct Inflater;
+
+  std::size_t read_file(char* data, std::size_t size);
+  std::size_t read_gzip(char* data, std::size_t size);
+  bool refill();
+  bool next_member();
+
+  std::string name_;
+  int descriptor_ = -1;
+  std::uint64_t file_size_ = 0;
+  std::uint64_t consumed_ = 0;
+  std::vector<char> input_;  // compressed bytes, or the head of a plain file
+  std::size_t input_begin_ = 0;
+  std::size_t input_end_ = 0;
+  std::unique_ptr<Inflater> inflater_;  // null: plain
+  bool ended_ = false;
+  std::string_view problem_;
+};
+
+}  // namespace waymark::csv

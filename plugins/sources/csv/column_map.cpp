@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "column_map.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "number_text.hpp"
+
+namespace waymark::csv {
+namespace {
+
+constexpr std::size_t kMostColumns = 1'000'000;
+
+[[noreturn]] void reject(std::string_view field, const std::string& label, NumberText text) {
+  switch (text) {
+    case NumberText::empty:
+      throw BadRow(label + " is empty, a number is expected");
+    case NumberText::out_of_range:
+      throw BadRow(in_quotes(field) + " in " + label + " is out of range");
+    default:
+      throw BadRow(in_quotes(field) + " in " + label + " is not a number");
+  }
+}
+
+double finite_number(std::string_view field, const std::string& label) {
+  double value = 0.0;
+  const NumberText text = parse_number(field, value);
+  if (text != NumberText::ok) reject(field, label, text);
+  if (!std::isfinite(value)) throw BadRow(in_quotes(field) + " in " + label + " is not finite");
+  return value;
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, diagonal + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+double non_zero_scale(const Config& config) {
+  const double scale = config.number("scale", 1.0);
+  if (scale == 0.0) config.fail("scale", "0 would make every value the same; a number other than 0 is expected");
+  return scale;
+}
+
+std::optional<int> power_of_ten(double value) {
+  for (int exponent = -12; exponent <= 6; ++exponent) {
+    const std::string text = "1e" + std::to_string(exponent);
+    double power = 0.0;
+    std::from_chars(text.data(), text.data() + text.size(), power);
+    if (value == power) return exponent;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Column ColumnFinder::find(const Config& config, std::string_view key, std::string_view field) {
+  const std::string name = config.text(key);
+  std::size_t index = 0;
+  const auto [stop, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  const bool is_number = !name.empty() && error == std::errc{} && stop == name.data() + name.size();
+  if (is_number) {
+    if (index >= kMostColumns) config.fail(key, name + " is no column number (0 to 999999)");
+  } else {
+    const auto found = std::ranges::find(header_, name);
+    if (found == header_.end()) {
+      if (header_.empty()) config.fail(key, in_quotes(name) + " is no column number, and the file has no header row");
+      const std::vector<std::string_view> names(header_.begin(), header_.end());
+      config.fail(key, "the header has no column " + in_quotes(name) + suggestion(name, names));
+    }
+    index = static_cast<std::size_t>(found - header_.begin());
+  }
+  use(index, 1, field);
+  return {index, "column " + std::to_string(index) + " (" + std::string(field) + ")"};
+}
+
+void ColumnFinder::use(std::size_t first, std::size_t count, std::string_view field) {
+  needed_ = std::max(needed_, first + count);
+  used_.push_back(std::string(field) + "=" + std::to_string(first) + "+" + std::to_string(count));
+}
+
+std::string ColumnFinder::signature() const {
+  std::vector<std::string> sorted = used_;
+  std::ranges::sort(sorted);
+  std::string result;
+  for (const std::string& one : sorted) result += one + ";";
+  return result;
+}
+
+NumberColumn::NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder) {
+  if (columns.is_mapping(key)) {
+    const Config settings = columns.child(key);
+    column_ = finder.find(settings, "column", key);
+    scale_ = non_zero_scale(settings);
+    offset_ = settings.number("offset", 0.0);
+  } else {
+    column_ = finder.find(columns, key, key);
+  }
+}
+
+double NumberColumn::read(Row row) const {
+  const double value = finite_number(row[column_.index], column_.label) * scale_ + offset_;
+  if (!std::isfinite(value)) throw BadRow(in_quotes(row[column_.index]) + " in " + column_.label + " is out of range");
+  return value;
+}
+
+int NumberColumn::read_integer(Row row) const {
+  const double value = read(row);
+  if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+    throw BadRow(in_quotes(row[column_.index]) + " in " + column_.label + " is not a whole number");
+  }
+  return static_cast<int>(value);
+}
+
+std::optional<NumberColumn> optional_number_column(const Config& columns, std::string_view key, ColumnFinder& finder) {
+  if (!columns.has(key)) return std::nullopt;
+  return NumberColumn(columns, key, finder);
+}
+
+ColumnRange::ColumnRange(const Config& columns, std::string_view key, ColumnFinder& finder) : field_(key) {
+  const Config settings = columns.child(key);
+  first_ = finder.find(settings, "first", key).index;
+  if (settings.has("count") == settings.has("last")) settings.fail("give either count or last");
+  if (settings.has("count")) {
+    const std::int64_t count = settings.integer("count");
+    if (count < 1 || count > static_cast<std::int64_t>(kMostColumns)) {
+      settings.fail("count", std::to_string(count) + " is no number of columns (1 to 1000000)");
+    }
+    count_ = static_cast<std::size_t>(count);
+  } else {
+    const std::size_t last = finder.find(settings, "last", key).index;
+    if (last < first_) settings.fail("last", "the last column lies before the first");
+    count_ = last - first_ + 1;
+  }
+  finder.use(first_, count_, key);
+  scale_ = non_zero_scale(settings);
+  offset_ = settings.number("offset", 0.0);
+}
+
+std::string ColumnRange::label(std::size_t beam) const {
+  return "column " + std::to_string(first_ + beam) + " (" + field_ + ", beam " + std::to_string(beam) + ")";
+}
+
+void ColumnRange::read(Row row, std::vector<float>& values, std::optional<float> non_finite) const {
+  values.resize(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const std::string_view field = row[first_ + i];
+    double raw = 0.0;
+    const NumberText text = parse_number(field, raw);
+    if (text != NumberText::ok) reject(field, label(i), text);
+    values[i] = static_cast<float>(raw * scale_ + offset_);
+    if (std::isfinite(values[i])) continue;
+    if (!non_finite) {
+      throw BadRow(in_quotes(field) + " in " + label(i) +
+                   " is not finite; if it means no return, set scan.allow_non_finite");
+    }
+    values[i] = *non_finite;
+  }
+}
+
+TimeColumn::TimeColumn(const Config& config, std::string_view key, ColumnFinder& finder) {
+  if (!config.is_mapping(key)) {
+    column_ = finder.find(config, key, key);
+    exponent_ = 0;
+    return;
+  }
+  const Config settings = config.child(key);
+  column_ = finder.find(settings, "column", key);
+  scale_ = settings.positive("scale", 1.0);
+  exponent_ = power_of_ten(scale_);
+  const std::string offset = settings.text("offset_s", "0");
+  if (parse_nanoseconds(offset, 0, offset_ns_) != NumberText::ok) {
+    settings.fail("offset_s", in_quotes(offset) + " is no number of seconds");
+  }
+}
+
+Time TimeColumn::read(Row row) const {
+  const std::string_view field = row[column_.index];
+  std::int64_t nanoseconds = 0;
+  if (exponent_) {
+    const NumberText text = parse_nanoseconds(field, *exponent_, nanoseconds);
+    if (text != NumberText::ok) {
+      finite_number(field, column_.label);  // names NaN and infinity as such
+      reject(field, column_.label, text);
+    }
+  } else {
+    const long double value = std::round(static_cast<long double>(finite_number(field, column_.label)) * scale_ * 1e9L);
+    if (!(std::abs(value) < 9.2e18L)) reject(field, column_.label, NumberText::out_of_range);
+    nanoseconds = static_cast<std::int64_t>(value);
+  }
+  if (__builtin_add_overflow(nanoseconds, offset_ns_, &nanoseconds)) {
+    reject(field, column_.label, NumberText::out_of_range);
+  }
+  return Time{Duration{nanoseconds}};
+}
+
+RowFilter::RowFilter(const Config& config, ColumnFinder& finder) {
+  for (const Config& item : config.items_or_empty("where")) {
+    Condition condition;
+    condition.column = finder.find(item, "column", "where");
+    if (item.has("equals")) condition.in = {item.number("equals")};
+    if (item.has("in")) {
+      if (condition.in) item.fail("in", "give either equals or in");
+      condition.in = item.numbers("in");
+    }
+    if (item.has("not_in")) condition.not_in = item.numbers("not_in");
+    if (item.has("min")) condition.min = item.number("min");
+    if (item.has("max")) condition.max = item.number("max");
+    const bool says_something = condition.in || !condition.not_in.empty() || item.has("min") || item.has("max");
+    if (!says_something) item.fail("a condition needs equals, in, not_in, min or max");
+
+    signature_ += std::to_string(condition.column.index) + ":";
+    if (condition.in) {
+      for (const double value : *condition.in) signature_ += "=" + std::to_string(value);
+    }
+    for (const double value : condition.not_in) signature_ += "!" + std::to_string(value);
+    signature_ += "[" + std::to_string(condition.min) + "," + std::to_string(condition.max) + "]";
+    conditions_.push_back(std::move(condition));
+  }
+}
+
+bool RowFilter::keeps(Row row) const {
+  return std::ranges::all_of(conditions_, [row](const Condition& condition) {
+    const double value = finite_number(row[condition.column.index], condition.column.label);
+    return (!condition.in || std::ranges::find(*condition.in, value) != condition.in->end()) &&
+           std::ranges::find(condition.not_in, value) == condition.not_in.end() && value >= condition.min &&
+           value <= condition.max;
+  });
+}
+
+std::string suggestion(std::string_view name, const std::vector<std::string_view>& names) {
+  if (names.empty()) return "";
+  std::vector<std::string_view> ranked = names;
+  std::ranges::stable_sort(ranked, {}, [name](std::string_view other) { return edit_distance(name, other); });
+  constexpr std::size_t kShown = 12;
+  std::string result = "; did you mean " + in_quotes(ranked.front()) + "? (there ";
+  result += names.size() == 1 ? "is " : "are ";
+  for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i) {
+    if (i > 0) result += ", ";
+    result += names[i];
+  }
+  return result + (names.size() > kShown ? ", …)" : ")");
+}
+
+void check_fields(const Config& columns, const std::vector<std::string_view>& valid,
+                  const std::vector<std::string_view>& required, std::string_view owner) {
+  for (const std::string& key : columns.keys()) {
+    if (std::ranges::find(valid, key) == valid.end()) {
+      columns.fail(key, std::string(owner) + " has no field " + in_quotes(key) + suggestion(key, valid));
+    }
+  }
+  for (const std::string_view key : required) {
+    if (!columns.has(key)) columns.fail(std::string(owner) + " needs the column " + in_quotes(key));
+  }
+}
+
+std::filesystem::path readable_file(const Config& config, std::string_view key) {
+  std::filesystem::path file = config.file().parent_path() / config.text(key);
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    config.fail(key, file.string() + " is a folder, a file is expected");
+  }
+  if (::access(file.c_str(), R_OK) != 0) {
+    config.fail(key, file.string() + " cannot be read: " + std::strerror(errno));
+  }
+  return file;
+}
+
+Format read_format(const Config& config) {
+  Format format;
+  if (config.has("delimiter")) {
+    const std::string word = config.text("delimiter");
+    if (word == "tab" || word == "\t") {
+      format.delimiter = '\t';
+    } else if (word == "space" || word == " ") {
+      format.delimiter = Format::kBlanks;
+    } else if (word == "," || word == ";" || word == "|" || word == ":") {
+      format.delimiter = word[0];
+    } else {
+      config.fail("delimiter", in_quotes(word) + R"( is no delimiter; one of "," ";" "|" ":" tab space is expected)");
+    }
+  }
+  format.comment = config.text("comment", "#");
+  if (config.has("header_rows")) {
+    format.header_rows = static_cast<int>(config.integer_in("header_rows", 0, 1000, 0));
+  }
+  return format;
+}
+
+}  // namespace waymark::csv

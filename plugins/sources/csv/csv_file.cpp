@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "csv_file.hpp"
+
+#include <utility>
+
+namespace waymark::csv {
+namespace {
+
+constexpr std::size_t kMostRecords = 1000;
+
+std::string seconds_text(Duration duration) {
+  std::string text = format_time(Time{duration});
+  text.erase(text.find_last_not_of('0') + 1);
+  if (!text.empty() && text.back() == '.') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+void BadRows::add(std::string place, std::string reason) {
+  ++count_;
+  if (records_.size() < kMostRecords) records_.push_back({place, reason});
+  if (count_ > limit_) {
+    throw DataError(place + ": " + reason + " (bad row number " + std::to_string(count_) + "; max_bad_rows allows " +
+                    std::to_string(limit_) + ", a larger value skips such rows)");
+  }
+}
+
+void BadRows::save(OutArchive& archive) const {
+  archive.value(count_);
+  archive.value(static_cast<std::uint64_t>(records_.size()));
+  for (const BadRecord& record : records_) {
+    archive.value(std::string_view(record.place));
+    archive.value(std::string_view(record.reason));
+  }
+}
+
+void BadRows::load(InArchive& archive) {
+  std::uint64_t records = 0;
+  archive.value(count_);
+  archive.value(records);
+  if (records > kMostRecords) throw DataError("checkpoint: the list of bad rows is too long");
+  records_.resize(records);
+  for (BadRecord& record : records_) {
+    archive.value(record.place);
+    archive.value(record.reason);
+  }
+}
+
+CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
+    : sensor_(entry.text("sensor")),
+      type_(csv::payload_type(entry)),
+      reader_(readable_file(entry, "path"), read_format(entry)),
+      finder_(reader_.header()),
+      time_(entry, "time", finder_),
+      filter_(entry, finder_),
+      builder_(make_payload_builder(type_, entry, finder_)),
+      group_by_time_(entry.boolean("group_by_time", false)),
+      max_time_jump_(max_time_jump) {
+  if (entry.has("arrival")) arrival_.emplace(entry, "arrival", finder_);
+  if (group_by_time_ && !builder_->can_append()) {
+    entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
+  }
+  entry.reject_unread();
+}
+
+std::string CsvFile::signature() const {
+  return std::string(type_) + "|" + finder_.signature() + "|" + filter_.signature();
+}
+
+void CsvFile::restart() {
+  reader_.restart();
+  newest_.reset();
+  fields_of_first_row_ = 0;
+  group_ = {};
+  group_set_.reset();
+}
+
+std::optional<Measurement> CsvFile::next(BadRows& bad_rows) {
+  while (reader_.next()) {
+    try {
+      if (auto measurement = take_row()) return measurement;
+    } catch (const BadRow& bad) {
+      bad_rows.add(reader_.place(), bad.what());
+    }
+  }
+  if (!group_set_) return std::nullopt;
+  group_set_.reset();
+  return std::exchange(group_, {});
+}
+
+std::optional<Measurement> CsvFile::take_row() {
+  const Row row = reader_.row();
+  if (fields_of_first_row_ == 0) fields_of_first_row_ = row.size();
+  if (builder_->wants_equal_rows() && row.size() != fields_of_first_row_) {
+    throw BadRow(std::to_string(row.size()) + " fields, but the first row of this file has " +
+                 std::to_string(fields_of_first_row_));
+  }
+  if (row.size() < finder_.needed_fields()) {
+    throw BadRow("too few columns: " + std::to_string(row.size()) + ", at least " +
+                 std::to_string(finder_.needed_fields()) + " are expected");
+  }
+  if (!filter_.keeps(row)) return std::nullopt;
+
+  Measurement read;
+  read.stamp = time_.read(row);
+  read.arrival = arrival_ ? arrival_->read(row) : read.stamp;
+  check_order(read.stamp, read.arrival);
+  if (group_set_ && read.stamp == group_.stamp) {
+    builder_->append(row, *group_set_);
+    group_.arrival = read.arrival;
+    newest_ = read.arrival;
+    return std::nullopt;
+  }
+  std::shared_ptr<Payload> payload = builder_->build(row);
+  newest_ = read.arrival;
+  read.payload = payload;
+  if (!group_by_time_) return read;
+  std::swap(read, group_);
+  std::swap(payload, group_set_);
+  if (!read.payload) return std::nullopt;
+  return read;
+}
+
+void CsvFile::check_order(Time stamp, Time arrival) const {
+  if (arrival_ && stamp > arrival)
+    throw BadRow("the stamp lies " + seconds_text(stamp - arrival) + " s after the arrival");
+  if (arrival_ && arrival - stamp > max_time_jump_) {
+    throw BadRow("the stamp lies " + seconds_text(arrival - stamp) + " s before the arrival; max_time_jump_s is " +
+                 seconds_text(max_time_jump_));
+  }
+  if (!newest_) return;
+  if (arrival < *newest_) {
+    throw BadRow("time goes back by " + seconds_text(*newest_ - arrival) + " s, from " + format_time(*newest_) +
+                 " to " + format_time(arrival));
+  }
+  if (arrival - *newest_ > max_time_jump_) {
+    throw BadRow("time jumps forward by " + seconds_text(arrival - *newest_) + " s; max_time_jump_s is " +
+                 seconds_text(max_time_jump_));
+  }
+}
+
+}  // namespace waymark::csv

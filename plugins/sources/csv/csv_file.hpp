@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "column_map.hpp"
+#include "delimited_reader.hpp"
+#include "payload_builders.hpp"
+#include "waymark/config.hpp"
+#include "waymark/measurement.hpp"
+#include "waymark/source.hpp"
+
+namespace waymark::csv {
+
+/// The rows that were skipped, up to a limit.
+class BadRows {
+ public:
+  explicit BadRows(std::uint64_t limit) : limit_(limit) {}
+
+  /// Counts a row. Throws DataError with its place and reason if it is one too many.
+  void add(std::string place, std::string reason);
+
+  const std::vector<BadRecord>& records() const { return records_; }  ///< the first 1000
+  std::uint64_t count() const { return count_; }
+
+  void save(OutArchive& archive) const;
+  void load(InArchive& archive);
+
+ private:
+  std::uint64_t limit_;
+  std::uint64_t count_ = 0;
+  std::vector<BadRecord> records_;
+};
+
+/// One entry of `files`: the measurements of one sensor out of one file, in the order of the file.
+class CsvFile {
+ public:
+  /// Throws ConfigError or, if the file has no data row, DataError.
+  CsvFile(const Config& entry, Duration max_time_jump);
+
+  /// The next measurement, without channel and sequence; nothing at the end. Rows that cannot be used go to `bad_rows`.
+  /// Throws DataError if the file is damaged or `bad_rows` is full.
+  std::optional<Measurement> next(BadRows& bad_rows);
+  /// Back to the beginning.
+  void restart();
+
+  /// The last arrival that was read; the order of the merge where a file cannot be read on.
+  Time newest_arrival() const { return newest_.value_or(Time::min()); }
+
+  const std::string& sensor() const { return sensor_; }
+  std::string_view payload_type() const { return type_; }
+  const DelimitedReader& reader() const { return reader_; }
+  /// Equal for two entries that read the same columns and rows into the same payload.
+  std::string signature() const;
+
+ private:
+  std::optional<Measurement> take_row();
+  void check_order(Time stamp, Time arrival) const;
+
+  std::string sensor_;
+  std::string_view type_;
+  DelimitedReader reader_;
+  ColumnFinder finder_;
+  TimeColumn time_;
+  std::optional<TimeColumn> arrival_;
+  RowFilter filter_;
+  std::unique_ptr<PayloadBuilder> builder_;
+  bool group_by_time_ = false;
+  Duration max_time_jump_;
+
+  std::optional<Time> newest_;
+  std::size_t fields_of_first_row_ = 0;
+  Measurement group_;                   // the set that rows are added to; no payload: none
+  std::shared_ptr<Payload> group_set_;  // its payload, writable
+};
+
+}  // namespace waymark::csv

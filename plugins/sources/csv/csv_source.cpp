@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "csv_file.hpp"
+#include "number_text.hpp"
+#include "reference.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::csv {
+
+/// Delimited text files, merged by time of arrival; equal times in the order of the YAML.
+class CsvSource final : public Source {
+ public:
+  CsvSource(const Config& config, const Rig& rig);
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override;
+  double progress() const override;
+  const std::vector<BadRecord>& bad_records() const override { return bad_rows_.records(); }
+  std::shared_ptr<const Reference> reference() const override { return reference_; }
+  void save(OutArchive& archive) const override;
+  void load(InArchive& archive) override;
+
+ private:
+  /// A file, its next measurement or why there is none, and how many it has delivered.
+  struct Input {
+    CsvFile file;
+    std::uint32_t channel = 0;
+    std::optional<Measurement> pending;
+    std::exception_ptr failure;
+    std::uint64_t delivered = 0;
+
+    bool done() const { return !pending && !failure; }
+    Time due() const { return pending ? pending->arrival : file.newest_arrival(); }
+  };
+
+  void add_input(const Config& entry, const Rig& rig, Duration max_time_jump);
+  void fetch(Input& input, BadRows& bad_rows);
+
+  std::vector<Channel> channels_;
+  std::vector<Input> inputs_;
+  BadRows bad_rows_;
+  std::shared_ptr<const Reference> reference_;
+  std::uint64_t sequence_ = 0;
+  bool started_ = false;
+};
+
+CsvSource::CsvSource(const Config& config, const Rig& rig)
+    : bad_rows_(static_cast<std::uint64_t>(
+          config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0))) {
+  const double jump_s = config.positive("max_time_jump_s", 3600.0);
+  if (jump_s > 9e9) config.fail("max_time_jump_s", "at most 9e9 s are expected");
+  const std::vector<Config> entries = config.items("files");
+  if (entries.empty()) config.fail("files", "the list is empty, at least one file is expected");
+  for (const Config& entry : entries) add_input(entry, rig, from_seconds(jump_s));
+  if (config.has("reference")) reference_ = read_reference(config.child("reference"));
+}
+
+void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump) {
+  Input input{.file = CsvFile(entry, max_time_jump), .channel = 0, .pending = {}, .failure = {}, .delivered = 0};
+  const std::string& sensor = input.file.sensor();
+  const std::string payload(input.file.payload_type());
+
+  const auto& mountings = rig.mountings();
+  const auto mounting = std::ranges::find(mountings, sensor, &Mounting::name);
+  if (mounting == mountings.end()) {
+    std::vector<std::string_view> names;
+    names.reserve(mountings.size());
+    for (const Mounting& other : mountings) names.push_back(other.name);
+    entry.fail("sensor", "there is no sensor " + in_quotes(sensor) + " under sensors" + suggestion(sensor, names));
+  }
+  if (!mounting->payload.empty() && mounting->payload != payload) {
+    entry.fail("payload",
+               "sensor " + in_quotes(sensor) + " takes " + mounting->payload + ", but this file gives " + payload);
+  }
+  for (const Input& other : inputs_) {
+    std::error_code error;
+    if (std::filesystem::equivalent(other.file.reader().file(), input.file.reader().file(), error) &&
+        other.file.signature() == input.file.signature()) {
+      entry.fail("sensor", "two sensors on one input: " + in_quotes(other.file.sensor()) + " and " + in_quotes(sensor) +
+                               " get the same columns of " + input.file.reader().file().string());
+    }
+  }
+
+  const auto is_ours = [&](const Channel& channel) {
+    return channel.sensor == sensor && channel.payload_type == payload;
+  };
+  const auto channel = std::ranges::find_if(channels_, is_ours);
+  input.channel = static_cast<std::uint32_t>(channel - channels_.begin());
+  if (channel == channels_.end()) channels_.push_back({sensor, payload});
+  inputs_.push_back(std::move(input));
+}
+
+void CsvSource::fetch(Input& input, BadRows& bad_rows) {
+  try {
+    input.pending = input.file.next(bad_rows);
+  } catch (const DataError&) {
+    // Thrown when it is this file's turn, so what the others have until then is still delivered.
+    input.pending.reset();
+    input.failure = std::current_exception();
+  }
+}
+
+std::optional<Measurement> CsvSource::next() {
+  if (!std::exchange(started_, true)) {
+    for (Input& input : inputs_) fetch(input, bad_rows_);
+  }
+  Input* first = nullptr;
+  for (Input& input : inputs_) {
+    if (input.done()) continue;
+    const bool earlier = first == nullptr || input.due() < first->due() ||
+                         (input.due() == first->due() && first->failure && !input.failure);
+    if (earlier) first = &input;
+  }
+  if (first == nullptr) return std::nullopt;
+  if (first->failure) std::rethrow_exception(first->failure);
+
+  std::optional<Measurement> measurement = std::exchange(first->pending, std::nullopt);
+  measurement->sensor = first->channel;
+  measurement->sequence = sequence_++;
+  ++first->delivered;
+  fetch(*first, bad_rows_);
+  return measurement;
+}
+
+double CsvSource::progress() const {
+  double consumed = 0.0;
+  double total = 0.0;
+  for (const Input& input : inputs_) {
+    consumed += static_cast<double>(input.file.reader().bytes().consumed());
+    total += static_cast<double>(input.file.reader().bytes().file_size());
+  }
+  return std::min(consumed / total, 1.0);
+}
+
+void CsvSource::save(OutArchive& archive) const {
+  archive.section("csv", 1);
+  archive.value(sequence_);
+  bad_rows_.save(archive);
+  archive.value(static_cast<std::uint64_t>(inputs_.size()));
+  for (const Input& input : inputs_) {
+    archive.value(std::string_view(input.file.reader().file().filename().native()));
+    archive.value(input.delivered);
+  }
+}
+
+void CsvSource::load(InArchive& archive) {
+  archive.section("csv", 1);
+  archive.value(sequence_);
+  bad_rows_.load(archive);
+  std::uint64_t count = 0;
+  archive.value(count);
+  if (count != inputs_.size()) {
+    throw DataError("checkpoint: " + std::to_string(count) + " csv files, but the configuration has " +
+                    std::to_string(inputs_.size()));
+  }
+  for (Input& input : inputs_) {
+    const std::string file = input.file.reader().file().string();
+    std::string name;
+    std::uint64_t delivered = 0;
+    archive.value(name);
+    archive.value(delivered);
+    if (name != input.file.reader().file().filename().native()) {
+      throw DataError("checkpoint: made with the file " + in_quotes(name) + ", but the configuration has " + file);
+    }
+    input.file.restart();
+    input.failure = {};
+    BadRows known(std::numeric_limits<std::uint64_t>::max());  // rows that the checkpoint has counted already
+    for (input.delivered = 0; input.delivered < delivered; ++input.delivered) {
+      fetch(input, known);
+      if (!input.pending) throw DataError(file + ": ends before the place where the checkpoint was made");
+    }
+    input.pending.reset();
+  }
+  started_ = sequence_ > 0;
+  if (!started_) return;
+  for (Input& input : inputs_) {
+    BadRows known(std::numeric_limits<std::uint64_t>::max());
+    fetch(input, known);
+  }
+}
+
+}  // namespace waymark::csv
+
+WAYMARK_PLUGIN(waymark::Source, waymark::csv::CsvSource, "csv", "1.0.0")

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "reference.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "column_map.hpp"
+#include "delimited_reader.hpp"
+
+namespace waymark::csv {
+namespace {
+
+/// Calls `use(row)` for every row that `where` keeps; a bad row is an error, as a score against half a truth means
+/// nothing.
+template <class Use>
+void for_each_row(DelimitedReader& reader, const ColumnFinder& finder, const RowFilter& filter, Use use) {
+  while (reader.next()) {
+    try {
+      const Row row = reader.row();
+      if (row.size() < finder.needed_fields()) {
+        throw BadRow("too few columns: " + std::to_string(row.size()) + ", at least " +
+                     std::to_string(finder.needed_fields()) + " are expected");
+      }
+      if (filter.keeps(row)) use(row);
+    } catch (const BadRow& bad) {
+      throw DataError(reader.place() + ": " + bad.what());
+    }
+  }
+}
+
+std::vector<Reference::Point> read_trajectory(const Config& config) {
+  DelimitedReader reader(readable_file(config, "path"), read_format(config));
+  ColumnFinder finder(reader.header());
+  const RowFilter filter(config, finder);
+  const Config columns = config.child("columns");
+  check_fields(columns, {"time", "x_m", "y_m", "yaw_rad"}, {"time", "x_m", "y_m"}, "the reference trajectory");
+  const TimeColumn time(columns, "time", finder);
+  const NumberColumn x(columns, "x_m", finder);
+  const NumberColumn y(columns, "y_m", finder);
+  const auto yaw = optional_number_column(columns, "yaw_rad", finder);
+  config.reject_unread();
+
+  std::vector<Reference::Point> points;
+  for_each_row(reader, finder, filter, [&](Row row) {
+    Reference::Point point;
+    point.stamp = time.read(row);
+    if (!points.empty() && point.stamp < points.back().stamp) {
+      throw BadRow("time goes back, from " + format_time(points.back().stamp) + " to " + format_time(point.stamp));
+    }
+    point.has_yaw = yaw.has_value();
+    point.T_map_base = Pose::planar(x.read(row), y.read(row), yaw ? yaw->read(row) : 0.0);
+    points.push_back(point);
+  });
+  return points;
+}
+
+std::vector<Reference::Landmark> read_landmarks(const Config& config) {
+  DelimitedReader reader(readable_file(config, "path"), read_format(config));
+  ColumnFinder finder(reader.header());
+  const RowFilter filter(config, finder);
+  const Config columns = config.child("columns");
+  check_fields(columns, {"name", "x_m", "y_m", "radius_m"}, {"x_m", "y_m"}, "the reference landmarks");
+  std::optional<Column> name;
+  if (columns.has("name")) name = finder.find(columns, "name", "name");
+  const NumberColumn x(columns, "x_m", finder);
+  const NumberColumn y(columns, "y_m", finder);
+  const auto radius = optional_number_column(columns, "radius_m", finder);
+  config.reject_unread();
+
+  std::vector<Reference::Landmark> landmarks;
+  for_each_row(reader, finder, filter, [&](Row row) {
+    Reference::Landmark landmark;
+    landmark.name = name ? std::string(row[name->index]) : std::to_string(landmarks.size());
+    landmark.p_map = {x.read(row), y.read(row)};
+    landmark.radius_m = radius ? radius->read(row) : std::numeric_limits<double>::quiet_NaN();
+    landmarks.push_back(std::move(landmark));
+  });
+  return landmarks;
+}
+
+}  // namespace
+
+std::shared_ptr<const Reference> read_reference(const Config& config) {
+  auto reference = std::make_shared<Reference>();
+  if (config.has("trajectory")) reference->trajectory = read_trajectory(config.child("trajectory"));
+  if (config.has("landmarks")) reference->landmarks = read_landmarks(config.child("landmarks"));
+  config.reject_unread();
+  return reference;
+}
+
+}  // namespace waymark::csv

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "course.hpp"
+#include "waymark/archive.hpp"
+#include "waymark/config.hpp"
+#include "waymark/measurement.hpp"
+#include "waymark/rig.hpp"
+#include "waymark/source.hpp"
+#include "world.hpp"
+
+namespace waymark::simulator {
+
+/// What every simulated sensor looks at. Kept by the source; never null.
+struct Truth {
+  Trajectory trajectory;
+  World world;
+  std::uint64_t seed;
+};
+
+/// A sensor that samples the truth at a constant rate. Times count from the start of the run.
+class SimulatedSensor {
+ public:
+  virtual ~SimulatedSensor() = default;
+  SimulatedSensor(const SimulatedSensor&) = delete;
+  SimulatedSensor& operator=(const SimulatedSensor&) = delete;
+
+  const Channel& channel() const { return channel_; }
+  Duration next_stamp() const;
+  Duration next_arrival() const { return next_stamp() + delay_; }
+
+  /// Takes the next sample; null if the sensor delivers nothing at this time.
+  std::shared_ptr<const Payload> take(const Truth& truth);
+
+  void save(OutArchive& archive) const;
+  void load(InArchive& archive);
+
+ protected:
+  /// Reads `sensor`, `rate_hz` and `delay_s`. `phase` is the time of the first sample in periods, different for each
+  /// kind, so that the sensors are not synchronised.
+  SimulatedSensor(const Config& config, std::string_view payload_type, double default_rate_hz, double phase);
+  double period_s() const { return 1.0 / rate_hz_; }
+
+ private:
+  virtual std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) = 0;
+  virtual void save_state(OutArchive&) const {}
+  virtual void load_state(InArchive&) {}
+
+  Channel channel_;
+  double rate_hz_;
+  double phase_;
+  Duration delay_;
+  std::int64_t taken_ = 0;
+};
+
+/// Differential drive: speeds of the wheels at the stamp, with scale errors and white noise.
+class SimulatedWheels : public SimulatedSensor {
+ public:
+  explicit SimulatedWheels(const Config& config);
+
+ private:
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+
+  double track_m_;
+  double noise_m_per_sqrt_s_;
+  double left_scale_;
+  double right_scale_;
+};
+
+/// Fixes of an antenna in the map's frame, with white noise and a first-order Gauss–Markov offset.
+class SimulatedGps : public SimulatedSensor {
+ public:
+  explicit SimulatedGps(const Config& config);
+
+ private:
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  void save_state(OutArchive& archive) const override { archive.value(offset_); }
+  void load_state(InArchive& archive) override { archive.value(offset_); }
+
+  Eigen::Vector3d p_base_antenna_;
+  double sigma_m_;
+  double sigma_up_m_;
+  double correlated_sigma_m_;
+  double correlation_time_s_;
+  std::vector<std::pair<Duration, Duration>> outages_;
+  Eigen::Vector3d offset_{0.0, 0.0, 0.0};  // east, north, up [m]; drawn from its stationary law with the first sample
+};
+
+/// A horizontal laser scanner that sees the cylinders, all beams at one instant.
+class SimulatedLidar : public SimulatedSensor {
+ public:
+  SimulatedLidar(const Config& config, const Rig& rig);
+
+ private:
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+
+  Pose T_base_sensor_;
+  double range_max_m_;
+  double start_rad_;
+  double step_rad_;
+  int beams_;
+  double sigma_m_;
+};
+
+}  // namespace waymark::simulator

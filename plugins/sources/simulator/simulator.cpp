@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "course.hpp"
+#include "simulated_sensors.hpp"
+#include "waymark/plugin.hpp"
+#include "world.hpp"
+
+namespace waymark::simulator {
+namespace {
+
+constexpr Duration kReferencePeriod{50'000'000};
+
+DriveLimits read_limits(const Config& config) {
+  DriveLimits limits{};
+  limits.speed_mps = config.number_in("speed_mps", 0.01, 100.0, 1.0);
+  limits.acceleration_mps2 = config.positive("acceleration_mps2", 0.5);
+  limits.turn_rate_radps = config.positive("turn_rate_max_radps", 1.0);
+  // A shorter look-ahead lets the robot circle around a point that it can never reach.
+  const double shortest = 2.0 * limits.speed_mps / limits.turn_rate_radps;
+  limits.lookahead_m = config.positive("lookahead_m", shortest);
+  if (limits.lookahead_m < shortest) {
+    config.fail("lookahead_m",
+                fmt::format("{} is less than 2 speed_mps / turn_rate_max_radps = {}", limits.lookahead_m, shortest));
+  }
+  limits.slip_m_per_sqrt_s = config.non_negative("lateral_slip_m_per_sqrt_s", 0.0);
+  return limits;
+}
+
+/// A robot on a course among cylinders. The whole motion is computed at the start, the measurements when they are asked
+/// for.
+class Simulator : public Source {
+ public:
+  Simulator(const Config& config, const Rig& rig)
+      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))), truth_(read_truth(config, duration_)) {
+    if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
+    if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
+    if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
+    if (sensors_.empty()) config.fail("no sensor: at least one of wheels, gps, lidar is expected");
+    for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
+    reference_ = make_reference();
+  }
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+
+  std::optional<Measurement> next() override {
+    while (true) {
+      const auto earliest = std::ranges::min_element(sensors_, {}, [&](const auto& sensor) {
+        return sensor->next_stamp() > duration_ ? Duration::max() : sensor->next_arrival();
+      });
+      SimulatedSensor& sensor = **earliest;
+      if (sensor.next_stamp() > duration_) return std::nullopt;
+      Measurement measurement;
+      measurement.stamp = Time{sensor.next_stamp()};
+      measurement.arrival = Time{sensor.next_arrival()};
+      measurement.sensor = static_cast<std::uint32_t>(earliest - sensors_.begin());
+      measurement.payload = sensor.take(truth_);
+      position_ = std::max(position_, measurement.stamp.time_since_epoch());
+      if (!measurement.payload) continue;
+      measurement.sequence = sequence_++;
+      return measurement;
+    }
+  }
+
+  double progress() const override { return to_seconds(position_) / to_seconds(duration_); }
+
+  std::shared_ptr<const Reference> reference() const override { return reference_; }
+
+  void save(OutArchive& archive) const override {
+    archive.section("simulator", 1);
+    archive.value(sequence_);
+    archive.value(position_.count());
+    for (const auto& sensor : sensors_) sensor->save(archive);
+  }
+
+  void load(InArchive& archive) override {
+    archive.section("simulator", 1);
+    archive.value(sequence_);
+    Duration::rep position = 0;
+    archive.value(position);
+    position_ = Duration{position};
+    for (const auto& sensor : sensors_) sensor->load(archive);
+  }
+
+ private:
+  static Truth read_truth(const Config& config, Duration duration) {
+    const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));
+    const Course course(config.child("course"));
+    const DriveLimits limits = read_limits(config);
+    World world({});
+    if (config.has("landmarks")) world = read_world(config.child("landmarks"), nominal_path(course, limits), seed);
+    return {drive(course, limits, duration, seed), std::move(world), seed};
+  }
+
+  std::shared_ptr<const Reference> make_reference() const {
+    auto reference = std::make_shared<Reference>();
+    for (Duration time{0}; time <= duration_; time += kReferencePeriod) {
+      reference->trajectory.push_back({Time{time}, truth_.trajectory.at(time).pose(), true});
+    }
+    for (const Cylinder& cylinder : truth_.world.cylinders()) {
+      const std::size_t number = reference->landmarks.size() + 1;
+      reference->landmarks.push_back({fmt::format("c{}", number), cylinder.center, cylinder.radius_m});
+    }
+    return reference;
+  }
+
+  Duration duration_;
+  Truth truth_;
+  std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
+  std::vector<Channel> channels_;
+  std::shared_ptr<const Reference> reference_;
+  std::uint64_t sequence_ = 0;
+  Duration position_{0};  // newest stamp delivered
+};
+
+}  // namespace
+}  // namespace waymark::simulator
+
+WAYMARK_PLUGIN(waymark::Source, waymark::simulator::Simulator, "simulator", "1.0.0")

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "waymark/random.hpp"
+#include "waymark/time.hpp"
+
+namespace waymark::simulator {
+
+/// What a random draw is for. The numbers are far from any index of a sensor: a filter that runs with the simulator's
+/// seed must not draw the very numbers that made the noise.
+enum class Draw : std::uint32_t { slip = 0x53494d00, landmarks, wheels, gps, lidar };
+
+/// The stream of one sample, independent of all others.
+inline Random stream(std::uint64_t seed, Draw draw, Duration time) {
+  return Random({.seed = seed, .slot = 0, .stamp = time.count(), .sensor = static_cast<std::uint32_t>(draw)});
+}
+
+}  // namespace waymark::simulator

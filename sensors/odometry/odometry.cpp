@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "waymark/plugin.hpp"
+#include "wheel_models.hpp"
+
+namespace waymark {
+
+namespace {
+
+/// A noise density that grows with motion: floor + per_speed·|v| + per_rate·|ω|, in [unit/√s].
+struct Density {
+  double floor = 0.0;
+  double per_speed = 0.0;
+  double per_rate = 0.0;
+  double at(const WheelTwist& twist) const {
+    return floor + per_speed * std::hypot(twist.v_x, twist.v_y) + per_rate * std::abs(twist.w_z);
+  }
+};
+
+Density read_density(const Config& config, const char* key, const std::vector<double>& fallback) {
+  const auto values = config.numbers(key, static_cast<int>(fallback.size()), fallback);
+  for (const double value : values) {
+    if (value < 0.0) config.fail(key, "must be >= 0 in every place");
+  }
+  return {values[0], values[1], values.size() > 2 ? values[2] : 0.0};
+}
+
+/// Errors that stay: each is a state of the sensor's block if its sigma is not zero.
+struct Systematic {
+  enum Kind { kSpeedScale, kCurvature, kYawScale, kCount };
+  std::array<int, kCount> index{-1, -1, -1};  // within the block
+  StateBlock block;
+
+  void add(Kind kind, const char* name, double sigma, double walk_per_sqrt_m) {
+    if (sigma == 0.0 && walk_per_sqrt_m == 0.0) return;
+    index[kind] = static_cast<int>(block.size());
+    BlockState state;
+    state.name = name;
+    state.initial_sigma = sigma;
+    state.walk_per_sqrt_m = walk_per_sqrt_m;
+    block.push_back(state);
+  }
+  double value(const double* states, Kind kind) const { return index[kind] < 0 ? 0.0 : states[index[kind]]; }
+};
+
+/// The twist that the wheels tell, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
+/// v_w with scale s, yaw scale s_yaw and curvature κ out of the block (s leaves ω alone where the rotation is measured
+/// otherwise).
+class TwistUpdate final : public Update {
+ public:
+  TwistUpdate(const WheelTwist& twist, const Eigen::Vector3d& variance, const Systematic& systematic,
+              bool scale_rotation)
+      : twist_(twist), variance_(variance), systematic_(systematic), scale_rotation_(scale_rotation) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    const double scale = 1.0 + systematic_.value(state.block, Systematic::kSpeedScale);
+    const double turn_scale = 1.0 + systematic_.value(state.block, Systematic::kYawScale);
+    const double curvature = systematic_.value(state.block, Systematic::kCurvature);
+    const double rotation_scale = scale_rotation_ ? scale : 1.0;
+
+    out.reset(3, static_cast<int>(systematic_.block.size()));
+    out.residual << scale * twist_.v_x - state.nav.v_base.x(), scale * twist_.v_y - state.nav.v_base.y(),
+        rotation_scale * turn_scale * twist_.w_z + curvature * twist_.v_x - state.nav.w_base.z();
+    out.R.diagonal() = variance_;
+    auto& velocity = out.velocity();
+    velocity(0, 0) = 1.0;
+    velocity(1, 1) = 1.0;
+    out.angular_rate()(2, 2) = 1.0;
+    if (systematic_.block.empty()) return;
+    // The states correct the measurement, so their Jacobian is that of −z.
+    auto& block = out.block();
+    if (const int k = systematic_.index[Systematic::kSpeedScale]; k >= 0) {
+      block(0, k) = -twist_.v_x;
+      block(1, k) = -twist_.v_y;
+      if (scale_rotation_) block(2, k) = -turn_scale * twist_.w_z;
+    }
+    if (const int k = systematic_.index[Systematic::kCurvature]; k >= 0) block(2, k) = -twist_.v_x;
+    if (const int k = systematic_.index[Systematic::kYawScale]; k >= 0) block(2, k) = -rotation_scale * twist_.w_z;
+  }
+
+ private:
+  WheelTwist twist_;
+  Eigen::Vector3d variance_;
+  const Systematic& systematic_;  // of the sensor, which outlives its updates
+  bool scale_rotation_;
+};
+
+/// Wheel odometry as a relative sensor (estimation.md, "Odometry"): noise as densities, so that halving the rate does
+/// not change how fast the pose's covariance grows.
+class Odometry final : public Sensor {
+ public:
+  explicit Odometry(const Config& config)
+      : model_(WheelModel::read(config)),
+        speed_(read_density(config, "speed_noise_m_per_sqrt_s", {0.02, 0.05})),
+        lateral_(read_density(config, "lateral_noise_m_per_sqrt_s", {0.0, 0.1})),
+        yaw_(read_density(config, "yaw_noise_rad_per_sqrt_s", {0.0, 0.01, 0.05})),
+        still_speed_(config.non_negative("still_speed_mps", 0.01)),
+        still_rate_(config.non_negative("still_rate_radps", 0.01)),
+        max_interval_(config.positive("max_interval_s", 0.5)) {
+    if (speed_.floor == 0.0 && speed_.per_speed == 0.0)
+      config.fail("speed_noise_m_per_sqrt_s", "a speed without noise is not believable");
+    systematic_.add(Systematic::kSpeedScale, "speed_scale", config.non_negative("speed_scale_sigma", 0.0),
+                    config.non_negative("speed_scale_walk_per_sqrt_m", 0.0));
+    systematic_.add(Systematic::kCurvature, "curvature_per_m", config.non_negative("curvature_sigma_per_m", 0.0),
+                    config.non_negative("curvature_walk_per_m_sqrt_m", 0.0));
+    systematic_.add(Systematic::kYawScale, "yaw_scale", config.non_negative("yaw_scale_sigma", 0.0),
+                    config.non_negative("yaw_scale_walk_per_sqrt_m", 0.0));
+  }
+
+  StateBlock block() const override { return systematic_.block; }
+  bool is_motion_source() const override { return true; }
+
+  void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
+    const WheelTwist twist = model_->twist(measurement);
+    const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;
+    const bool continues = last_stamp_ && interval <= max_interval_;
+    last_stamp_ = measurement.stamp;
+    const double dt = std::clamp(interval, kMinInterval, max_interval_);
+    // The noise belongs to the motion, not to the reading: if a reading that is too large got more noise than one that
+    // is too small, turns would come out too small on the average.
+    const NavState& predicted = prediction.belief.mean;
+    const WheelTwist motion =
+        continues ? WheelTwist{predicted.v_base.x(), predicted.v_base.y(), predicted.w_base.z()} : twist;
+    const auto variance = [&](const Density& density) {
+      const double d = std::max(density.at(motion), kMinDensity);
+      return d * d / dt;
+    };
+    out.report_motion(std::hypot(twist.v_x, twist.v_y) > still_speed_ || std::abs(twist.w_z) > still_rate_);
+    out.emplace<TwistUpdate>(twist, Eigen::Vector3d(variance(speed_), variance(lateral_), variance(yaw_)), systematic_,
+                             model_->rotation_scales_with_speed());
+  }
+
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<Odometry>(*this); }
+  void save(OutArchive& out) const override {
+    out.section("odometry", 1);
+    out.value(last_stamp_.has_value());
+    out.value(last_stamp_.value_or(Time{}).time_since_epoch().count());
+  }
+  void load(InArchive& in) override {
+    in.section("odometry", 1);
+    bool known = false;
+    std::int64_t stamp = 0;
+    in.value(known);
+    in.value(stamp);
+    last_stamp_ = known ? std::optional(Time{Duration{stamp}}) : std::nullopt;
+  }
+
+ private:
+  static constexpr double kFirstInterval = 0.1;  // [s], before there is a previous sample
+  static constexpr double kMinInterval = 1e-3;   // [s], two samples with one stamp
+  static constexpr double kMinDensity = 1e-5;    // keeps R positive definite where noise vanishes with speed
+
+  std::shared_ptr<const WheelModel> model_;
+  Density speed_;
+  Density lateral_;
+  Density yaw_;
+  double still_speed_;
+  double still_rate_;
+  double max_interval_;
+  Systematic systematic_;
+  std::optional<Time> last_stamp_;
+};
+
+}  // namespace
+
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sensor, waymark::Odometry, "odometry", "1.0.0")

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wheel_models.hpp"
+
+#include <cmath>
+
+#include "waymark/payloads.hpp"
+
+namespace waymark {
+
+namespace {
+
+class Differential final : public WheelModel {
+ public:
+  explicit Differential(const Config& config) : track_(config.positive("track_m")) {}
+  WheelTwist twist(const Measurement& measurement) const override {
+    const auto& wheels = measurement.as<WheelSpeeds>();
+    return {0.5 * (wheels.left_mps + wheels.right_mps), 0.0, (wheels.right_mps - wheels.left_mps) / track_};
+  }
+  bool rotation_scales_with_speed() const override { return true; }
+
+ private:
+  double track_;
+};
+
+/// Bicycle model with the encoder on one rear wheel: v = v_wheel / (1 − tan(steering) h / L), ω = v tan(steering) / L
+/// (J. Guivant, E. Nebot, IEEE T-RA 17(3), 2001).
+class Ackermann final : public WheelModel {
+ public:
+  explicit Ackermann(const Config& config)
+      : wheelbase_(config.positive("wheelbase_m")), encoder_left_(config.number("encoder_left_m", 0.0)) {}
+  WheelTwist twist(const Measurement& measurement) const override {
+    const auto& wheel = measurement.as<WheelSteering>();
+    const double curvature = std::tan(wheel.steering_rad) / wheelbase_;
+    const double v = wheel.speed_mps / (1.0 - curvature * encoder_left_);
+    return {v, 0.0, v * curvature};
+  }
+  bool rotation_scales_with_speed() const override { return true; }
+
+ private:
+  double wheelbase_;
+  double encoder_left_;
+};
+
+class ReadyTwist final : public WheelModel {
+ public:
+  WheelTwist twist(const Measurement& measurement) const override {
+    const auto& twist = measurement.as<BodyTwist>();
+    return {twist.v_x_mps, twist.v_y_mps, twist.w_z_radps};
+  }
+  bool rotation_scales_with_speed() const override { return false; }
+};
+
+}  // namespace
+
+std::shared_ptr<const WheelModel> WheelModel::read(const Config& config) {
+  const std::string model = config.choice("model", {"differential", "ackermann", "twist"});
+  if (model == "differential") return std::make_shared<Differential>(config);
+  if (model == "ackermann") return std::make_shared<Ackermann>(config);
+  return std::make_shared<ReadyTwist>();
+}
+
+}  // namespace waymark

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "waymark/config.hpp"
+#include "waymark/measurement.hpp"
+
+namespace waymark {
+
+/// Planar twist of the base as the wheels tell it.
+struct WheelTwist {
+  double v_x = 0.0;  ///< [m/s]
+  double v_y = 0.0;  ///< [m/s]
+  double w_z = 0.0;  ///< [rad/s]
+};
+
+/// Kinematics: from what the wheels measure to the twist of the base (midpoint of the driven or rear axle).
+class WheelModel {
+ public:
+  virtual ~WheelModel() = default;
+  /// Throws DataError if the payload is of another type.
+  virtual WheelTwist twist(const Measurement& measurement) const = 0;
+  /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
+  /// both.
+  virtual bool rotation_scales_with_speed() const = 0;
+
+  /// Reads `model` (differential, ackermann, twist) and its geometry. Throws ConfigError.
+  static std::shared_ptr<const WheelModel> read(const Config& config);
+};
+
+}  // namespace waymark

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "waymark/payloads.hpp"
+#include "waymark/plugin_loader.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+const std::filesystem::path kFolder = WAYMARK_BAD_PLUGIN_DIR;
+
+// Asks for a sensor plugin below `sensors: bad:` of a YAML called robot.yaml.
+std::shared_ptr<Sensor> create_sensor(std::string_view name,
+                                      const std::vector<std::filesystem::path>& folders = {kFolder}) {
+  const Config root = Config::parse("sensors:\n  bad:\n    sigma_mps: 0.5\n", "robot.yaml");
+  return PluginLoader(folders).create<Sensor>(name, root.child("sensors").child("bad"), Rig({}));
+}
+
+// The text of the error E that creating this plugin must throw.
+template <class E>
+std::string error_of(std::string_view name, const std::vector<std::filesystem::path>& folders = {kFolder}) {
+  try {
+    create_sensor(name, folders);
+  } catch (const E& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return "";
+}
+
+std::string file_of(std::string_view name) { return (kFolder / ("waymark_" + std::string(name) + ".so")).string(); }
+
+TEST(BadPlugins, WrongAbiNamesBothNumbers) {
+  EXPECT_THAT(error_of<PluginError>("wrong_abi"),
+              EndsWith(file_of("wrong_abi") + ": built for plugin ABI 999, this program has 1; rebuild the plugin"));
+}
+
+TEST(BadPlugins, WrongBuildKeyShowsBothKeys) {
+  EXPECT_THAT(error_of<PluginError>("wrong_build_key"),
+              EndsWith(file_of("wrong_build_key") + ": built with \"cxxabi=1\", this program with \"" + kBuildKey +
+                       "\"; rebuild the plugin"));
+}
+
+TEST(BadPlugins, WrongAlignmentHintsAtMarch) {
+  EXPECT_THAT(
+      error_of<PluginError>("wrong_alignment"),
+      EndsWith(file_of("wrong_alignment") + ": built with an Eigen alignment of 4096 bytes, this program with " +
+               std::to_string(EIGEN_MAX_ALIGN_BYTES) + "; different -march?"));
+}
+
+TEST(BadPlugins, WrongKindNamesBothKinds) {
+  EXPECT_THAT(error_of<PluginError>("wrong_kind"),
+              EndsWith(file_of("wrong_kind") + ": is a plugin of kind \"sink\", but a \"sensor\" is asked for"));
+}
+
+TEST(BadPlugins, WrongNameNamesBothNames) {
+  EXPECT_THAT(
+      error_of<PluginError>("wrong_name"),
+      EndsWith(file_of("wrong_name") + ": calls itself \"another_name\", but its file name says \"wrong_name\""));
+}
+
+TEST(BadPlugins, IncompleteDescriptorIsRefused) {
+  EXPECT_THAT(error_of<PluginError>("incomplete"),
+              EndsWith(file_of("incomplete") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
+}
+
+TEST(BadPlugins, MissingSymbolIsNamed) {
+  EXPECT_THAT(error_of<PluginError>("no_symbol"),
+              EndsWith(file_of("no_symbol") +
+                       ": is a library, but no waymark plugin: it does not export \"waymark_plugin\" (is the line "
+                       "WAYMARK_PLUGIN(...) missing?)"));
+}
+
+TEST(BadPlugins, UnresolvedFunctionIsNamed) {
+  EXPECT_THAT(
+      error_of<PluginError>("unresolved"),
+      EndsWith(file_of("unresolved") + ": cannot be loaded: undefined symbol: waymark_function_that_nobody_defines"));
+}
+
+TEST(BadPlugins, TextFileIsNoLibrary) {
+  EXPECT_THAT(error_of<PluginError>("not_a_library"),
+              EndsWith(file_of("not_a_library") + ": cannot be loaded: invalid ELF header"));
+}
+
+TEST(BadPlugins, FolderIsNoLibrary) {
+  const auto folder = std::filesystem::temp_directory_path() / ("waymark_bad_plugins_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder / "waymark_folder.so");
+  EXPECT_THAT(error_of<PluginError>("folder", {folder}), EndsWith("waymark_folder.so: is not a file"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(BadPlugins, NotFoundListsTheFoldersAndTheNearestName) {
+  EXPECT_THAT(
+      error_of<PluginError>("throws_at_100", {"/nonexistent/plugins", kFolder}),
+      EndsWith("plugin \"throws_at_100\" is not found: no waymark_throws_at_100.so in /nonexistent/plugins (no such "
+               "folder), " +
+               kFolder.string() + "; did you mean \"throws_at_1000\"?"));
+}
+
+TEST(BadPlugins, NotFoundGivesNoHintWithoutASimilarName) {
+  EXPECT_THAT(error_of<PluginError>("xyzzy"), Not(HasSubstr("did you mean")));
+}
+
+TEST(BadPlugins, NameMayNotLeaveTheFolder) {
+  EXPECT_THAT(error_of<PluginError>("../wrong_abi"),
+              EndsWith("plugin \"../wrong_abi\": a plugin's name has only letters, digits, _ and -"));
+}
+
+TEST(BadPlugins, ErrorStartsAtThePlaceInTheYaml) {
+  EXPECT_THAT(error_of<PluginError>("wrong_abi"), StartsWith("robot.yaml:"));
+  EXPECT_THAT(error_of<PluginError>("wrong_abi"), HasSubstr(": sensors.bad: "));
+}
+
+TEST(BadPlugins, ErrorOfAConstructorPassesThrough) {
+  EXPECT_EQ(error_of<DataError>("throws_error"), "calibration.bin:7: 3 columns, expected 4");
+}
+
+TEST(BadPlugins, OtherExceptionOfAConstructorBecomesConfigError) {
+  const std::string text = error_of<ConfigError>("throws_runtime_error");
+  EXPECT_THAT(text, StartsWith("robot.yaml:"));
+  EXPECT_THAT(text, EndsWith("plugin \"throws_runtime_error\" could not be built: the device does not answer"));
+}
+
+TEST(BadPlugins, ThrownIntegerBecomesConfigError) {
+  EXPECT_THAT(error_of<ConfigError>("throws_int"),
+              EndsWith("plugin \"throws_int\" could not be built: it threw something that is no std::exception"));
+}
+
+TEST(BadPlugins, ObjectOutlivesTheLoader) {
+  std::shared_ptr<Sensor> sensor = create_sensor("throws_at_1000");  // the loader is gone after this line
+  const std::unique_ptr<Sensor> copy = sensor->clone();
+  EXPECT_FALSE(sensor->is_motion_source());
+  sensor.reset();
+  EXPECT_FALSE(copy->is_motion_source());
+}
+
+TEST(BadPlugins, ThrowsAt1000WorksUntilThen) {
+  const auto sensor = create_sensor("throws_at_1000");
+  const StateLayout layout(StateLayout::Motion::planar, {});
+  Belief belief;
+  belief.mean.v_base.x() = 1.0;
+  belief.P.setIdentity(layout.size(), layout.size());
+  const Prediction prediction{belief, layout, nullptr, nullptr, false};
+  auto twist = std::make_shared<BodyTwist>();
+  twist->v_x_mps = 1.5;
+  Measurement measurement;
+  measurement.payload = twist;
+  for (int i = 1; i < 1000; ++i) {
+    UpdateList updates;
+    ASSERT_NO_THROW(sensor->process(measurement, prediction, updates)) << "measurement " << i;
+    ASSERT_EQ(updates.size(), 1u);
+    Linearization model;
+    updates[0].linearize({belief.mean, nullptr}, model);
+    ASSERT_EQ(model.rows(), 1);
+    ASSERT_DOUBLE_EQ(model.residual(0), 0.5);
+    ASSERT_DOUBLE_EQ(model.R(0, 0), 0.25);
+  }
+  UpdateList updates;
+  EXPECT_THROW(sensor->process(measurement, prediction, updates), std::runtime_error);
+}
+
+TEST(PluginList, ReportsWhatIsWrongWithoutThrowing) {
+  const auto infos = PluginLoader({kFolder}).list();
+  const auto info = [&](std::string_view name) {
+    const auto found = std::find_if(infos.begin(), infos.end(), [&](const PluginInfo& i) { return i.name == name; });
+    return found == infos.end() ? PluginInfo{} : *found;
+  };
+  EXPECT_EQ(info("throws_at_1000").problem, "");
+  EXPECT_EQ(info("throws_at_1000").kind, "sensor");
+  EXPECT_EQ(info("throws_at_1000").version, "1.0.0");
+  EXPECT_EQ(info("throws_at_1000").file, file_of("throws_at_1000"));
+  EXPECT_THAT(info("wrong_abi").problem, HasSubstr("ABI 999"));
+  EXPECT_THAT(info("wrong_name").problem, HasSubstr("calls itself \"another_name\""));
+  EXPECT_THAT(info("not_a_library").problem, HasSubstr("cannot be loaded"));
+  EXPECT_THAT(info("no_symbol").problem, HasSubstr("does not export \"waymark_plugin\""));
+}
+
+TEST(PluginList, IsSortedByNameAndSkipsMissingFolders) {
+  const auto infos = PluginLoader({"/nonexistent/plugins", kFolder}).list();
+  EXPECT_GE(infos.size(), 13u);
+  EXPECT_TRUE(std::is_sorted(infos.begin(), infos.end(), [](const auto& a, const auto& b) { return a.name < b.name; }));
+}
+
+TEST(SearchPath, YamlBeforeEnvironmentBeforeInstallation) {
+  ::setenv("WAYMARK_PLUGIN_PATH", "/env/one::/env/two", 1);
+  const auto folders = PluginLoader::standard_search_path({"/yaml"});
+  ::unsetenv("WAYMARK_PLUGIN_PATH");
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");
+  EXPECT_THAT(folders, ::testing::ElementsAre("/yaml", "/env/one", "/env/two",
+                                              program.parent_path().parent_path() / "lib/waymark/plugins"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "our_plugins.hpp"
+#include "waymark/testing/map_module_contract.hpp"
+
+namespace waymark::contract_test {
+namespace {
+
+using testing::check_map_module;
+using testing::MappingStep;
+using testing::to_text;
+
+class OurFeatureMap : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(OurFeatureMap, KeepsTheContractOnScans) {
+  const auto module = make<MapModule>("feature_map", feature_map_yaml(GetParam()));
+  EXPECT_EQ(to_text(check_map_module(*module, mapping_steps(30))), "");
+}
+
+TEST_P(OurFeatureMap, KeepsTheContractOnLandmarkObservations) {
+  std::vector<MappingStep> steps;
+  for (const Measurement& m : stream_of<LandmarkObservations>(20, [](LandmarkObservations&seen, double t) {
+         seen.landmarks.push_back(
+             {.range_m = 5.0 - 0.5 * t, .bearing_rad = 0.3 + 0.1 * t, .radius_m = 0.2, .identity = 4});
+         if (t > 0.5) seen.landmarks.push_back({.range_m = 8.0, .bearing_rad = -1.0 + 0.01 * t});
+       })) {
+    steps.push_back({.trigger = m,
+                     .T_map_base = Pose::planar(
+                         0.5 * to_seconds(m.stamp.time_since_epoch() - Duration{100'000'000'000}), 0.0, 0.0)});
+  }
+  const auto module = make<MapModule>("feature_map", feature_map_yaml(GetParam()));
+  EXPECT_EQ(to_text(check_map_module(*module, steps)), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Attributes, OurFeatureMap, ::testing::Values("", "radius", "signature", "radius, signature"));
+
+// The contract means little if nothing is found in the scans.
+TEST(OurFeatureMap, TheScansOfTheseTestsHoldLandmarks) {
+  const auto module = make<MapModule>("feature_map", feature_map_yaml("radius"));
+  const auto map = module->create_map();
+  for (const MappingStep& step : mapping_steps(30)) {
+    const auto observation = module->extract(step.trigger, {}, {});
+    Refinement refinement;
+    map->refine({step.T_map_base, 1e-4 * Eigen::Matrix3d::Identity()}, step.T_map_base, *observation, refinement);
+    map->insert({step.T_map_base, Eigen::Matrix3d::Zero()}, *observation, refinement.association.get());
+  }
+  MapDescription description;
+  map->describe(description);
+  EXPECT_GE(description.landmarks.size(), 8u);
+}
+
+}  // namespace
+}  // namespace waymark::contract_test

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "our_plugins.hpp"
+#include "waymark/testing/sensor_contract.hpp"
+
+namespace waymark::contract_test {
+namespace {
+
+using testing::check_sensor;
+using testing::SensorSetting;
+using testing::to_text;
+using Motion = StateLayout::Motion;
+
+const std::string kSystematic =
+    ", speed_scale_sigma: 0.02, speed_scale_walk_per_sqrt_m: 1e-4, curvature_sigma_per_m: 0.01, "
+    "curvature_walk_per_m_sqrt_m: 1e-5,"
+    " yaw_scale_sigma: 0.02, yaw_scale_walk_per_sqrt_m: 1e-4";
+
+void expect_good(const std::string& plugin, const std::string& yaml, const std::vector<Measurement>& measurements,
+                 const SensorSetting& setting = {}) {
+  for (const Motion motion : {Motion::planar, Motion::spatial}) {
+    const auto sensor = make<Sensor>(plugin, yaml);
+    EXPECT_EQ(to_text(check_sensor(*sensor, measurements, motion, setting)), "")
+        << yaml << (motion == Motion::planar ? " planar" : " spatial");
+  }
+}
+
+void expect_good_odometry(const std::string& model, const std::vector<Measurement>& measurements) {
+  expect_good("odometry", "{ model: " + model + " }", measurements);
+  expect_good("odometry", "{ model: " + model + kSystematic + " }", measurements);
+  expect_good("odometry", "{ model: " + model + ", curvature_sigma_per_m: 0.01 }", measurements);
+}
+
+TEST(OurOdometry, DifferentialKeepsTheContract) {
+  expect_good_odometry("differential, track_m: 0.5", wheel_speeds(40));
+}
+
+TEST(OurOdometry, AckermannKeepsTheContract) {
+  expect_good_odometry("ackermann, wheelbase_m: 2.83, encoder_left_m: 0.76",
+                       stream_of<WheelSteering>(40, [](WheelSteering& w, double t) {
+                         w.speed_mps = 2.0 + std::sin(t);
+                         w.steering_rad = 0.4 * std::sin(0.7 * t);
+                       }));
+}
+
+TEST(OurOdometry, TwistKeepsTheContract) {
+  expect_good_odometry("twist", stream_of<BodyTwist>(40, [](BodyTwist& b, double t) {
+                         b.v_x_mps = 1.0 + 0.3 * std::sin(t);
+                         b.v_y_mps = 0.1 * std::cos(t);
+                         b.w_z_radps = 0.5 * std::sin(2.0 * t);
+                       }));
+}
+
+std::vector<Measurement> local_fixes() {
+  return stream_of<GnssFix>(20, [](GnssFix& fix, double t) {
+    fix.p_map_antenna = {3.0 + t, -2.0 + 0.5 * t, 1.0};
+    fix.hdop = 1.0 + 0.1 * t;
+    if (t > 1.0) fix.sigma_horizontal_m = 0.4;
+    fix.type = GnssFix::Type::differential;
+  });
+}
+
+TEST(OurDgps, LocalFixesKeepTheContract) {
+  expect_good("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3 }", local_fixes());
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3 }", local_fixes());
+}
+
+TEST(OurDgps, AnOffsetStateKeepsTheContract) {
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7, offset_tau_s: 60 }",
+              local_fixes());
+}
+
+TEST(OurDgps, GeodeticFixesKeepTheContract) {
+  SensorSetting setting;
+  setting.datum = Datum{49.0157, 8.4258, 115.0};
+  const auto fixes = stream_of<GnssFix>(20, [](GnssFix& fix, double t) {
+    fix.latitude_deg = 49.0157 + 1e-5 * t;
+    fix.longitude_deg = 8.4258 - 2e-5 * t;
+    fix.height_m = 116.0;
+  });
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3 }", fixes, setting);
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7 }", fixes, setting);
+}
+
+}  // namespace
+}  // namespace waymark::contract_test

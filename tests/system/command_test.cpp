@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the command says about itself, and what it prints for other programs.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/system/small_robot.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class Subcommand : public testing::TestWithParam<const char*> {};
+
+TEST_P(Subcommand, ShowsAnExampleInItsHelp) {
+  const Outcome outcome = waymark({GetParam(), "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr(std::string("Example:\n  waymark ") + GetParam()));
+  EXPECT_EQ(outcome.err, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Command, Subcommand, testing::Values("run", "check", "plugins", "evaluate"));
+
+TEST(Command, HelpNamesEverySubcommand) {
+  const Outcome outcome = waymark({"--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* name : {"run", "check", "plugins", "evaluate"})
+    EXPECT_THAT(outcome.out, HasSubstr(std::string("\n  ") + name + " "));
+}
+
+TEST(Command, UnknownSubcommandIsOneErrorLine) {
+  EXPECT_TRUE(tells(waymark({"fly"}), 2, {"fly", "run, check, plugins, evaluate"}));
+}
+
+TEST(Command, NoSubcommandIsOneErrorLine) {
+  EXPECT_TRUE(tells(waymark({}), 2, {"subcommand", "run, check, plugins, evaluate"}));
+}
+
+TEST(Command, UnknownOptionIsOneErrorLine) {
+  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--particles", "3"}), 2, {"--particles"}));
+}
+
+TEST(Command, OptionOfTheWrongTypeIsOneErrorLine) {
+  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--threads", "many"}), 2, {"--threads", "many"}));
+}
+
+TEST(Command, MissingYamlIsOneErrorLine) {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "robot.yaml").string();
+  EXPECT_TRUE(tells(waymark({"run", file, "--out", (folder / "out").string()}), 1, {file}));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Plugins, ListsEveryKindAndWhereItWasFound) {
+  const Outcome outcome = waymark({"plugins"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* plugin :
+       {"odometry", "dgps", "feature_map", "csv", "simulator", "tum", "landmarks", "plot", "held_out", "diagnostics"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(fmt::format("/waymark_{}.so\n", plugin)));
+  }
+  for (const char* kind : {"sensor", "map", "source", "sink"})
+    EXPECT_THAT(outcome.out, HasSubstr(std::string("\n") + kind));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("does not fit")));
+}
+
+TEST(Plugins, SaysWhatDoesNotFit) {
+  const Outcome outcome = waymark({"plugins", "--path", WAYMARK_BAD_PLUGIN_DIR});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("does not fit: "));
+  EXPECT_THAT(outcome.out, HasSubstr("waymark_not_a_library.so"));
+}
+
+TEST(Check, ExplainsSensorsMapsAndValues) {
+  const SmallRobot robot;
+  const Outcome outcome = robot.check();
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* part : {"robot.yaml: valid", "plugin odometry", "plugin feature_map, from lidar",
+                           "effective configuration", "particles: 5"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  }
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Evaluate, JsonIsValidAndNamesTheAlignment) {
+  const SmallRobot robot;
+  ASSERT_EQ(robot.run().exit_code, 0);
+  const std::string path = (robot.out() / "path.txt").string();
+  const Outcome outcome = waymark({"evaluate", "--estimate", path, "--reference", path, "--align", "se2", "--json"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  ASSERT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("se2"));
+}
+
+}  // namespace
+}  // namespace waymark::system_test

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run left in its folder.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "tests/system/command.hpp"
+
+namespace waymark::system_test {
+
+/// The content of every file of a folder by name, without those in `left_out`.
+inline std::map<std::string, std::string> contents(const std::filesystem::path& folder,
+                                                   const std::set<std::string>& left_out = {}) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!left_out.contains(name)) files[name] = read_text(entry.path());
+  }
+  return files;
+}
+
+/// Passes if both folders hold the same files, byte for byte. Files are long, so only the first difference is told.
+inline testing::AssertionResult same_bytes(const std::map<std::string, std::string>& left,
+                                           const std::map<std::string, std::string>& right) {
+  for (const auto& [name, text] : left) {
+    const auto other = right.find(name);
+    if (other == right.end()) return testing::AssertionFailure() << name << " is missing in the second";
+    if (other->second == text) continue;
+    const auto differ = std::mismatch(text.begin(), text.end(), other->second.begin(), other->second.end());
+    const auto at = differ.first - text.begin();
+    const auto from = static_cast<std::size_t>(at < 60 ? 0 : at - 60);
+    return testing::AssertionFailure() << name << " differs from byte " << at << " on:\n"
+                                       << text.substr(from, 120) << "\nversus\n"
+                                       << other->second.substr(from, 120);
+  }
+  for (const auto& [name, text] : right) {
+    if (!left.contains(name)) return testing::AssertionFailure() << name << " is missing in the first";
+  }
+  return testing::AssertionSuccess();
+}
+
+/// The folder of the recordings, empty if WAYMARK_DATA is not set.
+inline std::string data_folder() {
+  const char* folder = std::getenv("WAYMARK_DATA");
+  return folder == nullptr ? "" : folder;
+}
+
+}  // namespace waymark::system_test

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every YAML in config/ is valid, runs, and says in its effective configuration all that it takes to run again.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/system/outputs.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+std::vector<std::string> shipped() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(WAYMARK_SOURCE_DIR "/config")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class ShippedConfig : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (read_text(file()).find("${WAYMARK_DATA}") != std::string::npos && data_folder().empty())
+      GTEST_SKIP() << "WAYMARK_DATA is not set";
+  }
+  static std::string file() { return std::string(WAYMARK_SOURCE_DIR "/config/") + GetParam() + ".yaml"; }
+  TemporaryFolder folder_;
+};
+
+TEST_P(ShippedConfig, IsValid) {
+  const Outcome outcome = waymark({"check", file()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr(file() + ": valid\n"));
+  EXPECT_THAT(outcome.err, IsEmpty());
+}
+
+TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
+  const std::filesystem::path out = folder_ / "out";
+  const Outcome outcome = Command({"run", file(), "--out", out.string()}).timeout(std::chrono::seconds(140)).run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.errors(), IsEmpty()) << outcome.err;
+  for (const char* name : {"trajectory.txt", "path.txt", "landmarks.csv"})
+    EXPECT_TRUE(has_complete_lines(out / name, 5));
+  EXPECT_TRUE(nlohmann::json::accept(read_text(out / "diagnostics.json")));
+  EXPECT_THAT(read_text(out / "map.png"), HasSubstr("PNG"));
+  EXPECT_THAT(read_text(out / "config.yaml"), Not(HasSubstr("${")))
+      << "an effective configuration has no variables left";
+  EXPECT_TRUE(has_no_partial_file(out));
+
+  const std::filesystem::path again = folder_ / "again";
+  const Outcome repeated = Command({"run", (out / "config.yaml").string(), "--out", again.string()})
+                               .timeout(std::chrono::seconds(140))
+                               .run();
+  ASSERT_EQ(repeated.exit_code, 0) << repeated.err;
+  // The second config.yaml no longer marks which values are defaults.
+  EXPECT_TRUE(same_bytes(contents(out, {"config.yaml"}), contents(again, {"config.yaml"})));
+}
+
+INSTANTIATE_TEST_SUITE_P(Config, ShippedConfig, testing::ValuesIn(shipped()),
+                         [](const auto& config) { return config.param; });
+
+TEST(CarPark, StaysWithinItsErrorAgainstHeldOutFixes) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  const Outcome run = waymark(
+      {"run", WAYMARK_SOURCE_DIR "/config/acfr_car_park.yaml", "--out", out.string(), "--quiet", "--seed", "1"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Outcome score =
+      waymark({"evaluate", "--estimate", (out / "trajectory.txt").string(), "--reference",
+               (out / "held_out.csv").string(), "--align", "se2", "--lever-arm", "3.78,0.5,0", "--json"});
+  ASSERT_EQ(score.exit_code, 0) << score.err;
+  const nlohmann::json report = nlohmann::json::parse(score.out);
+  EXPECT_GT(report.at("trajectory").at("scored").get<int>(), 500) << score.out;
+  EXPECT_EQ(report.at("trajectory").at("alignment"), "se2");
+  EXPECT_LE(report.at("trajectory").at("ate_rms_m").get<double>(), 0.20) << score.out;
+}
+
+}  // namespace
+}  // namespace waymark::system_test

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "unit/core/fusion_robot.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using namespace test;  // NOLINT(google-build-using-namespace): the robot's parts
+
+/// A robot that drives east at 1 m/s for 40 s, with a true fix every second.
+std::vector<Measurement> forty_seconds() {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 40.0, 1.0);
+  for (int k = 0; k < 40; ++k) log.push_back(fix(k, k, 0.0));
+  return in_order(log);
+}
+
+SensorReport gps_report(const std::string& rule) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps(rule));
+  return robot.play(forty_seconds()).report(1);
+}
+
+TEST(FusionHeldOut, AllFusesEverything) {
+  const SensorReport report = gps_report("fuse: all");
+  EXPECT_EQ(report.fused, 40U);
+  EXPECT_EQ(report.held_out, 0U);
+}
+
+TEST(FusionHeldOut, NoneHoldsEverythingOut) {
+  const SensorReport report = gps_report("fuse: none");
+  EXPECT_EQ(report.fused, 0U);
+  EXPECT_EQ(report.held_out, 40U);
+}
+
+TEST(FusionHeldOut, StartUsesTheFirstFixOnly) {
+  FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps("fuse: start"));
+  robot.play(forty_seconds());
+  EXPECT_EQ(robot.report(1).fused, 1U);
+  EXPECT_EQ(robot.report(1).held_out, 39U);
+  EXPECT_EQ(robot.report(0).fused, 400U);
+}
+
+TEST(FusionHeldOut, AlternateTakesTurnsFromTheFirstMeasurement) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("fuse: alternate, fuse_on_s: 10, fuse_off_s: 5"));
+  robot.play(forty_seconds());
+  for (const Seen& seen : robot.seen()) {
+    if (seen.sensor != 1) continue;
+    EXPECT_EQ(seen.fate, std::fmod(seen.stamp, 15.0) < 10.0 ? Fate::fused : Fate::held_out) << seen.stamp;
+  }
+  EXPECT_EQ(robot.report(1).fused, 30U);
+}
+
+TEST(FusionHeldOut, StretchesTakesEverySecondOne) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("fuse: stretches, fuse_gap_s: 2"));
+  std::vector<Measurement> log;
+  drive(log, 0.0, 40.0, 1.0);
+  for (const int k : {0, 1, 2, 10, 11, 12, 13, 20, 21, 30}) log.push_back(fix(k, k, 0.0));
+  robot.play(in_order(log));
+  EXPECT_EQ(robot.report(1).fused, 5U);
+  EXPECT_EQ(robot.report(1).held_out, 5U);
+}
+
+TEST(FusionHeldOut, WhatIsHeldOutDoesNotTouchTheBelief) {
+  FusionRobot with(kAtOrigin + "sensors:\n" + kWheels + gps("fuse: none"));
+  FusionRobot without(kAtOrigin + "sensors:\n" + kWheels);
+  std::vector<Measurement> wrong;
+  drive(wrong, 0.0, 5.0, 1.0);
+  const std::vector<Measurement> wheels_only = in_order(wrong);
+  for (int k = 0; k < 5; ++k) wrong.push_back(fix(k, 1000.0, 1000.0));
+  with.play(in_order(wrong));
+  without.play(wheels_only);
+  EXPECT_EQ(with.pose().p, without.pose().p);
+}
+
+/// Throws at its n-th measurement; DataError or something else.
+class Breaking final : public Sensor {
+ public:
+  Breaking(int at, bool data_error) : at_(at), data_error_(data_error) {}
+  void process(const Measurement&, const Prediction&, UpdateList&) override {
+    if (++count_ != at_) return;
+    if (data_error_) throw DataError("a broken reading");
+    throw std::runtime_error("the toy broke");
+  }
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<Breaking>(*this); }
+
+ private:
+  int at_;
+  bool data_error_;
+  int count_ = 0;
+};
+
+std::vector<Measurement> toy_log() {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 10.0, 1.0);
+  for (int k = 0; k < 10; ++k) log.push_back(reading(k, 1, std::make_shared<BodyTwist>()));
+  return in_order(log);
+}
+
+TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: toy, plugin: toy }\n",
+                    {{"toy", std::make_shared<Breaking>(4, false)}});
+  robot.play(toy_log());
+  EXPECT_THAT(robot.events(), HasSubstr("toy: taken out of service: the toy broke"));
+  EXPECT_EQ(robot.report(1).fused, 3U);
+  EXPECT_EQ(robot.report(1).unheard, 7U);
+  EXPECT_EQ(robot.report(0).fused, 100U);
+  EXPECT_NEAR(robot.pose().p.x(), 9.9, 0.2);
+}
+
+TEST(FusionFaults, BadDataIsCountedAndTheSensorStays) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: toy, plugin: toy }\n",
+                    {{"toy", std::make_shared<Breaking>(4, true)}});
+  robot.play(toy_log());
+  EXPECT_THAT(robot.events(), HasSubstr("toy: a broken reading"));
+  EXPECT_THAT(robot.events(), Not(HasSubstr("out of service")));
+  EXPECT_EQ(robot.report(1).unusable, 1U);
+  EXPECT_EQ(robot.report(1).fused, 9U);
+}
+
+TEST(FusionFaults, AWrongPayloadIsUnusable) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  robot.play(in_order({twist(0.0, 1.0), reading(0.1, 0, std::make_shared<GnssFix>()), twist(0.2, 1.0)}));
+  EXPECT_EQ(robot.report(0).unusable, 1U);
+  EXPECT_EQ(robot.report(0).fused, 2U);
+  EXPECT_THAT(robot.events(), HasSubstr("waymark/GnssFix@1"));
+}
+
+TEST(FusionFaults, AReadingThatIsNotFiniteNeverReachesTheFilter) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  robot.play(in_order({twist(0.0, 1.0), twist(0.1, std::nan("")), twist(0.2, 1.0)}));
+  EXPECT_EQ(robot.report(0).unusable, 1U);
+  EXPECT_TRUE(robot.fusion().filter().mixture().P.allFinite());
+  EXPECT_TRUE(robot.pose().p.allFinite());
+}
+
+TEST(FusionFaults, ASensorWithoutListenerIsSaidOnce) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: lidar }\n");
+  robot.play(toy_log());
+  EXPECT_EQ(robot.report(1).unheard, 10U);
+  EXPECT_EQ(robot.fusion().report().events.size(), 1U);
+}
+
+TEST(FusionGate, AFixFarOffIsGatedAndLeavesTheBeliefAlone) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  std::vector<Measurement> log = forty_seconds();
+  log.push_back(fix(39.95, 500.0, 0.0));
+  robot.play(in_order(log));
+  EXPECT_EQ(robot.report(1).gated, 1U);
+  EXPECT_NEAR(robot.pose().p.x(), 39.95, 0.5);
+}
+
+std::vector<Measurement> jump_at_20() {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 40.0, 1.0);
+  for (int k = 0; k < 40; ++k) log.push_back(fix(k, k, k < 20 ? 0.0 : 100.0));
+  return in_order(log);
+}
+
+TEST(FusionGate, IsReacquiredAfterManyRejectionsInARow) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("max_consecutive_rejections: 5"));
+  robot.play(jump_at_20());
+  EXPECT_THAT(robot.events(), HasSubstr("gps: 5 measurements in a row rejected"));
+  EXPECT_EQ(robot.report(1).gated, 5U);
+  EXPECT_NEAR(robot.pose().p.y(), 100.0, 1.0);
+  EXPECT_NEAR(robot.pose().p.x(), 40.0, 1.0);
+}
+
+TEST(FusionGate, ZeroMeansNeverReacquired) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("max_consecutive_rejections: 0"));
+  robot.play(jump_at_20());
+  EXPECT_EQ(robot.report(1).gated, 20U);
+  EXPECT_EQ(robot.events(), "");
+  EXPECT_NEAR(robot.pose().p.y(), 0.0, 2.0);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "unit/core/fusion_robot.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+using namespace test;  // NOLINT(google-build-using-namespace): the robot's parts
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+TEST(FusionStart, FromTheYamlAtTheFirstMeasurement) {
+  FusionRobot robot("initial: { x_m: 3, y_m: 4, z_m: 2, yaw_deg: 90 }\nsensors:\n" + kWheels);
+  EXPECT_FALSE(robot.fusion().started());
+  robot.play({twist(0.0, 0.0)});
+  EXPECT_TRUE(robot.fusion().started());
+  EXPECT_EQ(robot.pose().p, Eigen::Vector3d(3.0, 4.0, 2.0));
+  EXPECT_NEAR(robot.pose().yaw(), 90.0 * kDeg, 1e-12);
+}
+
+TEST(FusionStart, WithoutAnAbsoluteSensorThePoseIsTheGaugeAndCertain) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  robot.play({twist(0.0, 0.0)});
+  EXPECT_TRUE(robot.pose_P().isZero(0.0));
+}
+
+TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  robot.play({twist(0.0, 0.0)});
+  EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 1e-12);
+  EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
+}
+
+TEST(FusionStart, FromAFixTakesTheLeverArmOff) {
+  FusionRobot robot("initial: { yaw_deg: 90, yaw_sigma_deg: 2 }\nsensors:\n" + kWheels +
+                    "  - { name: gps, plugin: dgps, base_p_antenna_m: [2, 0, 1], sigma_m: 0.1 }\n");
+  robot.play(in_order({twist(0.0, 0.0), fix(0.05, 10.0, 5.0), twist(0.1, 0.0)}));
+  EXPECT_NEAR(robot.pose().p.x(), 10.0, 1e-9);
+  EXPECT_NEAR(robot.pose().p.y(), 3.0, 1e-9);
+  // The arm points north, so what is not known of the heading moves the base in the east, and both errors are
+  // correlated.
+  const double yaw_variance = 4.0 * kDeg * kDeg;
+  const Eigen::Matrix3d P = robot.seen()[1].belief.P.topLeftCorner<3, 3>();
+  EXPECT_NEAR(P(0, 0), 0.01 + 4.0 * yaw_variance, 1e-9);
+  EXPECT_NEAR(P(1, 1), 0.01, 1e-9);
+  EXPECT_NEAR(P(0, 2), 2.0 * yaw_variance, 1e-9);
+}
+
+TEST(FusionStart, TheFixThatGaveTheStartIsNotFusedTwice) {
+  FusionRobot robot("initial: { yaw_deg: 0, yaw_sigma_deg: 1 }\nsensors:\n" + kWheels + gps());
+  robot.play(in_order({fix(0.0, 10.0, 5.0), twist(0.05, 0.0)}));
+  EXPECT_EQ(robot.report(1).fused, 1U);
+  EXPECT_EQ(robot.report(1).nis_count, 0U);
+  EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 1e-12);
+}
+
+TEST(FusionStart, HeadingComesFromTwoFixesFarEnoughApart) {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 4.0, 1.0);
+  const double yaw = 30.0 * kDeg;
+  for (int k = 0; k < 20; ++k) {
+    const double t = 0.02 + 0.2 * k;
+    log.push_back(fix(t, 5.0 + t * std::cos(yaw), 7.0 + t * std::sin(yaw)));
+  }
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  robot.play(in_order(log));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().yaw(), yaw, 1e-6);
+  EXPECT_NEAR(robot.pose().p.x(), 5.0 + 3.9 * std::cos(yaw), 0.05);
+  // 5σ of two fixes, 0.71 m, lie between the first fix and the fifth.
+  EXPECT_EQ(robot.report(1).before_start, 0U) << "the start is the first fix, so all later ones are taken in";
+  EXPECT_EQ(robot.report(1).fused, 20U);
+  EXPECT_EQ(robot.report(0).before_start, 1U) << "only the twist before the first fix is lost";
+}
+
+TEST(FusionStart, WaitsForTheFirstWordAboutMotion) {
+  FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps());
+  robot.play(in_order({fix(0.0, 1.0, 2.0), fix(1.0, 1.0, 2.0)}));
+  EXPECT_FALSE(robot.fusion().started());
+  EXPECT_THAT(robot.events(), HasSubstr("no motion sensor has said anything"));
+}
+
+TEST(FusionStart, FixesTooCloseTogetherGiveNoHeading) {
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  std::vector<Measurement> log;
+  drive(log, 0.0, 5.0, 0.1);
+  for (int k = 0; k < 5; ++k) log.push_back(fix(k, 0.1 * k, 0.0));
+  robot.play(in_order(log));
+  EXPECT_FALSE(robot.fusion().started());
+  EXPECT_THAT(robot.events(), HasSubstr("the filter never started: the heading is unknown"));
+  EXPECT_EQ(robot.report(0).before_start, 50U);
+  EXPECT_EQ(robot.report(1).before_start, 5U);
+}
+
+TEST(FusionStart, MeasurementsBeforeTheFirstFixAreCountedAndShown) {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 2.0, 1.0);
+  log.push_back(fix(1.05, 0.0, 0.0));
+  FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps());
+  robot.play(in_order(log));
+  EXPECT_EQ(robot.report(0).before_start, 11U);
+  EXPECT_EQ(robot.report(0).fused, 9U);
+  EXPECT_EQ(robot.seen().size(), 21U);
+  EXPECT_EQ(robot.seen()[10].fate, Fate::before_start);
+  EXPECT_EQ(robot.seen()[11].fate, Fate::fused);
+}
+
+TEST(FusionStart, AnUnusableFixIsNoStart) {
+  auto none = std::make_shared<GnssFix>();
+  none->p_map_antenna = {50.0, 50.0, 0.0};
+  none->type = GnssFix::Type::none;
+  FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps());
+  robot.play(in_order({twist(0.0, 0.0), reading(0.05, 1, none), twist(0.1, 0.0), fix(0.2, 1.0, 2.0), twist(0.2, 0.0)}));
+  EXPECT_EQ(robot.pose().p, Eigen::Vector3d(1.0, 2.0, 0.0));
+}
+
+TEST(FusionStart, ParticlesDrawTheirStart) {
+  FusionRobot robot(kAtOrigin + "filter: { particles: 500, sampling_fraction: 1 }\nsensors:\n" + kWheels + gps());
+  robot.play({twist(0.0, 0.0)});
+  EXPECT_GT(robot.fusion().filter().particles()[0].belief.mean.T_map_base.p.norm(), 0.0);
+  // A variance out of 500 draws: 5σ, σ = √(2/500) of it.
+  EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 0.01 * 5.0 * std::sqrt(2.0 / 500.0));
+}
+
+TEST(FusionStart, WithoutAMotionSourceIsRefused) {
+  try {
+    FusionRobot robot(kAtOrigin + "sensors:\n" + gps());
+    FAIL() << "nothing was thrown";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("none of the enabled sensors tells how the robot moves"));
+  }
+  EXPECT_THROW(FusionRobot(kAtOrigin + "sensors:\n  - { name: wheels, plugin: odometry, model: twist, fuse: none }\n"),
+               ConfigError);
+}
+
+TEST(FusionStart, SpatialMotionWithoutRollAndPitchIsRefused) {
+  EXPECT_THROW(FusionRobot("motion: { kind: spatial }\nsensors:\n" + kWheels), ConfigError);
+}
+
+TEST(FusionStart, FrontBeforeTheStartIsAnError) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  EXPECT_THROW(robot.fusion().front(at(1.0)), Error);
+}
+
+}  // namespace
+}  // namespace waymark

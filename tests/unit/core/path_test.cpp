@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <sstream>
+
+#include "unit/core/beliefs.hpp"
+
+namespace waymark {
+namespace {
+
+void extend(Path& path, int from, int to) {
+  for (int i = from; i < to; ++i) path.append(test::at(i), Pose::planar(i, -i, 0.001 * i));
+}
+
+std::string saved(const std::vector<Path>& paths) {
+  std::ostringstream stream;
+  OutArchive out(stream);
+  for (const Path& path : paths) path.save(out);
+  return stream.str();
+}
+
+TEST(Path, StartsEmpty) {
+  const Path path;
+  EXPECT_TRUE(path.empty());
+  EXPECT_TRUE(path.poses().empty());
+}
+
+TEST(Path, ListsThePosesFromTheRootToTheLeaf) {
+  Path path;
+  extend(path, 0, 4);
+  const auto poses = path.poses();
+  ASSERT_EQ(poses.size(), 4U);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(poses[static_cast<std::size_t>(i)].stamp, test::at(i));
+    EXPECT_EQ(poses[static_cast<std::size_t>(i)].T_map_base.p, Eigen::Vector3d(i, -i, 0.0));
+  }
+}
+
+TEST(Path, CopiesShareTheTrunkAndGrowApart) {
+  Path a;
+  extend(a, 0, 3);
+  Path b = a;
+  extend(a, 10, 12);
+  extend(b, 20, 21);
+  ASSERT_EQ(a.poses().size(), 5U);
+  ASSERT_EQ(b.poses().size(), 4U);
+  EXPECT_EQ(a.poses()[2].stamp, b.poses()[2].stamp);
+  EXPECT_EQ(a.poses()[3].stamp, test::at(10));
+  EXPECT_EQ(b.poses()[3].stamp, test::at(20));
+}
+
+TEST(Path, ABranchSurvivesTheOther) {
+  Path kept;
+  {
+    Path dropped;
+    extend(dropped, 0, 5);
+    kept = dropped;
+    extend(dropped, 5, 9);
+  }
+  EXPECT_EQ(kept.poses().size(), 5U);
+}
+
+TEST(Path, AssignmentToItselfChangesNothing) {
+  Path path;
+  extend(path, 0, 3);
+  const Path& same = path;
+  path = same;
+  EXPECT_EQ(path.poses().size(), 3U);
+}
+
+constexpr int kLong = 1'000'000;
+
+TEST(Path, AMillionPosesAreFreedWithoutRecursion) {
+  auto path = std::make_unique<Path>();
+  extend(*path, 0, kLong);
+  const Path copy = *path;
+  path.reset();
+  EXPECT_EQ(copy.poses().size(), static_cast<std::size_t>(kLong));
+}
+
+TEST(Path, AMillionPosesAreFreedWithoutRecursionWhenAssignedOver) {
+  Path path;
+  extend(path, 0, kLong);
+  path = Path();
+  EXPECT_TRUE(path.empty());
+}
+
+TEST(Path, LoadingGivesBackTheSamePoses) {
+  Path path;
+  extend(path, 0, 6);
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  Path loaded;
+  extend(loaded, 0, 2);
+  loaded.load(in);
+  const auto expected = path.poses();
+  const auto actual = loaded.poses();
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].stamp, expected[i].stamp);
+    EXPECT_EQ(actual[i].T_map_base.p, expected[i].T_map_base.p);
+    EXPECT_EQ(actual[i].T_map_base.q.coeffs(), expected[i].T_map_base.q.coeffs());
+  }
+}
+
+TEST(Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
+  Path trunk;
+  extend(trunk, 0, 1000);
+  std::vector<Path> paths(5, trunk);
+  for (int i = 0; i < 5; ++i) extend(paths[static_cast<std::size_t>(i)], 2000 + i, 2001 + i);
+  const std::string bytes = saved(paths);
+  EXPECT_LT(bytes.size(), saved({trunk}).size() + 5 * 200);
+
+  std::istringstream stream(bytes);
+  InArchive in(stream);
+  std::vector<Path> loaded(5);
+  for (Path& path : loaded) path.load(in);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_EQ(loaded[static_cast<std::size_t>(i)].poses().size(), 1001U);
+    EXPECT_EQ(loaded[static_cast<std::size_t>(i)].poses().back().stamp, test::at(2000 + i));
+  }
+  // Sharing is what makes the second saving as small as the first.
+  EXPECT_EQ(saved(loaded), bytes);
+}
+
+TEST(Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
+  Path path;
+  extend(path, 0, kLong);
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  Path loaded;
+  loaded.load(in);
+  EXPECT_EQ(loaded.poses().size(), static_cast<std::size_t>(kLong));
+  loaded = Path();
+}
+
+}  // namespace
+}  // namespace waymark

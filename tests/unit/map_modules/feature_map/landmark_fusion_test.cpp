@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a landmark becomes by being seen again and again.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <array>
+
+#include "feature_map_bench.hpp"
+#include "waymark/gaussian.hpp"
+#include "waymark/random.hpp"
+
+namespace waymark {
+namespace {
+
+using feature_map_test::detection_of;
+using feature_map_test::observation_of;
+using feature_map_test::settings_of;
+using feature_map_test::step;
+
+ParticleFeatureMap map_with(const std::string& yaml) {
+  return ParticleFeatureMap(std::make_shared<FeatureMapSettings>(settings_of(yaml)));
+}
+
+const std::string kWideGate = "negative_information: false, association: { gate_probability: 0.999999 } }";
+
+Landmark only(const ParticleFeatureMap& map) {
+  Landmark found;
+  map.landmarks().for_all([&](const Landmark& landmark) { found = landmark; });
+  return found;
+}
+
+/// ∂(landmark in the map)/∂(x, y, yaw) for a detection in the base frame.
+Eigen::Matrix<double, 2, 3> pose_jacobian(const Eigen::Vector2d& p_map, const Eigen::Vector3d& pose) {
+  Eigen::Matrix<double, 2, 3> G;
+  G << 1.0, 0.0, -(p_map.y() - pose.y()), 0.0, 1.0, p_map.x() - pose.x();
+  return G;
+}
+
+TEST(LandmarkFusion, AFirstSightingHasTheNoiseOfDetectionAndPose) {
+  auto map = map_with("{ " + kWideGate);
+  const Eigen::Vector3d pose(1.0, 2.0, 0.7);
+  const Eigen::Matrix3d kept = Eigen::Vector3d(0.01, 0.02, 1e-3).asDiagonal();
+  const Detection detection = detection_of({5.0, 6.0}, pose);
+  step(map, pose, kept, kept, observation_of({detection}));
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(pose.z()).toRotationMatrix();
+  const auto G = pose_jacobian({5.0, 6.0}, pose);
+  const Eigen::Matrix2d expected =
+      turn * detection.R.topLeftCorner<2, 2>() * turn.transpose() + G * kept * G.transpose();
+  EXPECT_TRUE(only(map).mean.head<2>().isApprox(Eigen::Vector2d(5.0, 6.0), 1e-12));
+  EXPECT_LT((only(map).P.topLeftCorner<2, 2>() - expected).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(LandmarkFusion, WithAnExactPoseSightingsAverage) {
+  auto map = map_with("{ " + kWideGate);
+  const Eigen::Vector3d pose(0.0, 0.0, 0.0);
+  const std::array<double, 4> east = {5.02, 4.97, 5.03, 5.06};
+  for (const double e : east)
+    step(map, pose, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), observation_of({detection_of({e, 1.0}, pose)}));
+  EXPECT_NEAR(only(map).mean.x(), 5.02, 1e-9);
+  EXPECT_NEAR(only(map).P(0, 0), 0.05 * 0.05 / 4.0, 1e-12);
+}
+
+TEST(LandmarkFusion, TheRadiusConvergesWithThePosition) {
+  auto map = map_with("{ attributes: [radius], " + kWideGate);
+  const Eigen::Vector3d pose(0.0, 0.0, 0.0);
+  for (const double r : {0.18, 0.22, 0.26, 0.22}) {
+    step(map, pose, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
+         observation_of({detection_of({5.0, 1.0}, pose, 0.05, r)}));
+  }
+  EXPECT_NEAR(only(map).mean.z(), 0.22, 1e-9);
+  EXPECT_NEAR(only(map).P(2, 2), 0.05 * 0.05 / 4.0, 1e-12);
+}
+
+/// A robot that stands: the error that its pose kept is common to all scans.
+struct Standstill {
+  static constexpr std::array<int, 4> kLooks = {10, 100, 1000, 10000};
+  static constexpr int kRuns = 40;
+  Eigen::Matrix3d kept = Eigen::Vector3d(0.05 * 0.05, 0.05 * 0.05, 0.01 * 0.01).asDiagonal();
+  Eigen::Vector2d truth{5.0, 2.0};
+  std::array<double, 4> mean_nees{};
+  double least_ratio = 1e300;  ///< smallest eigenvalue of floor⁻¹ P over all scans
+
+  Standstill() {
+    const auto settings = std::make_shared<FeatureMapSettings>(settings_of("{ " + kWideGate));
+    const auto G = pose_jacobian(truth, Eigen::Vector3d::Zero());
+    const Eigen::LLT<Eigen::Matrix2d> floor(G * kept * G.transpose());
+    for (std::uint32_t run = 0; run < kRuns; ++run) {
+      Random random({.seed = 11, .slot = run, .stamp = 0, .sensor = 0});
+      const Eigen::Vector3d pose = gaussian::sample(kept, random);  // estimated; the true one is the origin
+      const Eigen::Matrix2d root =
+          Eigen::LLT<Eigen::Matrix2d>(detection_of(truth, pose).R.topLeftCorner<2, 2>()).matrixL();
+      ParticleFeatureMap map(settings);
+      std::size_t look = 0;
+      for (int scan = 1; scan <= kLooks.back(); ++scan) {
+        Detection detection = detection_of(truth, Eigen::Vector3d::Zero());
+        detection.xyr.head<2>() += root * Eigen::Vector2d(random.normal(), random.normal());
+        step(map, pose, kept, kept, observation_of({detection}));
+        const Landmark landmark = only(map);
+        const Eigen::Matrix2d P = landmark.P.topLeftCorner<2, 2>();
+        const Eigen::Matrix2d white = floor.matrixL().solve(floor.matrixL().solve(P).transpose());
+        least_ratio = std::min(least_ratio, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(white).eigenvalues().x());
+        if (scan != kLooks[look]) continue;
+        const Eigen::Vector2d error = landmark.mean.head<2>() - truth;
+        mean_nees[look++] += error.dot(P.inverse() * error) / kRuns;
+      }
+      EXPECT_EQ(map.landmarks().size(), 1u);
+    }
+  }
+};
+
+// Every scan shows the same error of the pose again, so the landmark's covariance must stop at the pose's share. P = C
+// there, the gain is P / (P + R + C), and what the scans' own noise adds to the error is at most C / 2: the expected
+// NEES lies between 2 and 3 however many scans. The mean over 40 runs of 2 degrees of freedom has a standard deviation
+// of at most 3 / √40; bounds at 3.3 of them.
+TEST(LandmarkFusion, TenThousandScansAtStandstillDoNotMakeALandmarkOverconfident) {
+  const Standstill standstill;
+  for (std::size_t i = 0; i < Standstill::kLooks.size(); ++i) {
+    EXPECT_GT(standstill.mean_nees[i], 2.0 - 3.3 * 2.0 / std::sqrt(40.0)) << Standstill::kLooks[i];
+    EXPECT_LT(standstill.mean_nees[i], 3.0 + 3.3 * 3.0 / std::sqrt(40.0)) << Standstill::kLooks[i];
+  }
+  // The floor is taken at the estimated place, which is off by centimetres in five metres.
+  EXPECT_GT(standstill.least_ratio, 0.9);
+}
+
+// --- signatures
+// ----------------------------------------------------------------------------------------------------------
+
+class SignatureFusion : public ::testing::Test {
+ protected:
+  void see(Signature signature, int times) {
+    Detection detection = detection_of({5.0, 1.0}, Eigen::Vector3d::Zero());
+    detection.signature = signature;
+    for (int i = 0; i < times; ++i) {
+      step(map_, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
+           observation_of({detection}));
+    }
+    ASSERT_EQ(map_.landmarks().size(), 1u);
+  }
+  Signature signature() const { return only(map_).signature; }
+
+  static constexpr Signature kDark{0.9f, 0.1f};
+  static constexpr Signature kBright{0.1f, 0.9f};
+  // λ = 0: how signatures are fused must not depend on how they match.
+  ParticleFeatureMap map_ = map_with(
+      "{ attributes: [signature], negative_information: false, association: { signature_lambda: 0, signature_floor: "
+      "0.01 } }");
+};
+
+TEST_F(SignatureFusion, IsTheProductOfTheViews) {
+  see({0.6f, 0.4f}, 1);
+  see({0.7f, 0.3f}, 1);
+  EXPECT_NEAR(signature()[0], 0.42 / (0.42 + 0.12), 1e-5);
+  EXPECT_NEAR(signature()[1], 0.12 / (0.42 + 0.12), 1e-5);
+}
+
+TEST_F(SignatureFusion, NoBinDiesHoweverManyViewsAgree) {
+  see(kDark, 1000);
+  EXPECT_GT(signature()[1], 0.0099f);  // the floor, up to the normalisation
+  EXPECT_NEAR(signature()[0] + signature()[1], 1.0f, 1e-5f);
+}
+
+TEST_F(SignatureFusion, OneBadViewDoesNotDecide) {
+  see(kDark, 10);
+  see(kBright, 1);
+  EXPECT_GT(signature()[0], signature()[1]);
+}
+
+TEST_F(SignatureFusion, AFewViewsCorrectAWrongSignature) {
+  see(kDark, 1000);
+  see(kBright, 4);
+  EXPECT_GT(signature()[1], 0.9f);
+}
+
+}  // namespace
+}  // namespace waymark

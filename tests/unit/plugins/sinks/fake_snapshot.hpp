@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "waymark/config.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin_loader.hpp"
+#include "waymark/sink.hpp"
+#include "waymark/snapshot.hpp"
+
+/// What the tests of sinks share: a snapshot made by hand and a folder that goes away.
+namespace waymark::test {
+
+/// A snapshot whose answers are its members. Planar, without blocks; starts as a started filter at the map's origin.
+class FakeSnapshot : public Snapshot {
+ public:
+  FakeSnapshot() {
+    belief_.P = ErrorMatrix::Zero(layout_.size(), layout_.size());
+    measurement_.payload = std::make_shared<WheelSpeeds>();
+  }
+
+  /// Puts the pose, the stamp and the measurement's stamp in one go.
+  FakeSnapshot& at(double seconds, const Pose& T_map_base) {
+    measurement_.stamp = Time{from_seconds(seconds)};
+    belief_.stamp = measurement_.stamp;
+    belief_.mean.T_map_base = T_map_base;
+    return *this;
+  }
+  /// Variances of x, y [m²] and yaw [rad²].
+  FakeSnapshot& pose_variance(double x, double y, double yaw) {
+    const auto& i = layout_.pose_indices();
+    belief_.P(i[0], i[0]) = x;
+    belief_.P(i[1], i[1]) = y;
+    belief_.P(i[2], i[2]) = yaw;
+    return *this;
+  }
+
+  Time stamp() const override { return belief_.stamp; }
+  const Measurement& measurement() const override { return measurement_; }
+  Fate fate() const override { return fate_; }
+  bool started() const override { return started_; }
+  const Belief& belief() const override { return belief_; }
+  const StateLayout& layout() const override { return layout_; }
+  double effective_sample_size() const override { return effective_sample_size_; }
+  std::vector<ParticleView> particles() const override { return particles_; }
+  std::vector<StampedPose> best_path() const override { return path_; }
+  std::vector<MapDescription> best_maps() const override { return maps_; }
+
+  Measurement measurement_;
+  Fate fate_ = Fate::fused;
+  bool started_ = true;
+  double effective_sample_size_ = 1.0;
+  std::vector<ParticleView> particles_;
+  std::vector<StampedPose> path_;
+  std::vector<MapDescription> maps_;
+  StateLayout layout_{StateLayout::Motion::planar, {}};
+  Belief belief_;
+};
+
+/// A fresh folder under the system's temporary folder, removed with all it holds.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    static std::atomic<int> count = 0;
+    const std::string name = "waymark_" + std::to_string(getpid()) + "_" + std::to_string(count++);
+    path_ = std::filesystem::temp_directory_path() / name;
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  bool has(std::string_view file) const { return std::filesystem::exists(path_ / file); }
+  /// The whole file; empty if there is none.
+  std::string read(std::string_view file) const {
+    std::ifstream stream(path_ / file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  std::vector<std::string> lines(std::string_view file) const {
+    std::ifstream stream(path_ / file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The sink plugin `name` out of the build tree, built from a YAML mapping.
+inline std::shared_ptr<Sink> make_sink(std::string_view name, std::string_view yaml = "{}") {
+  const PluginLoader loader({WAYMARK_PLUGIN_DIR});
+  return loader.create<Sink>(name, Config::parse(yaml), Rig({}));
+}
+
+}  // namespace waymark::test

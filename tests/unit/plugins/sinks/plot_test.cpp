@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "fake_snapshot.hpp"
+#include "waymark/error.hpp"
+
+namespace waymark {
+namespace {
+
+using test::FakeSnapshot;
+using test::make_sink;
+using test::TemporaryFolder;
+
+class PlotSink : public ::testing::Test {
+ protected:
+  // A drive along a square's two sides past one landmark in the middle of the map.
+  static void drive(Sink& sink, FakeSnapshot& snapshot, bool landmark = true) {
+    for (int i = 0; i <= 40; ++i) {
+      const double along = 0.5 * i;
+      snapshot.at(0.1 * i, i <= 20 ? Pose::planar(along - 5, -5, 0) : Pose::planar(5, along - 15, 1.57));
+      snapshot.pose_variance(0.01, 0.02, 0.001);
+      sink.write(snapshot);
+    }
+    snapshot.particles_ = {{snapshot.belief_.mean.T_map_base, 1.0}};
+    if (!landmark) return;
+    LandmarkView view;
+    view.id = 3;
+    view.p_map = {0.0, 0.0};
+    view.radius_m = 0.5;
+    view.P = Eigen::Vector3d(0.01, 0.01, 0.001).asDiagonal();
+    view.confirmed = true;
+    snapshot.maps_ = {{"trees", {view}}};
+  }
+
+  cv::Mat picture(const std::string& file = "map.png") const {
+    const std::string bytes = out_.read(file);
+    return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                        cv::IMREAD_COLOR);
+  }
+
+  // Pixels of a box around the middle of the map that differ from white by more than the grid does.
+  static int marked(const cv::Mat& image, const cv::Rect& box) {
+    int count = 0;
+    for (int y = box.y; y < box.y + box.height; ++y) {
+      for (int x = box.x; x < box.x + box.width; ++x) {
+        const auto& p = image.at<cv::Vec3b>(y, x);
+        count += std::min({p[0], p[1], p[2]}) < 200 ? 1 : 0;
+      }
+    }
+    return count;
+  }
+
+  TemporaryFolder out_;
+};
+
+// The map's area at 800 × 600, from the layout: left 39, top 36, right 635, bottom 571.
+constexpr int kMiddleX = 337;
+constexpr int kMiddleY = 303;
+
+TEST_F(PlotSink, WritesAPictureOfTheSizeAskedFor) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600, file: run.png}");
+  sink->start({out_.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  drive(*sink, snapshot);
+  sink->finish(&snapshot, {});
+  const cv::Mat image = picture("run.png");
+  EXPECT_EQ(image.cols, 800);
+  EXPECT_EQ(image.rows, 600);
+}
+
+TEST_F(PlotSink, IsOfStandardSizeByDefault) {
+  const auto sink = make_sink("plot");
+  sink->start({out_.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  drive(*sink, snapshot);
+  sink->finish(&snapshot, {});
+  EXPECT_EQ(picture().size(), cv::Size(1600, 1200));
+}
+
+TEST_F(PlotSink, DrawsALandmarkWhereItIs) {
+  const cv::Rect around(kMiddleX - 8, kMiddleY - 8, 16, 16);
+  for (const bool landmark : {false, true}) {
+    const auto sink = make_sink("plot", "{width_px: 800, height_px: 600, landmark_labels: off}");
+    sink->start({out_.path(), nullptr, nullptr});
+    FakeSnapshot snapshot;
+    drive(*sink, snapshot, landmark);
+    sink->finish(&snapshot, {});
+    const int count = marked(picture(), around);
+    EXPECT_EQ(count > 0, landmark) << count << " marked pixels";
+    // 0.5 m at 43 px per metre covers the whole box.
+    if (landmark) {
+      EXPECT_GT(count, 200);
+    }
+  }
+}
+
+TEST_F(PlotSink, DrawsTheReferenceInRed) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+  auto reference = std::make_shared<Reference>();
+  for (int i = 0; i < 100; ++i) {
+    reference->trajectory.push_back({Time(from_seconds(0.1 * i)), Pose::planar(-5 + 0.1 * i, 0, 0), true});
+  }
+  sink->start({out_.path(), nullptr, reference});
+  FakeSnapshot snapshot;
+  drive(*sink, snapshot, false);
+  sink->finish(&snapshot, {});
+  const cv::Mat image = picture();
+  bool red = false;
+  for (int y = kMiddleY - 4; y <= kMiddleY + 4; ++y) {
+    const auto& p = image.at<cv::Vec3b>(y, kMiddleX);
+    red = red || (p[2] > 180 && p[1] < 120 && p[0] < 120);
+  }
+  EXPECT_TRUE(red);
+}
+
+TEST_F(PlotSink, SaysNoDataWithoutASnapshot) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+  sink->start({out_.path(), nullptr, nullptr});
+  sink->finish(nullptr, {});
+  const cv::Mat image = picture();
+  ASSERT_EQ(image.size(), cv::Size(800, 600));
+  EXPECT_GT(marked(image, cv::Rect(kMiddleX - 60, kMiddleY - 25, 120, 50)), 200) << "the words";
+  EXPECT_EQ(marked(image, cv::Rect(650, 36, 140, 500)), 0) << "a legend of nothing";
+}
+
+TEST_F(PlotSink, SurvivesAFilterThatNeverStarted) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+  sink->start({out_.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  snapshot.started_ = false;
+  snapshot.at(1.0, Pose());
+  sink->write(snapshot);
+  sink->finish(&snapshot, {});
+  EXPECT_GT(marked(picture(), cv::Rect(kMiddleX - 60, kMiddleY - 25, 120, 50)), 200);
+}
+
+TEST_F(PlotSink, SurvivesNumbersThatAreNotFinite) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+  sink->start({out_.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  drive(*sink, snapshot);
+  snapshot.maps_[0].landmarks.push_back(snapshot.maps_[0].landmarks[0]);
+  snapshot.maps_[0].landmarks[1].P.setConstant(std::numeric_limits<double>::quiet_NaN());
+  snapshot.maps_[0].landmarks[1].p_map.setConstant(std::numeric_limits<double>::infinity());
+  sink->finish(&snapshot, {});
+  EXPECT_EQ(picture().size(), cv::Size(800, 600));
+}
+
+TEST_F(PlotSink, GivesTheSameBytesForTheSameRun) {
+  std::string first;
+  for (int i = 0; i < 2; ++i) {
+    const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+    sink->start({out_.path(), nullptr, nullptr});
+    FakeSnapshot snapshot;
+    drive(*sink, snapshot);
+    sink->finish(&snapshot, {});
+    const std::string bytes = out_.read("map.png");
+    ASSERT_FALSE(bytes.empty());
+    if (i == 0) first = bytes;
+    EXPECT_TRUE(bytes == first);
+  }
+}
+
+TEST_F(PlotSink, RefusesWhatItCannotDraw) {
+  EXPECT_THROW(make_sink("plot", "{width_px: 10}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{sigma: 0}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{landmark_labels: some}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{file: map.jpg}"), ConfigError);
+}
+
+}  // namespace
+}  // namespace waymark

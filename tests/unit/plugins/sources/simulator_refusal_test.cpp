@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "simulated_log.hpp"
+
+namespace waymark {
+namespace {
+
+using test::kWheels;
+using test::make;
+
+struct Refusal {
+  const char* what;
+  std::string yaml;
+  const char* message;
+};
+
+class SimulatorRefuses : public ::testing::TestWithParam<Refusal> {};
+
+TEST_P(SimulatorRefuses, WithOneClearMessage) {
+  try {
+    make(GetParam().yaml);
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find(GetParam().message), std::string::npos) << error.what();
+  }
+}
+
+const std::string kOk = "{ duration_s: 5, course: { waypoints_m: [0, 0, 5, 0, 5, 5] }";
+
+INSTANTIATE_TEST_SUITE_P(
+    Yaml, SimulatorRefuses,
+    ::testing::Values(
+        Refusal{"NoSensor", kOk + "}", "wheels, gps, lidar"},
+        Refusal{"ZeroWheelNoise", kOk + ", wheels: { sensor: wheels, track_m: 1, noise_m_per_sqrt_s: 0 } }",
+                "noise_m_per_sqrt_s"},
+        Refusal{"NegativeWheelNoise", kOk + ", wheels: { sensor: wheels, track_m: 1, noise_m_per_sqrt_s: -1 } }",
+                "noise_m_per_sqrt_s"},
+        Refusal{"ZeroGpsNoise", kOk + ", gps: { sensor: gps, sigma_m: 0 } }", "sigma_m"},
+        Refusal{"NegativeGpsNoise", kOk + ", gps: { sensor: gps, sigma_m: -0.1 } }", "sigma_m"},
+        Refusal{"NegativeOffset", kOk + ", gps: { sensor: gps, correlated_sigma_m: -0.1 } }", "correlated_sigma_m"},
+        Refusal{"ZeroRangeNoise", kOk + ", lidar: { sensor: lidar, sigma_m: 0 } }", "sigma_m"},
+        Refusal{"NegativeRangeNoise", kOk + ", lidar: { sensor: lidar, sigma_m: -0.1 } }", "sigma_m"},
+        Refusal{"ZeroRate", kOk + ", gps: { sensor: gps, rate_hz: 0 } }", "rate_hz"},
+        Refusal{"OutageThatEndsBeforeItBegins", kOk + ", gps: { sensor: gps, outages_s: [20, 10] } }", "outages_s"},
+        Refusal{"OddOutages", kOk + ", gps: { sensor: gps, outages_s: [20] } }", "outages_s"},
+        Refusal{"UnknownLidar", kOk + ", lidar: { sensor: scanner } }", "scanner"},
+        Refusal{"OneWayPoint", "{ duration_s: 5, course: { waypoints_m: [0, 0] }" + kWheels + "}", "waypoints_m"},
+        Refusal{"EqualWayPoints", "{ duration_s: 5, course: { waypoints_m: [0, 0, 1, 1, 1, 1] }" + kWheels + "}",
+                "waypoints_m"},
+        Refusal{"LapsOfAnOpenCourse", "{ duration_s: 5, course: { waypoints_m: [0, 0, 1, 1], laps: 2 }" + kWheels + "}",
+                "laps"},
+        Refusal{"ShortLookahead", kOk + ", lookahead_m: 0.5" + kWheels + "}", "lookahead_m"},
+        Refusal{"LandmarkOnTheCourse", kOk + ", landmarks: { list_m: [2, 0.1, 0.2] }" + kWheels + "}", "landmark 1"},
+        Refusal{"LandmarkWithoutRadius", kOk + ", landmarks: { list_m: [2, 9, 0] }" + kWheels + "}", "radius"},
+        Refusal{"CountAndList", kOk + ", landmarks: { count: 2, list_m: [2, 9, 0.1] }" + kWheels + "}", "not both"},
+        Refusal{"TooManyLandmarks", kOk + ", landmarks: { count: 100, area_m: [0, 0, 6, 6] }" + kWheels + "}",
+                "of 100 landmarks fit"}),
+    [](const auto& param_info) { return param_info.param.what; });
+
+}  // namespace
+}  // namespace waymark
