@@ -46,7 +46,8 @@ class FeatureMap final : public MapModule {
       const double radius = std::isfinite(one.radius_m) ? one.radius_m : 0.0;
       observation->detections.push_back(
           make_detection(one.range_m - radius, one.bearing_rad, radius, T_base_sensor_, noise));
-      observation->detections.back().signature.fill(1.0f / kSignatureBins);
+      observation->detections.back().signature = Signature::uniform(2);
+      observation->detections.back().identity = one.identity;
       observation->max_range = std::max(observation->max_range, observation->detections.back().xyr.head<2>().norm());
     }
     return observation;

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <vector>
 
@@ -10,17 +13,44 @@
 
 namespace waymark {
 
-/// Bins of a signature, the discrete distribution that describes how a landmark looks (4.7). Two for reflectivity:
-/// dark, bright.
-inline constexpr int kSignatureBins = 2;
-using Signature = std::array<float, kSignatureBins>;
+/// The discrete distribution that describes how a landmark looks (4.7): reflectivity in two bins (dark, bright), an
+/// identity in one bin each. Its storage lies inside, so that no detection needs the heap.
+class Signature {
+ public:
+  static constexpr std::size_t kMaxBins = 128;
+
+  constexpr Signature() = default;
+  constexpr Signature(std::initializer_list<float> bins) {
+    for (const float bin : bins) bins_[size_++] = bin;
+  }
+  /// `size` <= kMaxBins equal bins.
+  static Signature uniform(std::size_t size) {
+    Signature signature;
+    signature.size_ = size;
+    std::fill_n(signature.bins_.begin(), size, 1.0f / static_cast<float>(size));
+    return signature;
+  }
+
+  constexpr std::size_t size() const { return size_; }
+  constexpr float operator[](std::size_t bin) const { return bins_[bin]; }
+  constexpr float& operator[](std::size_t bin) { return bins_[bin]; }
+  const float* begin() const { return bins_.data(); }
+  const float* end() const { return bins_.data() + size_; }
+  float* begin() { return bins_.data(); }
+  float* end() { return bins_.data() + size_; }
+
+ private:
+  std::array<float, kMaxBins> bins_{};
+  std::size_t size_ = 0;
+};
 
 /// One landmark as seen from the robot: position of its centre in the base frame and radius, (x, y, r), with one
 /// covariance (4.1).
 struct Detection {
   Eigen::Vector3d xyr = Eigen::Vector3d::Zero();  ///< [m]; r is meaningless where the map does not use it
   Eigen::Matrix3d R = Eigen::Matrix3d::Zero();    ///< noise covariance [m²]
-  Signature signature{};
+  Signature signature;
+  int identity = -1;    ///< what a device read off it (a barcode, a tag); -1: nothing
   int first_beam = -1;  ///< of the scan, for pictures
   int last_beam = -1;
 };

@@ -2,6 +2,9 @@
 #include "landmark_store.hpp"
 
 #include <algorithm>
+#include <string>
+
+#include "waymark/error.hpp"
 
 namespace waymark {
 
@@ -85,7 +88,9 @@ void LandmarkStore::save(OutArchive& out) const {
       out.value(landmark.mean);
       out.value(landmark.P);
       out.value(landmark.P_floor);
+      out.value(static_cast<std::uint32_t>(landmark.signature.size()));
       for (const float bin : landmark.signature) out.value(bin);
+      out.value(landmark.identity);
       out.value(landmark.log_odds);
       out.value(landmark.sightings);
       out.value(landmark.id);
@@ -117,7 +122,12 @@ void LandmarkStore::load(InArchive& in) {
         in.value(landmark.mean);
         in.value(landmark.P);
         in.value(landmark.P_floor);
+        std::uint32_t bins = 0;
+        in.value(bins);
+        if (bins > Signature::kMaxBins) throw DataError("a landmark's signature has " + std::to_string(bins) + " bins");
+        if (bins > 0) landmark.signature = Signature::uniform(bins);
         for (float& bin : landmark.signature) in.value(bin);
+        in.value(landmark.identity);
         in.value(landmark.log_odds);
         in.value(landmark.sightings);
         in.value(landmark.id);
