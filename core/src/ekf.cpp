@@ -16,34 +16,54 @@ struct SparseJacobian {
   int count = 0;
 };
 
-void gather(const StateLayout& layout, int owner, const Linearization& model, SparseJacobian& out) {
+template <class Column>
+void add(SparseJacobian& out, int state, const Column& column) {
+  if (state < 0 || column.isZero(0.0)) return;
+  out.states[static_cast<std::size_t>(out.count)] = state;
+  out.columns.col(out.count++) = column;
+}
+
+/// The chain rule through enu_T_map: δp_enu = R δp + δt + (ẑ × R p) δψ, δθ_enu = R δθ + ẑ δψ.
+void add_through_earth(const StateLayout& layout, const Linearization& model, const EarthJacobian& earth,
+                       SparseJacobian& out) {
+  using Jacobian = Linearization::Jacobian3;
+  const Jacobian zero = Jacobian::Zero(model.rows(), 3);
+  const Jacobian& Hp = model.uses(Linearization::kPosition) ? model.get(Linearization::kPosition) : zero;
+  const Jacobian& Ha = model.uses(Linearization::kAttitude) ? model.get(Linearization::kAttitude) : zero;
+  const Jacobian p = Hp * earth.R_enu_map;
+  const Jacobian a = Ha * earth.R_enu_map;
+  for (int axis = 0; axis < 3; ++axis) {
+    add(out, layout.active(axis), p.col(axis));
+    add(out, layout.active(3 + axis), a.col(axis));
+  }
+  const int shifts = earth.has_height ? 3 : 2;
+  for (int axis = 0; axis < shifts; ++axis) add(out, earth.first_state + axis, Hp.col(axis));
+  add(out, earth.first_state + shifts,
+      (Hp * Eigen::Vector3d(-earth.lever_enu.y(), earth.lever_enu.x(), 0.0) + Ha.col(2)).eval());
+}
+
+void gather(const StateLayout& layout, int owner, const Linearization& model, const EarthJacobian* earth,
+            SparseJacobian& out) {
   out.count = 0;
   out.columns.resize(model.rows(), layout.size());
-  for (int part = 0; part < 4; ++part) {
+  if (earth != nullptr) add_through_earth(layout, model, *earth, out);
+  for (int part = earth != nullptr ? 2 : 0; part < 4; ++part) {
     const auto p = static_cast<Linearization::Part>(part);
     if (!model.uses(p)) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int state = layout.active(3 * part + axis);
-      if (state < 0 || model.get(p).col(axis).isZero(0.0)) continue;
-      out.states[static_cast<std::size_t>(out.count)] = state;
-      out.columns.col(out.count++) = model.get(p).col(axis);
-    }
+    for (int axis = 0; axis < 3; ++axis) add(out, layout.active(3 * part + axis), model.get(p).col(axis));
   }
   if (model.uses_block()) {
     const int first = layout.core_size() + layout.block_offset(owner);
-    for (int i = 0; i < model.get_block().cols(); ++i) {
-      if (model.get_block().col(i).isZero(0.0)) continue;
-      out.states[static_cast<std::size_t>(out.count)] = first + i;
-      out.columns.col(out.count++) = model.get_block().col(i);
-    }
+    for (int i = 0; i < model.get_block().cols(); ++i) add(out, first + i, model.get_block().col(i));
   }
 }
 
 }  // namespace
 
-void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model, Innovation& out) {
+void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model, Innovation& out,
+              const EarthJacobian* earth) {
   SparseJacobian H;
-  gather(layout, owner, model, H);
+  gather(layout, owner, model, earth, H);
   const int rows = model.rows();
   out.nu = model.residual;
   out.PHt.setZero(layout.size(), rows);

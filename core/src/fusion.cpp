@@ -26,17 +26,41 @@ struct SensorState {
   bool triggers_map = false;
 };
 
-std::vector<StateLayout::Owner> block_owners(const std::vector<SensorSlot>& sensors) {
+bool goes_on_to_be_fused(const SensorSlot& slot) {
+  return slot.fuse.mode != FuseRule::Mode::start && slot.fuse.mode != FuseRule::Mode::none;
+}
+
+/// True if an absolute sensor can tell the start (`fused` false), or goes on to be fused (`fused` true).
+bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
+  return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
+    return s.enabled && s.sensor && s.sensor->is_absolute() && s.fuse.mode != FuseRule::Mode::none &&
+           (!fused || goes_on_to_be_fused(s));
+  });
+}
+
+/// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it.
+bool needs_georeference(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                        const std::vector<MapSlot>& maps) {
+  return settings.georeference.enabled && !maps.empty() && has_absolute(sensors, true);
+}
+
+/// Sensors in the order of the YAML; then the georeference, if there is one.
+std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                                             const std::vector<MapSlot>& maps) {
   std::vector<StateLayout::Owner> owners;
-  owners.reserve(sensors.size());
+  owners.reserve(sensors.size() + 1);
   for (const SensorSlot& slot : sensors) {
     owners.push_back({slot.name, slot.sensor && slot.enabled ? slot.sensor->block() : StateBlock{}});
+  }
+  if (needs_georeference(settings, sensors, maps)) {
+    owners.push_back({std::string(Georeference::kOwner), Georeference::block(settings.motion, settings.georeference)});
   }
   return owners;
 }
 
-bool goes_on_to_be_fused(const SensorSlot& slot) {
-  return slot.fuse.mode != FuseRule::Mode::start && slot.fuse.mode != FuseRule::Mode::none;
+std::optional<Georeference> georeference_of(const StateLayout& layout) {
+  if (layout.owners().empty() || layout.owners().back().name != Georeference::kOwner) return std::nullopt;
+  return Georeference(layout, static_cast<int>(layout.owners().size()) - 1);
 }
 
 }  // namespace
@@ -45,10 +69,10 @@ class Fusion::Impl {
  public:
   Impl(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps, Observer observer)
       : settings_(settings),
-        layout_(settings.motion, block_owners(sensors)),
+        layout_(settings.motion, block_owners(settings, sensors, maps)),
         process_(layout_, settings.process_noise),
         maps_(std::move(maps)),
-        filter_(process_, modules(), settings.filter),
+        filter_(process_, modules(), settings.filter, georeference_of(layout_)),
         queue_(settings.max_latency),
         standstill_(sensors.size(), settings.standstill_after),
         finder_(settings.start, layout_, has_absolute(sensors, false), has_absolute(sensors, true)),
@@ -58,7 +82,8 @@ class Fusion::Impl {
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       SensorState state{sensors[i],
                         FuseGate(sensors[i].fuse),
-                        {static_cast<int>(i), Gates(sensors[i].gate_probability), sensors[i].weight_exponent, false},
+                        {static_cast<int>(i), Gates(sensors[i].gate_probability), sensors[i].weight_exponent, false,
+                         sensors[i].sensor && sensors[i].sensor->is_absolute()},
                         {}};
       state.report.name = sensors[i].name;
       state.report.plugin = sensors[i].plugin;
@@ -110,13 +135,6 @@ class Fusion::Impl {
 
  private:
   class View;
-
-  static bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
-    return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
-      return s.enabled && s.sensor && s.sensor->is_absolute() && s.fuse.mode != FuseRule::Mode::none &&
-             (!fused || goes_on_to_be_fused(s));
-    });
-  }
 
   std::vector<std::shared_ptr<MapModule>> modules() const {
     std::vector<std::shared_ptr<MapModule>> modules;
@@ -193,11 +211,19 @@ class Fusion::Impl::View final : public Snapshot {
   std::vector<ParticleView> particles() const override {
     std::vector<ParticleView> views;
     for (const Particle& particle : host_.filter_.particles())
-      views.push_back({particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
+      views.push_back(
+          {host_.filter_.T_enu_map(particle) * particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
     return views;
   }
 
-  std::vector<StampedPose> best_path() const override { return best().path.poses(); }
+  std::vector<StampedPose> best_path() const override {
+    std::vector<StampedPose> path = best().path.poses();
+    if (host_.filter_.georeference()) {
+      const Pose T_enu_map = host_.filter_.T_enu_map(best());
+      for (StampedPose& node : path) node.T_map_base = T_enu_map * node.T_map_base;
+    }
+    return path;
+  }
 
   std::vector<MapDescription> best_maps() const override {
     std::vector<MapDescription> result;
@@ -206,11 +232,26 @@ class Fusion::Impl::View final : public Snapshot {
       result.emplace_back();
       result.back().module = host_.maps_[i].name;
       best().maps[i]->describe(result.back());
+      if (host_.filter_.georeference()) place_on_earth(result.back());
     }
     return result;
   }
 
  private:
+  /// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that
+  /// is known.
+  void place_on_earth(MapDescription& map) const {
+    const Georeference& georeference = *host_.filter_.georeference();
+    const Pose T_enu_map = host_.filter_.T_enu_map(best());
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
+    for (LandmarkView& landmark : map.landmarks) {
+      landmark.P = turn * landmark.P * turn.transpose();
+      landmark.P.topLeftCorner<2, 2>() += georeference.point_covariance(best().belief, landmark.p_map);
+      landmark.p_map = (T_enu_map * Eigen::Vector3d(landmark.p_map.x(), landmark.p_map.y(), 0.0)).head<2>();
+    }
+  }
+
   const Particle& best() const { return host_.filter_.particles()[static_cast<std::size_t>(host_.filter_.best())]; }
 
   const Impl& host_;

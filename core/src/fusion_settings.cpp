@@ -55,6 +55,14 @@ FuseRule read_fuse_rule(const Config& entry) {
   return rule;
 }
 
+GeoreferenceSettings read_georeference(const Config& config) {
+  GeoreferenceSettings georeference;
+  georeference.enabled = config.boolean("enabled", true);
+  georeference.position_walk_per_sqrt_m = config.non_negative("position_walk_m_per_sqrt_m", 0.02);
+  georeference.yaw_walk_per_sqrt_m = kRadPerDeg * config.non_negative("yaw_walk_deg_per_sqrt_m", 0.0);
+  return georeference;
+}
+
 }  // namespace
 
 FusionSettings read_fusion_settings(const Config& yaml) {
@@ -80,6 +88,7 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   settings.filter.sampling_fraction = filter.number_in("sampling_fraction", 0.0, 1.0, 0.2);
   settings.filter.threads = static_cast<int>(filter.integer_in("threads", 1, 256, 1));
   settings.max_latency = from_seconds(filter.non_negative("max_latency_s", 0.0));
+  settings.georeference = read_georeference(yaml.child_or_empty("georeference"));
   return settings;
 }
 

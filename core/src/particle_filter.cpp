@@ -37,8 +37,12 @@ Gates::Gates(double probability) {
 }
 
 ParticleFilter::ParticleFilter(const ProcessModel& process, std::vector<std::shared_ptr<MapModule>> modules,
-                               const ParticleFilterSettings& settings)
-    : process_(process), modules_(std::move(modules)), settings_(settings), workers_(settings.threads) {
+                               const ParticleFilterSettings& settings, std::optional<Georeference> georeference)
+    : process_(process),
+      modules_(std::move(modules)),
+      settings_(settings),
+      georeference_(georeference),
+      workers_(settings.threads) {
   assert(settings.particles >= 1);
   particles_.resize(static_cast<std::size_t>(settings.particles));
   scratch_.resize(particles_.size());
@@ -62,7 +66,9 @@ void ParticleFilter::start(const Belief& prior, bool draw) {
     for (const auto& module : modules_) particle.maps.push_back(module ? module->create_map() : nullptr);
   }
   // One particle alone has no others that stand for the draws it did not make: it keeps the whole prior.
-  if (draw && particles_.size() > 1) {
+  if (georeference_) {
+    for (Particle& particle : particles_) georeference_->take_over_start(particle.belief);
+  } else if (draw && particles_.size() > 1) {
     for (std::size_t slot = 0; slot < particles_.size(); ++slot) {
       Random stream = random(static_cast<int>(slot), kStartDraw);
       ekf::sample_pose(particles_[slot].belief, layout(), settings_.sampling_fraction, stream);
@@ -85,8 +91,15 @@ MixtureOutcome ParticleFilter::update(const Update& model, const UpdatePolicy& p
     Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
     scratch.failed_input = -1;
     try {
-      model.linearize({belief.mean, belief.mean.block.data() + offset}, scratch.model);
-      ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation);
+      if (georeference_ && policy.absolute) {
+        scratch.enu = georeference_->in_enu(belief.mean);
+        const EarthJacobian earth = georeference_->jacobian(belief.mean);
+        model.linearize({scratch.enu, scratch.enu.block.data() + offset}, scratch.model);
+        ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation, &earth);
+      } else {
+        model.linearize({belief.mean, belief.mean.block.data() + offset}, scratch.model);
+        ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation);
+      }
     } catch (const std::exception& error) {
       scratch.failed_input = 0;
       scratch.failure = error.what();
@@ -144,12 +157,17 @@ void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
 
 void ParticleFilter::inflate_pose(double position_variance, double yaw_variance) {
   const auto& index = layout().pose_indices();
+  mixture_valid_ = false;
+  if (georeference_) {
+    // A turn about the map's origin would throw a robot far from it off the map: only the position is set free.
+    for (Particle& particle : particles_) georeference_->inflate(particle.belief, position_variance, 0.0);
+    return;
+  }
   for (Particle& particle : particles_) {
     particle.belief.P(index[0], index[0]) += position_variance;
     particle.belief.P(index[1], index[1]) += position_variance;
     particle.belief.P(index[2], index[2]) += yaw_variance;
   }
-  mixture_valid_ = false;
 }
 
 void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor) {
@@ -334,27 +352,44 @@ const Belief& ParticleFilter::mixture() const {
 
 void ParticleFilter::compute_mixture() const {
   mixture_valid_ = true;
-  if (particles_.size() == 1) {
-    mixture_ = particles_.front().belief;
-    return;
-  }
-  // The mean on the manifold by fixed-point iteration from the best particle; for the yaw this is the circular mean.
-  mixture_.stamp = stamp();
-  mixture_.mean = particles_[static_cast<std::size_t>(best())].belief.mean;
+  mixture_ = particles_[static_cast<std::size_t>(best())].belief;
+  if (georeference_) georeference_->to_enu(mixture_);
+  if (particles_.size() == 1) return;
+  // The mean on the manifold by one step from the best particle, repeated only where particles face ways so different
+  // that the step is not exact; for the yaw this is the circular mean.
+  constexpr double kSmallTurn = 0.05;  // [rad]
   const int n = layout().size();
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    ErrorVector mean = ErrorVector::Zero(n);
+  NavState center = mixture_.mean;
+  const auto spread_of = [&](const Particle& particle) {
+    return georeference_ ? boxminus(georeference_->in_enu(particle.belief.mean), center, layout())
+                         : boxminus(particle.belief.mean, center, layout());
+  };
+  ErrorVector mean(n);
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    mean.setZero(n);
+    double widest_turn = 0.0;
     for (const Particle& particle : particles_) {
-      mean += std::exp(particle.log_weight) * boxminus(particle.belief.mean, mixture_.mean, layout());
+      const ErrorVector spread = spread_of(particle);
+      mean += std::exp(particle.log_weight) * spread;
+      widest_turn = std::max(widest_turn, std::abs(spread[layout().pose_indices()[2]]));
     }
-    boxplus(mixture_.mean, mean, layout());
-    if (mean.squaredNorm() < 1e-24) break;
+    boxplus(mixture_.mean = center, mean, layout());
+    if (widest_turn < kSmallTurn || mean.squaredNorm() < 1e-24) break;
+    center = mixture_.mean;
   }
+  center = mixture_.mean;
   mixture_.P.setZero(n, n);
+  Belief enu;
   for (const Particle& particle : particles_) {
-    const ErrorVector spread = boxminus(particle.belief.mean, mixture_.mean, layout());
+    const ErrorVector spread = spread_of(particle);
     const double weight = std::exp(particle.log_weight);
-    mixture_.P += weight * particle.belief.P;
+    if (georeference_) {
+      enu = particle.belief;
+      georeference_->to_enu(enu);
+      mixture_.P += weight * enu.P;
+    } else {
+      mixture_.P += weight * particle.belief.P;
+    }
     mixture_.P += (weight * spread) * spread.transpose();
   }
 }

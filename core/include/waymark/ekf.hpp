@@ -3,6 +3,7 @@
 
 #include "waymark/api.hpp"
 #include "waymark/gaussian.hpp"
+#include "waymark/georeference.hpp"
 #include "waymark/nav_state.hpp"
 #include "waymark/update.hpp"
 
@@ -21,9 +22,10 @@ struct Innovation {
 };
 
 /// Scatters the linearisation into the active states and computes ν, S and P Hᵀ. `owner` is the sensor's place in the
-/// layout.
+/// layout. With `earth` the model was linearised at the pose in ENU, and its Jacobians are carried over to the pose in
+/// the map and the georeference.
 WAYMARK_API void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
-                          Innovation& out);
+                          Innovation& out, const EarthJacobian* earth = nullptr);
 
 /// Kalman update: mean ⊞ Kν, and P in Joseph form written out, P − K(PHᵀ)ᵀ − (PHᵀ)Kᵀ + K S Kᵀ: symmetric, and second
 /// order in an error of K.

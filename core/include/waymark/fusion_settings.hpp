@@ -8,6 +8,7 @@
 
 #include "waymark/api.hpp"
 #include "waymark/config.hpp"
+#include "waymark/georeference.hpp"
 #include "waymark/map_module.hpp"
 #include "waymark/particle_filter.hpp"
 #include "waymark/process_model.hpp"
@@ -73,11 +74,12 @@ struct FusionSettings {
   StartSettings start;
   std::optional<Datum> datum;
   ParticleFilterSettings filter;
+  GeoreferenceSettings georeference;  ///< only used where an absolute sensor is fused and there are maps
   Duration max_latency{};
   Duration standstill_after = from_seconds(0.5);
 };
 
-/// Reads the host's own keys: `motion`, `initial`, `datum`, `filter`. Throws ConfigError.
+/// Reads the host's own keys: `motion`, `initial`, `datum`, `filter`, `georeference`. Throws ConfigError.
 WAYMARK_API FusionSettings read_fusion_settings(const Config& yaml);
 /// Reads the keys of one entry of `sensors:` that the host itself needs (name, enabled, fuse…, gate…); the plugin is
 /// not loaded here.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "waymark/api.hpp"
 #include "waymark/archive.hpp"
 #include "waymark/ekf.hpp"
+#include "waymark/georeference.hpp"
 #include "waymark/map_module.hpp"
 #include "waymark/path.hpp"
 #include "waymark/process_model.hpp"
@@ -52,6 +54,7 @@ struct UpdatePolicy {
   Gates gates{0.999};
   double weight_exponent = 1.0;  ///< on the evidence only
   bool ignore_gate = false;      ///< re-acquisition
+  bool absolute = false;         ///< the sensor speaks of the pose in ENU, so its update goes through the georeference
 };
 
 /// What the mixture made of one update.
@@ -76,12 +79,13 @@ struct MappingInput {
 /// EKF. The same input gives the same bytes with any number of threads.
 class WAYMARK_API ParticleFilter {
  public:
-  /// `process` and its layout must outlive the filter.
+  /// `process` and its layout must outlive the filter. `georeference`: the map's place on the Earth is in the state.
   ParticleFilter(const ProcessModel& process, std::vector<std::shared_ptr<MapModule>> modules,
-                 const ParticleFilterSettings& settings);
+                 const ParticleFilterSettings& settings, std::optional<Georeference> georeference = std::nullopt);
 
   /// Sets all particles to `prior`; if `draw`, each of several draws its pose from it (with the sampling fraction), and
-  /// one alone keeps it whole. Maps become empty.
+  /// one alone keeps it whole. With a georeference nothing is drawn: the start pose is the map's origin, and the prior
+  /// becomes the georeference's. Maps become empty.
   void start(const Belief& prior, bool draw);
 
   Time stamp() const { return particles_.front().belief.stamp; }
@@ -91,7 +95,8 @@ class WAYMARK_API ParticleFilter {
   MixtureOutcome update(const Update& model, const UpdatePolicy& policy);
   void stop();
   void release(double velocity_sigma, double rate_sigma);
-  /// Adds variance to x, y (and yaw) of every particle, so that a filter that lost its way can be found again.
+  /// Adds variance to x, y and yaw of every particle, so that a filter that lost its way can be found again; with a
+  /// georeference to the map's place on the Earth, since the particles know their way in the map.
   void inflate_pose(double position_variance, double yaw_variance);
 
   /// One mapping step at `stamp()`: refine, sample and weigh, insert, resample, with a barrier between.
@@ -107,9 +112,14 @@ class WAYMARK_API ParticleFilter {
 
   const std::vector<Particle>& particles() const { return particles_; }
   const StateLayout& layout() const { return process_.layout(); }
-  /// Moments of the mixture: weighted mean (circular for the attitude) and covariance within plus between particles.
-  /// After a mapping step, until the next change: of the refined Gaussians *before* sampling, since a sampled pose has
-  /// no covariance of its own.
+  /// Where this particle has the map on the Earth; the identity without a georeference.
+  Pose T_enu_map(const Particle& particle) const {
+    return georeference_ ? georeference_->T_enu_map(particle.belief.mean) : Pose{};
+  }
+  const std::optional<Georeference>& georeference() const { return georeference_; }
+  /// Moments of the mixture, the poses in ENU: weighted mean (circular for the attitude) and covariance within plus
+  /// between particles. After a mapping step, until the next change: of the refined Gaussians *before* sampling, since
+  /// a sampled pose has no covariance of its own.
   const Belief& mixture() const;
   double effective_sample_size() const;
   int best() const;  ///< the particle with the highest weight; the first of equals
@@ -124,6 +134,7 @@ class WAYMARK_API ParticleFilter {
     Linearization model;
     ekf::Innovation innovation;
     Belief prior;  // before refinement, to start over when a module fails
+    NavState enu;  // the mean with its pose in ENU
     std::vector<Refinement> refinements;
     double log_evidence = 0.0;
     std::string failure;
@@ -142,6 +153,7 @@ class WAYMARK_API ParticleFilter {
   const ProcessModel& process_;
   std::vector<std::shared_ptr<MapModule>> modules_;
   ParticleFilterSettings settings_;
+  std::optional<Georeference> georeference_;
   Workers workers_;
   std::vector<Particle> particles_;
   std::vector<Scratch> scratch_;
