@@ -18,6 +18,7 @@ namespace {
 struct Arguments {
   std::string estimate;
   std::string reference;
+  std::string covariance;
   std::string landmarks;
   std::string survey;
   std::string columns;
@@ -42,6 +43,9 @@ Report evaluate(const Arguments& arguments) {
   }
   if (arguments.landmarks.empty() != arguments.survey.empty()) {
     throw Error("evaluate: --landmarks and --survey belong together");
+  }
+  if (!arguments.covariance.empty() && arguments.estimate.empty()) {
+    throw Error("evaluate: --covariance needs --estimate and --reference");
   }
   if (arguments.estimate.empty() && arguments.landmarks.empty()) {
     throw Error("evaluate: nothing to score; give --estimate with --reference, or --landmarks with --survey, or both");
@@ -69,6 +73,10 @@ Report evaluate(const Arguments& arguments) {
     const Trajectory reference =
         read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities));
     report.trajectory = score_trajectory(estimate, reference, options);
+    if (!arguments.covariance.empty()) {
+      report.consistency = score_consistency(read_covariances(arguments.covariance), estimate, reference,
+                                             report.trajectory->T_reference_estimate, options.max_time_gap_s);
+    }
   }
   if (!arguments.landmarks.empty()) {
     const Pose T_survey_map = report.trajectory ? report.trajectory->T_reference_estimate : Pose{};
@@ -89,6 +97,7 @@ void add_command(CLI::App& app, int& exit_code) {
       "--align se2");
   command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
   command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
+  command->add_option("--covariance", a.covariance, "covariance.csv of the tum sink: adds the NEES of x, y, yaw");
   command->add_option("--align", a.align, "motion taken out first: none, se2 (plane, z ignored) or se3")
       ->check(CLI::IsMember({"none", "se2", "se3"}))
       ->capture_default_str();

@@ -154,6 +154,13 @@ Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
 std::string to_text(const Report& report) {
   std::string out;
   if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
+  if (report.consistency) {
+    const Consistency& c = *report.consistency;
+    line(out, "NEES of x, y, yaw",
+         fmt::format(
+             "mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean 3)",
+             c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored));
+  }
   if (report.landmarks) landmarks_text(*report.landmarks, report.landmark_options, out);
   return out;
 }
@@ -162,6 +169,16 @@ std::string to_json(const Report& report) {
   Json out;
   out["trajectory"] =
       report.trajectory ? trajectory_json(*report.trajectory, report.trajectory_options) : Json(nullptr);
+  if (report.consistency) {
+    const Consistency& c = *report.consistency;
+    out["consistency"] = {{"nees_scored", c.scored},
+                          {"nees_mean", c.nees.mean},
+                          {"nees_median", c.nees.median},
+                          {"nees_max", c.nees.max},
+                          {"nees_share_within_95", c.share_within_95}};
+  } else {
+    out["consistency"] = nullptr;
+  }
   out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
   return out.dump() + "\n";
 }

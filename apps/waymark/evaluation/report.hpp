@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/waymark/evaluation/consistency.hpp"
 #include "apps/waymark/evaluation/landmark_error.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 
@@ -13,6 +14,7 @@ namespace waymark::evaluation {
 struct Report {
   std::optional<TrajectoryError> trajectory;
   TrajectoryOptions trajectory_options;
+  std::optional<Consistency> consistency;
   std::optional<LandmarkError> landmarks;
   LandmarkOptions landmark_options;
 };

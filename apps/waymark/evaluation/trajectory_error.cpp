@@ -30,18 +30,18 @@ std::string span_text(const Trajectory& trajectory) {
 std::vector<Pair> associate(const Trajectory& estimate, const Trajectory& reference, double max_time_gap_s,
                             TrajectoryError& counts) {
   std::vector<Pair> pairs;
-  const auto& known = estimate.points;
   for (const Trajectory::Point& point : reference.points) {
-    const auto after = std::lower_bound(known.begin(), known.end(), point.stamp,
-                                        [](const Trajectory::Point& p, Time stamp) { return p.stamp < stamp; });
-    if (after != known.end() && after->stamp == point.stamp) {
-      pairs.push_back({point.stamp, after->pose, point.pose});
-    } else if (after == known.begin() || after == known.end()) {
-      ++counts.outside;
-    } else if (to_seconds(after->stamp - std::prev(after)->stamp) > max_time_gap_s) {
-      ++counts.in_gap;
-    } else {
-      pairs.push_back({point.stamp, interpolate(*std::prev(after), *after, point.stamp), point.pose});
+    Pose pose;
+    switch (pose_at(estimate, point.stamp, max_time_gap_s, pose)) {
+      case Lookup::found:
+        pairs.push_back({point.stamp, pose, point.pose});
+        break;
+      case Lookup::outside:
+        ++counts.outside;
+        break;
+      case Lookup::in_gap:
+        ++counts.in_gap;
+        break;
     }
   }
   if (pairs.empty()) {
@@ -133,6 +133,20 @@ ErrorStatistics statistics(std::vector<double> values) {
   out.median = values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
   out.max = values.back();
   return out;
+}
+
+Lookup pose_at(const Trajectory& trajectory, Time stamp, double max_time_gap_s, Pose& out) {
+  const auto& known = trajectory.points;
+  const auto after = std::lower_bound(known.begin(), known.end(), stamp,
+                                      [](const Trajectory::Point& p, Time t) { return p.stamp < t; });
+  if (after != known.end() && after->stamp == stamp) {
+    out = after->pose;
+    return Lookup::found;
+  }
+  if (after == known.begin() || after == known.end()) return Lookup::outside;
+  if (to_seconds(after->stamp - std::prev(after)->stamp) > max_time_gap_s) return Lookup::in_gap;
+  out = interpolate(*std::prev(after), *after, stamp);
+  return Lookup::found;
 }
 
 TrajectoryError score_trajectory(const Trajectory& estimate, const Trajectory& reference,

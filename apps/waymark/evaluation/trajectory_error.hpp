@@ -61,6 +61,13 @@ struct TrajectoryError {
   RelativeError relative;
 };
 
+/// What is known of a trajectory at one time.
+enum class Lookup { found, outside, in_gap };
+
+/// The pose at `stamp`: positions interpolated linearly, orientations along the shortest arc, over at most
+/// `max_time_gap_s`.
+Lookup pose_at(const Trajectory& trajectory, Time stamp, double max_time_gap_s, Pose& out);
+
 /// Scores `estimate` at the stamps of `reference`; positions are interpolated linearly, orientations along the shortest
 /// arc. Throws Error if there is no common time (with both spans), if a lever arm is asked of an estimate without
 /// orientation, if se3 is asked of trajectories without z, or if the alignment is not settled by the points.

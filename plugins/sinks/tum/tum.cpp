@@ -30,11 +30,15 @@ class Tum : public Sink {
   explicit Tum(const Config& config)
       : trajectory_name_(config.text("trajectory", "trajectory.txt")),
         path_name_(config.text("path", "path.txt")),
-        reference_name_(config.text("reference", "reference.txt")) {
+        reference_name_(config.text("reference", "reference.txt")),
+        covariance_name_(config.text("covariance", "covariance.csv")) {
     if (path_name_ == trajectory_name_)
       config.fail("path", fmt::format("'{}' is also the trajectory's file", path_name_));
     if (reference_name_ == trajectory_name_ || reference_name_ == path_name_) {
       config.fail("reference", fmt::format("'{}' is also another output's file", reference_name_));
+    }
+    if (covariance_name_ == trajectory_name_ || covariance_name_ == path_name_ || covariance_name_ == reference_name_) {
+      config.fail("covariance", fmt::format("'{}' is also another output's file", covariance_name_));
     }
   }
 
@@ -42,16 +46,25 @@ class Tum : public Sink {
     out_dir_ = info.out_dir;
     trajectory_.emplace(out_dir_ / trajectory_name_);
     trajectory_->write(kHeader);
+    covariance_.emplace(out_dir_ / covariance_name_);
+    covariance_->write("t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n");
     if (info.reference && !info.reference->trajectory.empty()) write_reference(*info.reference);
   }
 
   void write(const Snapshot& snapshot) override {
     if (!snapshot.started() || !was_taken_in(snapshot.fate())) return;
     trajectory_->write(line(snapshot.stamp(), snapshot.belief().mean.T_map_base));
+    // With maps the covariance is shown where it means most: of the refined mixture, before a mapping step samples.
+    maps_ = maps_ || snapshot.fate() == Fate::mapped;
+    if (maps_ && snapshot.fate() != Fate::mapped) return;
+    const Eigen::Matrix3d P = pose_covariance(snapshot.belief(), snapshot.layout());
+    covariance_->write(fmt::format("{},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e}\n", format_time(snapshot.stamp()),
+                                   P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2)));
   }
 
   void finish(const Snapshot* last, const RunReport&) override {
     trajectory_->commit();
+    covariance_->commit();
     std::string text(kHeader);
     if (last != nullptr && last->started()) {
       for (const StampedPose& pose : last->best_path()) text += line(pose.stamp, pose.T_map_base);
@@ -72,8 +85,11 @@ class Tum : public Sink {
   std::string trajectory_name_;
   std::string path_name_;
   std::string reference_name_;
+  std::string covariance_name_;
   std::filesystem::path out_dir_;
   std::optional<OutputFile> trajectory_;  // open from start() to finish()
+  std::optional<OutputFile> covariance_;
+  bool maps_ = false;
 };
 
 }  // namespace

@@ -29,6 +29,24 @@ TEST(TumSink, WritesTheOnlineEstimateAfterEveryMeasurement) {
   EXPECT_EQ(lines[2], "1.250000000 3.000000 4.000000 0.000000 0.000000000 0.000000000 0.707106781 0.707106781");
 }
 
+TEST(TumSink, WritesCovariancesAtMappingStepsAsSoonAsThereAreAny) {
+  const TemporaryFolder out;
+  const auto sink = make_sink("tum");
+  sink->start({out.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  sink->write(snapshot.at(0.5, Pose{}));
+  snapshot.fate_ = Fate::mapped;
+  sink->write(snapshot.at(1.0, Pose{}));
+  snapshot.fate_ = Fate::fused;
+  sink->write(snapshot.at(1.5, Pose{}));
+  sink->finish(&snapshot, {});
+  const auto lines = out.lines("covariance.csv");
+  ASSERT_EQ(lines.size(), 3u) << "between mapping steps particles have been sampled, and the covariance says less";
+  EXPECT_EQ(lines[0], "t_s,xx,xy,xyaw,yy,yyaw,yawyaw");
+  EXPECT_EQ(lines[1].substr(0, 12), "0.500000000,");
+  EXPECT_EQ(lines[2].substr(0, 12), "1.000000000,");
+}
+
 TEST(TumSink, KeepsEveryNanosecondOfALargeStamp) {
   const TemporaryFolder out;
   const auto sink = make_sink("tum");

@@ -27,6 +27,56 @@ Moments moments(const std::vector<double>& values) {
   return m;
 }
 
+/// The share of beams of a standing robot's scans that return something.
+double share_of_returns(const std::string& lidar) {
+  const auto source =
+      make(kShortDrive + ", duration_s: 60, landmarks: { list_m: [6, 0, 2] }, lidar: { sensor: lidar, " +
+           "range_max_m: 20, " + lidar + " } }");
+  double returns = 0.0;
+  double beams = 0.0;
+  for (const Measurement& m : read_all(*source)) {
+    for (const float range : m.as<LaserScan>().ranges_m) {
+      returns += range <= 20.0f ? 1.0 : 0.0;
+      beams += 1.0;
+    }
+  }
+  return returns / beams;
+}
+
+TEST(Simulator, ACylinderIsMissingAsOftenAsAsked) {
+  const double always = share_of_returns("beams: 90, step_deg: 3");
+  const double missing = share_of_returns("beams: 90, step_deg: 3, miss_probability: 0.4");
+  EXPECT_NEAR(missing / always, 0.6, 0.1);  // 300 scans: σ 0.03
+  EXPECT_EQ(share_of_returns("beams: 90, step_deg: 3, miss_probability: 1"), 0.0);
+}
+
+TEST(Simulator, ClutterStandsInOneScanOnly) {
+  EXPECT_GT(share_of_returns("beams: 90, step_deg: 3, clutter_per_scan: 5"),
+            share_of_returns("beams: 90, step_deg: 3"));
+  const auto source =
+      make(kShortDrive + ", duration_s: 20, lidar: { sensor: lidar, range_max_m: 20, clutter_per_scan: 3 } }");
+  std::vector<std::vector<float>> scans;
+  for (const Measurement& m : read_all(*source)) scans.push_back(m.as<LaserScan>().ranges_m);
+  const auto kept = [&](std::size_t k) {  // beams of a scan that return something, and of these those that do again
+    int returns = 0;
+    int again = 0;
+    for (std::size_t i = 0; i < scans[k].size(); ++i) {
+      if (scans[k][i] > 20.0f) continue;
+      ++returns;
+      again += std::abs(scans[k + 1][i] - scans[k][i]) < 0.2f ? 1 : 0;
+    }
+    return std::pair{returns, again};
+  };
+  int returns = 0;
+  int again = 0;
+  for (std::size_t k = 0; k + 1 < scans.size(); ++k) {
+    returns += kept(k).first;
+    again += kept(k).second;
+  }
+  ASSERT_GT(returns, 100);
+  EXPECT_LT(again, returns / 10);
+}
+
 TEST(Simulator, SlipMovesTheRobotSidewaysAsItsDensitySays) {
   // A course that ends before pursuit pulls back: 2 s at 1 m/s with a look-ahead of 50 m. Density 0.1 m/√s gives 0.1·√2
   // m.

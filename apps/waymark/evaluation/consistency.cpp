@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/evaluation/consistency.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "apps/waymark/evaluation/table.hpp"
+#include "waymark/error.hpp"
+#include "waymark/gaussian.hpp"
+#include "waymark/so3.hpp"
+
+namespace waymark::evaluation {
+
+std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) {
+  Table table(file);
+  if (table.starts_with_names({"t_s", "xx", "xy", "xyaw", "yy", "yyaw", "yawyaw"})) table.drop_first_row();
+  std::vector<PoseCovariance> out;
+  out.reserve(table.rows());
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto number = [&](int column, const char* name) { return table.number(row, column, name); };
+    PoseCovariance one;
+    one.stamp = parse_time(table.field(row, 0));
+    const double xy = number(2, "xy");
+    const double xyaw = number(3, "xyaw");
+    const double yyaw = number(5, "yyaw");
+    one.P << number(1, "xx"), xy, xyaw, xy, number(4, "yy"), yyaw, xyaw, yyaw, number(6, "yawyaw");
+    out.push_back(one);
+  }
+  return out;
+}
+
+Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
+                              const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s) {
+  if (estimate.orientation == Orientation::none || reference.orientation == Orientation::none) {
+    throw Error("consistency: " + (reference.orientation == Orientation::none ? reference.name : estimate.name) +
+                " has no orientation");
+  }
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
+  const double bound = gaussian::chi_squared_quantile(0.95, 3);
+  std::vector<double> nees;
+  std::size_t within = 0;
+  for (const PoseCovariance& covariance : covariances) {
+    Pose estimated;
+    Pose truth;
+    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
+        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found)
+      continue;
+    estimated = T_reference_estimate * estimated;
+    const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
+                                so3::wrap(estimated.yaw() - truth.yaw()));
+    const Eigen::LDLT<Eigen::Matrix3d> factor(turn * covariance.P * turn.transpose());
+    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;  // a start that is certain
+    nees.push_back(error.dot(factor.solve(error)));
+    within += nees.back() <= bound ? 1 : 0;
+  }
+  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
+  Consistency out;
+  out.scored = nees.size();
+  out.share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
+  out.nees = statistics(std::move(nees));
+  return out;
+}
+
+}  // namespace waymark::evaluation

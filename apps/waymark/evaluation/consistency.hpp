@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <vector>
+
+#include "apps/waymark/evaluation/trajectory_error.hpp"
+
+namespace waymark::evaluation {
+
+/// How uncertain an estimate says its planar pose is, at one time.
+struct PoseCovariance {
+  Time stamp;
+  Eigen::Matrix3d P;  ///< of (x [m], y [m], yaw [rad]) in the map frame
+};
+
+/// The normalised estimation error squared of (x, y, yaw), eᵀ P⁻¹ e: 3 on the average and 2.4 at the median if the
+/// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4).
+struct Consistency {
+  std::size_t scored = 0;
+  ErrorStatistics nees;
+  double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
+};
+
+/// Reads covariance.csv of the tum sink: t_s,xx,xy,xyaw,yy,yyaw,yawyaw. Throws DataError with file and line.
+std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
+
+/// Scores the covariances' stamps at which both trajectories are known. `T_reference_estimate` is the alignment; it
+/// takes degrees of freedom out of the error, so honest NEES is taken without. Throws Error if the reference has no
+/// orientation, or if there is no common time.
+Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
+                              const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s);
+
+}  // namespace waymark::evaluation

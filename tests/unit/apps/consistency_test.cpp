@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/evaluation/consistency.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "waymark/error.hpp"
+
+namespace waymark::evaluation {
+namespace {
+
+Time at(double seconds) { return Time{from_seconds(seconds)}; }
+
+Trajectory line(double offset_m, double yaw_rad) {
+  Trajectory trajectory;
+  trajectory.name = "a line";
+  trajectory.orientation = Orientation::yaw;
+  for (int k = 0; k <= 10; ++k) trajectory.points.push_back({at(k), Pose::planar(k, offset_m, yaw_rad)});
+  return trajectory;
+}
+
+std::vector<PoseCovariance> covariances(const Eigen::Vector3d& sigmas) {
+  std::vector<PoseCovariance> all;
+  for (int k = 1; k < 10; ++k) all.push_back({at(k + 0.5), sigmas.cwiseAbs2().asDiagonal()});
+  return all;
+}
+
+TEST(Consistency, IsTheErrorInUnitsOfWhatTheFilterSays) {
+  const auto result = score_consistency(covariances({1.0, 0.5, 0.1}), line(1.0, 0.2), line(0.0, 0.0), Pose{}, 1.0);
+  EXPECT_EQ(result.scored, 9U);
+  EXPECT_NEAR(result.nees.mean, 4.0 + 4.0, 1e-9);  // (1 / 0.5)² and (0.2 / 0.1)²
+  EXPECT_EQ(result.share_within_95, 0.0) << "8 is beyond the 95 % quantile, 7.81";
+}
+
+TEST(Consistency, TurnsTheCovarianceWithTheAlignment) {
+  // The estimate lies in a frame turned by 90°: its x is the reference's y.
+  Trajectory estimate = line(0.0, 0.0);
+  const Pose turn = Pose::planar(0.0, 0.0, 1.5707963267948966);
+  for (auto& point : estimate.points) point.pose = turn.inverse() * point.pose;
+  Trajectory reference = line(1.0, 0.0);
+  const auto result = score_consistency(covariances({0.5, 10.0, 1.0}), estimate, reference, turn, 1.0);
+  EXPECT_NEAR(result.nees.mean, 4.0, 1e-9);
+  EXPECT_EQ(result.share_within_95, 1.0);
+}
+
+TEST(Consistency, NeedsOrientations) {
+  Trajectory points = line(0.0, 0.0);
+  points.orientation = Orientation::none;
+  EXPECT_THROW(score_consistency(covariances({1.0, 1.0, 1.0}), line(0.0, 0.0), points, Pose{}, 1.0), Error);
+}
+
+TEST(Consistency, WithoutCommonTimesIsAnError) {
+  Trajectory later = line(0.0, 0.0);
+  for (auto& point : later.points) point.stamp += from_seconds(1000.0);
+  EXPECT_THROW(score_consistency(covariances({1.0, 1.0, 1.0}), line(0.0, 0.0), later, Pose{}, 1.0), Error);
+}
+
+TEST(Consistency, ReadsWhatTheTumSinkWrites) {
+  const std::string file = ::testing::TempDir() + "/covariance.csv";
+  std::ofstream(file) << "t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n1.500000000,1,2,3,4,5,6\n";
+  const auto read = read_covariances(file);
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].stamp, at(1.5));
+  Eigen::Matrix3d expected;
+  expected << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+  EXPECT_EQ(read[0].P, expected);
+}
+
+}  // namespace
+}  // namespace waymark::evaluation
