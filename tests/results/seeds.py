@@ -32,7 +32,7 @@ def run_seed(arguments, seed):
     with tempfile.TemporaryDirectory() as out:
         command = [arguments.waymark, "run", arguments.config, "--out", out, "--seed", str(seed), "--quiet"]
         for override in arguments.set:
-            command += ["--set", override]
+            command += ["--set", override.replace("{seed}", str(seed))]
         subprocess.run(command, check=True, stderr=subprocess.PIPE)
         evaluate = [a.replace("{out}", out) for a in arguments.evaluate]
         result = subprocess.run([arguments.waymark, "evaluate", "--estimate", f"{out}/trajectory.txt", "--json"] + evaluate,
@@ -46,7 +46,7 @@ def main():
     parser.add_argument("--waymark", default="build/release/bin/waymark")
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--set", action="append", default=[], help="override of the YAML; {seed} becomes the seed, for source.seed={seed}")
     parser.add_argument("--show", default="", help="only figures whose name contains one of these, comma-separated")
     parser.add_argument("--evaluate", nargs=argparse.REMAINDER, default=[], help="the rest goes to `waymark evaluate`; {out} is the run's folder")
     arguments = parser.parse_args()

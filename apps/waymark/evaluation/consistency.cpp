@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <numeric>
 
 #include "apps/waymark/evaluation/table.hpp"
 #include "waymark/error.hpp"
@@ -49,8 +50,10 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
     estimated = T_reference_estimate * estimated;
     const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
                                 so3::wrap(estimated.yaw() - truth.yaw()));
+    constexpr double kCertain = 1e-4;  // [m]
+    if (covariance.P(0, 0) + covariance.P(1, 1) < kCertain * kCertain) continue;
     const Eigen::LDLT<Eigen::Matrix3d> factor(turn * covariance.P * turn.transpose());
-    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;  // a start that is certain
+    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
     nees.push_back(error.dot(factor.solve(error)));
     within += nees.back() <= bound ? 1 : 0;
   }
@@ -58,6 +61,13 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   Consistency out;
   out.scored = nees.size();
   out.share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
+  for (std::size_t q = 0; q < 4; ++q) {
+    const std::size_t begin = q * nees.size() / 4;
+    const std::size_t end = (q + 1) * nees.size() / 4;
+    const double sum = std::accumulate(nees.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       nees.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    out.mean_by_quarter[q] = end > begin ? sum / static_cast<double>(end - begin) : 0.0;
+  }
   out.nees = statistics(std::move(nees));
   return out;
 }

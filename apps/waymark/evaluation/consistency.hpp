@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <vector>
 
@@ -20,15 +21,17 @@ struct PoseCovariance {
 struct Consistency {
   std::size_t scored = 0;
   ErrorStatistics nees;
-  double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
+  double share_within_95 = 0.0;             ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
+  std::array<double, 4> mean_by_quarter{};  ///< of the scored times: does the filter grow too sure?
 };
 
 /// Reads covariance.csv of the tum sink: t_s,xx,xy,xyaw,yy,yyaw,yawyaw. Throws DataError with file and line.
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
 
-/// Scores the covariances' stamps at which both trajectories are known. `T_reference_estimate` is the alignment; it
-/// takes degrees of freedom out of the error, so honest NEES is taken without. Throws Error if the reference has no
-/// orientation, or if there is no common time.
+/// Scores the covariances' stamps at which both trajectories are known and the position is not held for certain (σ
+/// above 0.1 mm: the files are written to micrometres, and a start that is the map's gauge has no uncertainty).
+/// `T_reference_estimate` is the alignment; it takes degrees of freedom out of the error, so honest NEES is taken
+/// without. Throws Error if the reference has no orientation, or if there is no common time.
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
                               const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s);
 

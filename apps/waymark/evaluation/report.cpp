@@ -176,6 +176,8 @@ std::string to_json(const Report& report) {
                           {"nees_median", c.nees.median},
                           {"nees_max", c.nees.max},
                           {"nees_share_within_95", c.share_within_95}};
+    for (std::size_t q = 0; q < c.mean_by_quarter.size(); ++q)
+      out["consistency"][fmt::format("nees_mean_quarter_{}", q + 1)] = c.mean_by_quarter[q];
   } else {
     out["consistency"] = nullptr;
   }

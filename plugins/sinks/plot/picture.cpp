@@ -22,6 +22,7 @@ constexpr Color kGrid{234, 236, 239};
 constexpr Color kFrame{190, 195, 201};
 constexpr Color kWhite{255, 255, 255};
 constexpr Color kEstimate{92, 164, 222};
+constexpr Color kUncertainty{120, 152, 200};
 constexpr Color kBestPath{20, 48, 98};
 constexpr Color kReference{204, 78, 70};
 constexpr Color kHeldOut{216, 164, 158};
@@ -60,6 +61,7 @@ class Painter {
     draw_gnss();
     draw_reference_trajectory();
     draw_trajectories();
+    draw_uncertainty();
     draw_reference_landmarks();
     draw_landmarks();
     draw_robot();
@@ -156,6 +158,12 @@ class Painter {
     Points path;
     for (const auto& node : content_.end->best_path) path.push_back(view_.to_pixel(planar(node.T_map_base)));
     canvas_.polyline(path, px(0.7), kBestPath);
+  }
+
+  void draw_uncertainty() {
+    for (const auto& belief : content_.uncertainty) {
+      canvas_.outline(ellipse(view_, belief.position, belief.P, style_.sigma), px(1.0), kUncertainty);
+    }
   }
 
   template <class Visit>
@@ -340,6 +348,7 @@ void Painter::draw_panel() {
   const bool known = content_.reference != nullptr;
 
   entry(content_.online.size() > 1, "estimate, online", stroke(3.5, kEstimate));
+  entry(!content_.uncertainty.empty(), "its " + ellipse_name, oval(1.0, kUncertainty));
   entry(content_.end && content_.end->best_path.size() > 1, "path of the best particle", stroke(0.7, kBestPath));
   entry(known && content_.reference->trajectory.size() > 1, "reference", stroke(2.5, kReference));
   entry(content_.gnss_fused_count > 0, fmt::format("GNSS, fused ({})", content_.gnss_fused_count), blob(3.0, kFused));

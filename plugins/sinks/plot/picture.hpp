@@ -24,6 +24,12 @@ struct Style {
 struct Content {
   std::shared_ptr<const Reference> reference;  ///< may be null
   std::vector<Eigen::Vector2d> online;         ///< estimates in the order of their stamps
+  /// The mixture's position with its covariance [m²].
+  struct PositionBelief {
+    Eigen::Vector2d position;
+    Eigen::Matrix2d P;
+  };
+  std::vector<PositionBelief> uncertainty;  ///< along the way
   std::vector<Eigen::Vector2d> gnss_fused;
   std::vector<Eigen::Vector2d> gnss_held_out;
   std::size_t gnss_fused_count = 0;  ///< before thinning

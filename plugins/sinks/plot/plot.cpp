@@ -40,6 +40,26 @@ class ThinnedPoints {
   std::size_t stride_ = 1;
 };
 
+/// Beliefs about the position along the way, evenly spread over the distance: the spacing doubles whenever there are
+/// too many.
+class SpreadBeliefs {
+ public:
+  void add(const Eigen::Vector2d& position, const Eigen::Matrix2d& P) {
+    if (!beliefs_.empty() && (position - beliefs_.back().position).norm() < spacing_m_) return;
+    beliefs_.push_back({position, P});
+    if (beliefs_.size() < kLimit) return;
+    for (std::size_t i = 0; 2 * i < beliefs_.size(); ++i) beliefs_[i] = beliefs_[2 * i];
+    beliefs_.resize((beliefs_.size() + 1) / 2);
+    spacing_m_ *= 2.0;
+  }
+  const std::vector<Content::PositionBelief>& beliefs() const { return beliefs_; }
+
+ private:
+  static constexpr std::size_t kLimit = 80;
+  double spacing_m_ = 0.5;
+  std::vector<Content::PositionBelief> beliefs_;
+};
+
 /// Draws the run as one map when it is over.
 class Plot : public Sink {
  public:
@@ -70,13 +90,21 @@ class Plot : public Sink {
       if (p.allFinite() && snapshot.fate() == Fate::fused) fused_.add(p);
       if (p.allFinite() && snapshot.fate() == Fate::held_out) held_out_.add(p);
     }
-    if (snapshot.started()) online_.add(snapshot.belief().mean.T_map_base.p.head<2>());
+    if (!snapshot.started()) return;
+    const Belief& belief = snapshot.belief();
+    online_.add(belief.mean.T_map_base.p.head<2>());
+    // With maps the covariance means most at mapping steps: of the refined mixture, before it is sampled.
+    maps_ = maps_ || snapshot.fate() == Fate::mapped;
+    if (maps_ && snapshot.fate() != Fate::mapped) return;
+    uncertainty_.add(belief.mean.T_map_base.p.head<2>(),
+                     pose_covariance(belief, snapshot.layout()).topLeftCorner<2, 2>());
   }
 
   void finish(const Snapshot* last, const RunReport& report) override {
     Content content;
     content.reference = reference_;
     content.online = online_.points();
+    content.uncertainty = uncertainty_.beliefs();
     content.gnss_fused = fused_.points();
     content.gnss_held_out = held_out_.points();
     content.gnss_fused_count = fused_.count();
@@ -98,6 +126,8 @@ class Plot : public Sink {
   ThinnedPoints online_;
   ThinnedPoints fused_;
   ThinnedPoints held_out_;
+  SpreadBeliefs uncertainty_;
+  bool maps_ = false;
   bool any_ = false;
   Time first_{};
   Time last_{};

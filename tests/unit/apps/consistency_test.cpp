@@ -44,6 +44,20 @@ TEST(Consistency, TurnsTheCovarianceWithTheAlignment) {
   EXPECT_EQ(result.share_within_95, 1.0);
 }
 
+TEST(Consistency, ACertainStartIsNotScored) {
+  auto some = covariances({1.0, 0.5, 0.1});
+  some.front().P.setZero();
+  EXPECT_EQ(score_consistency(some, line(1.0, 0.2), line(0.0, 0.0), Pose{}, 1.0).scored, some.size() - 1);
+}
+
+TEST(Consistency, TellsHowItChangesOverTime) {
+  Trajectory estimate = line(0.0, 0.0);
+  for (std::size_t k = 6; k < estimate.points.size(); ++k) estimate.points[k].pose.p.y() = 1.0;
+  const auto result = score_consistency(covariances({1.0, 0.5, 0.1}), estimate, line(0.0, 0.0), Pose{}, 1.0);
+  EXPECT_NEAR(result.mean_by_quarter.front(), 0.0, 1e-9);
+  EXPECT_NEAR(result.mean_by_quarter.back(), 4.0, 1e-9);
+}
+
 TEST(Consistency, NeedsOrientations) {
   Trajectory points = line(0.0, 0.0);
   points.orientation = Orientation::none;
