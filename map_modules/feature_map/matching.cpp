@@ -26,8 +26,8 @@ void gather(const LandmarkStore& store, const FeatureMapSettings& settings, cons
   double reach = observation.max_range + 4.0 * sigma + 2.0;
   if (settings.use_negative_information)
     reach = std::max(reach, observation.view.p_base_sensor.norm() + settings.existence.view_range);
-  store.for_near(prior.T_map_base.p.head<2>(), reach, [&](LandmarkRef ref, const Landmark& landmark) {
-    association.nearby.push_back({ref, &landmark, false});
+  store.for_near(prior.T_map_base.p.head<2>(), reach, [&](LandmarkRef ref, StoredLandmark landmark) {
+    association.nearby.push_back({ref, landmark, false});
   });
 }
 
@@ -44,10 +44,10 @@ void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::V
     const auto H = model.jacobian(model.z.template head<2>());
     const typename DetectionModel<D>::Matrix A = H * P * H.transpose() + model.R;
     for (std::size_t n = 0; n < association.nearby.size(); ++n) {
-      const Landmark& landmark = *association.nearby[n].landmark;
-      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean.template head<D>();
+      const StoredLandmark landmark = association.nearby[n].landmark;
+      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean().template head<D>();
       const typename DetectionModel<D>::Matrix Z =
-          A + landmark.P.template topLeftCorner<D, D>();                               // (4.6) with the pose's share
+          A + landmark.P().template topLeftCorner<D, D>();                             // (4.6) with the pose's share
       if (nu.template head<2>().squaredNorm() > gate * (Z(0, 0) + Z(1, 1))) continue;  // cheap bound before the inverse
       const typename DetectionModel<D>::Matrix Z_inverse = Z.inverse();
       const double distance = nu.dot(Z_inverse * nu);
@@ -55,7 +55,7 @@ void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::V
       double log_likelihood = log_pd + log_normal<D>(distance, Z.determinant());
       if (settings.use_signature)
         log_likelihood -=
-            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature);
+            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature());
       if (log_likelihood >= log_p0)
         association.pairs.push_back({log_likelihood, static_cast<int>(d), static_cast<int>(n)});
     }
@@ -83,13 +83,15 @@ double judge_misses(const FeatureMapSettings& settings, const Pose& T_map_base, 
   int counted = 0;
   for (const FeatureAssociation::Nearby& nearby : association.nearby) {
     if (nearby.taken) continue;
-    const Landmark& landmark = *nearby.landmark;
-    if (!should_be_seen(landmark.mean.head<2>(), landmark.mean.z(), T_map_base, observation.view, settings.existence))
+    const StoredLandmark landmark = nearby.landmark;
+    if (!should_be_seen({landmark.east(), landmark.north()}, landmark.radius(), T_map_base, observation.view,
+                        settings.existence))
       continue;
     association.missed.push_back(nearby.ref);
-    if (landmark.sightings < settings.existence.min_observations || counted == settings.existence.max_misses) continue;
+    if (landmark.sightings() < settings.existence.min_observations || counted == settings.existence.max_misses)
+      continue;
     ++counted;
-    const double existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds)));
+    const double existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds())));
     log_factor += std::log1p(-settings.association.detection_probability * existence);
   }
   return log_factor;
@@ -106,7 +108,7 @@ void mark_ambiguous(const FeatureMapSettings& settings, const Pose& T_map_base, 
     const Eigen::Vector2d p = (T_map_base * Eigen::Vector3d(xyr.x(), xyr.y(), 0.0)).head<2>();
     const bool close = std::any_of(
         association.nearby.begin(), association.nearby.end(), [&](const FeatureAssociation::Nearby& nearby) {
-          return (nearby.landmark->mean.head<2>() - p).squaredNorm() < separation * separation;
+          return (nearby.landmark.mean().head<2>() - p).squaredNorm() < separation * separation;
         });
     if (close) association.match[d].chunk = FeatureAssociation::kAmbiguous;
   }
@@ -140,8 +142,12 @@ typename DetectionModel<D>::PoseJacobian DetectionModel<D>::jacobian(const Eigen
 }
 
 double signature_distance(const Signature& a, const Signature& b) {
+  return signature_distance(a, std::span<const float>(b.begin(), b.size()));
+}
+
+double signature_distance(const Signature& a, std::span<const float> b) {
   double overlap = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
     overlap += std::sqrt(static_cast<double>(a[i]) * static_cast<double>(b[i]));
   return std::max(0.0, 1.0 - overlap);
 }
@@ -172,20 +178,21 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
       out.log_evidence += log_p0;
       continue;
     }
-    const Landmark& landmark = store.at(ref);
+    const StoredLandmark landmark = store.stored(ref);
     const Model model(observation.detections[d], pose);
-    const typename Model::Vector nu = model.z - landmark.mean.template head<D>();
-    const typename Model::PoseJacobian H = model.jacobian(landmark.mean.template head<2>());
-    const typename Model::Matrix S_landmark = landmark.P.template topLeftCorner<D, D>() + model.R;
+    const Eigen::Vector3d mean = landmark.mean();
+    const typename Model::Vector nu = model.z - mean.template head<D>();
+    const typename Model::PoseJacobian H = model.jacobian(mean.template head<2>());
+    const typename Model::Matrix S_landmark = landmark.P().template topLeftCorner<D, D>() + model.R;
     const typename Model::Matrix S = H * P * H.transpose() + S_landmark;
     const typename Model::Matrix S_inverse = S.inverse();
     const double squared_mahalanobis = nu.dot(S_inverse * nu);
 
-    if (landmark.sightings >= settings.existence.min_observations) {
+    if (landmark.sightings() >= settings.existence.min_observations) {
       double log_likelihood = log_pd + log_normal<D>(squared_mahalanobis, S.determinant());
       if (settings.use_signature) {
         log_likelihood -= settings.association.signature_lambda *
-                          signature_distance(observation.detections[d].signature, landmark.signature);
+                          signature_distance(observation.detections[d].signature, landmark.signature());
       }
       out.log_evidence += std::max(log_likelihood, log_p0);
     } else {

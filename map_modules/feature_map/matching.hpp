@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "feature_map_settings.hpp"
@@ -21,7 +22,7 @@ class FeatureAssociation final : public Association {
 
   struct Nearby {
     LandmarkRef ref;
-    const Landmark* landmark;
+    StoredLandmark landmark;  ///< valid until the store is written
     bool taken;
   };
   struct Pair {
@@ -56,6 +57,7 @@ double log_new_landmark(const FeatureMapSettings& settings, double mean_signatur
 
 /// D of (4.7), 1 − Σ √(a b): the squared Hellinger distance, 0..1.
 double signature_distance(const Signature& a, const Signature& b);
+double signature_distance(const Signature& a, std::span<const float> b);
 
 /// Associates (greedy by likelihood, at most one detection per landmark), refines the pose by every associated
 /// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every

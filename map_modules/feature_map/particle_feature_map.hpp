@@ -26,8 +26,11 @@ class ParticleFeatureMap final : public ParticleMap {
 
  private:
   template <int D>
-  void insert_detections(const PoseGaussian& pose, const FeatureObservation& observation,
-                         const FeatureAssociation& association);
+  void write_matched(const PoseGaussian& pose, const FeatureObservation& observation,
+                     const FeatureAssociation& association);
+  void count_misses(const FeatureAssociation& association);
+  template <int D>
+  void add_new(const PoseGaussian& pose, const FeatureObservation& observation, const FeatureAssociation& association);
   void learn_signature_distance(const Detection& detection, const FeatureAssociation& association, LandmarkRef own);
 
   std::shared_ptr<const FeatureMapSettings> settings_;
