@@ -20,6 +20,8 @@ namespace waymark {
 struct LandmarkRef {
   std::int32_t chunk = -1;
   std::int32_t place = -1;
+
+  bool operator==(const LandmarkRef&) const = default;
 };
 
 /// A particle's landmarks in an R-tree (A. Guttman, SIGMOD 1984) whose nodes are shared between particles until one of

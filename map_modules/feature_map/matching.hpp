@@ -7,6 +7,7 @@
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
 #include "landmark_store.hpp"
+#include "nearby_landmarks.hpp"
 
 namespace waymark {
 
@@ -20,18 +21,16 @@ class FeatureAssociation final : public Association {
   std::vector<LandmarkRef> match;   ///< per detection; chunk kNew or kAmbiguous where there is none
   std::vector<LandmarkRef> missed;  ///< landmarks that should have been seen
 
-  struct Nearby {
-    LandmarkRef ref;
-    StoredLandmark landmark;  ///< valid until the store is written
-    bool taken;
-  };
   struct Pair {
     double log_likelihood;
     int detection;
     int nearby;
   };
-  std::vector<Nearby> nearby;
-  std::vector<Pair> pairs;
+  std::vector<float> missed_log_odds;  ///< of those that are confirmed
+  NearbyLandmarks nearby;
+  std::vector<Pair> pairs;  ///< detections and landmarks that fit
+  int matched = 0;          ///< detections with a landmark
+  int ambiguous = 0;        ///< of those: another landmark, or none, was at least a tenth as likely
 };
 
 /// One detection against one landmark: ν = z_map − θ and its Jacobian by the pose, D = 2 (position) or 3 (with radius).

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "merging.hpp"
+
 namespace waymark {
 
 namespace {
@@ -46,8 +48,8 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
-  for (const FeatureAssociation::Nearby& nearby : association.nearby) {
-    if (nearby.ref.chunk == own.chunk && nearby.ref.place == own.place) continue;
+  for (const NearbyLandmarks::Entry& nearby : association.nearby) {
+    if (nearby.ref == own) continue;
     signature_distance_sum_ += signature_distance(detection.signature, landmarks_.stored(nearby.ref).signature());
     signature_distance_count_ += 1.0;
   }
@@ -82,6 +84,7 @@ void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureOb
     updated.template topLeftCorner<2, 2>() = at_least(updated.template topLeftCorner<2, 2>(), landmark.P_floor);
     landmark.P.topLeftCorner<D, D>() = updated;
     ++landmark.sightings;
+    figures_.born += landmark.sightings == settings_->existence.min_observations;
     if (D == 2) {
       // The radius is not in the filter, but the reports still want it: a running mean.
       landmark.mean.z() += (detection.xyr.z() - landmark.mean.z()) / landmark.sightings;
@@ -114,6 +117,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     landmark.P_floor = kept.template topLeftCorner<2, 2>();
     if (settings_->use_signature) landmark.signature = detection.signature;
     landmark.sightings = 1;
+    figures_.born += settings_->existence.min_observations == 1;
     landmarks_.add(landmark);
   }
 }
@@ -126,6 +130,7 @@ void ParticleFeatureMap::count_misses(const FeatureAssociation& association) {
     const bool confirmed = landmark.sightings() >= existence.min_observations;
     if (log_odds < (confirmed ? existence.delete_below : existence.delete_provisional_below)) {
       landmarks_.erase(ref);
+      figures_.deleted += confirmed;
     } else {
       landmarks_.write_log_odds(ref, log_odds);
     }
@@ -135,14 +140,23 @@ void ParticleFeatureMap::count_misses(const FeatureAssociation& association) {
 void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& observation, const Association* memo) {
   const auto& features = static_cast<const FeatureObservation&>(observation);
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
+  figures_.matched += static_cast<std::uint64_t>(association.matched);
+  figures_.ambiguous += static_cast<std::uint64_t>(association.ambiguous);
   // The refs of the association hold until the first landmark is added, so adding comes last.
   if (settings_->use_radius) {
     write_matched<3>(pose, features, association);
-    count_misses(association);
-    add_new<3>(pose, features, association);
   } else {
     write_matched<2>(pose, features, association);
-    count_misses(association);
+  }
+  count_misses(association);
+  if (settings_->association.merge) {
+    const MergeCounts counts = merge_neighbours(landmarks_, *settings_, association.match);
+    figures_.merged += static_cast<std::uint64_t>(counts.merged);
+    figures_.born += static_cast<std::uint64_t>(counts.confirmed);
+  }
+  if (settings_->use_radius) {
+    add_new<3>(pose, features, association);
+  } else {
     add_new<2>(pose, features, association);
   }
 }
@@ -159,17 +173,29 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
     view.confirmed = landmark.sightings >= settings_->existence.min_observations;
     out.landmarks.push_back(view);
   });
+  out.figures = {{"born", static_cast<double>(figures_.born)},
+                 {"deleted", static_cast<double>(figures_.deleted)},
+                 {"merged", static_cast<double>(figures_.merged)},
+                 {"ambiguous_share", static_cast<double>(figures_.ambiguous) /
+                                         static_cast<double>(std::max<std::uint64_t>(1, figures_.matched))}};
 }
 
 void ParticleFeatureMap::save(OutArchive& out) const {
-  out.section("feature_map", 1);
+  out.section("feature_map", 2);
+  for (const std::uint64_t count :
+       {figures_.born, figures_.deleted, figures_.merged, figures_.matched, figures_.ambiguous})
+    out.value(count);
   out.value(signature_distance_sum_);
   out.value(signature_distance_count_);
   landmarks_.save(out);
 }
 
 void ParticleFeatureMap::load(InArchive& in) {
-  in.section("feature_map", 1);
+  if (in.section("feature_map", 2) >= 2) {
+    for (std::uint64_t* count :
+         {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.matched, &figures_.ambiguous})
+      in.value(*count);
+  }
   in.value(signature_distance_sum_);
   in.value(signature_distance_count_);
   landmarks_.load(in);
