@@ -87,7 +87,7 @@ Landmark LandmarkLeaf::get(int place) const {
   const StoredLandmark stored(*this, place);
   Landmark landmark;
   landmark.mean = stored.mean();
-  landmark.P = stored.P();
+  landmark.P = stored.covariance();
   landmark.P_floor << floor[0][i], floor[1][i], floor[1][i], floor[2][i];
   const std::span<const float> histogram = signature(place);
   if (!histogram.empty()) landmark.signature = Signature::uniform(histogram.size());

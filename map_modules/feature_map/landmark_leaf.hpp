@@ -87,7 +87,7 @@ class StoredLandmark {
   double north() const { return leaf_->north[place_]; }
   double radius() const { return leaf_->radius[place_]; }
   Eigen::Vector3d mean() const { return {east(), north(), radius()}; }
-  Eigen::Matrix3d P() const {
+  Eigen::Matrix3d covariance() const {
     const auto& c = leaf_->covariance;
     Eigen::Matrix3d P;
     P << c[0][place_], c[1][place_], c[3][place_],  //

@@ -45,7 +45,7 @@ void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::V
       const StoredLandmark landmark = association.nearby[n].landmark;
       const typename DetectionModel<D>::Vector nu = model.z - landmark.mean().template head<D>();
       const typename DetectionModel<D>::Matrix Z =
-          A + landmark.P().template topLeftCorner<D, D>();  // (4.6) with the pose's share
+          A + landmark.covariance().template topLeftCorner<D, D>();  // (4.6) with the pose's share
       const typename DetectionModel<D>::Matrix Z_inverse = Z.inverse();
       const double distance = nu.dot(Z_inverse * nu);
       if (distance > gate) continue;
@@ -205,7 +205,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
     const Eigen::Vector3d mean = landmark.mean();
     const typename Model::Vector nu = model.z - mean.template head<D>();
     const typename Model::PoseJacobian H = model.jacobian(mean.template head<2>());
-    const typename Model::Matrix S_landmark = landmark.P().template topLeftCorner<D, D>() + model.R;
+    const typename Model::Matrix S_landmark = landmark.covariance().template topLeftCorner<D, D>() + model.R;
     const typename Model::Matrix S = H * P * H.transpose() + S_landmark;
     const typename Model::Matrix S_inverse = S.inverse();
     const double squared_mahalanobis = nu.dot(S_inverse * nu);

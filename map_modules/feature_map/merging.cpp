@@ -20,7 +20,7 @@ struct Partners {
 template <int D>
 bool agree(const StoredLandmark& a, const StoredLandmark& b, double gate) {
   const Eigen::Matrix<double, D, 1> nu = (a.mean() - b.mean()).head<D>();
-  const Eigen::Matrix<double, D, D> S = (a.P() + b.P()).template topLeftCorner<D, D>();
+  const Eigen::Matrix<double, D, D> S = (a.covariance() + b.covariance()).template topLeftCorner<D, D>();
   return nu.dot(S.inverse() * nu) <= gate;
 }
 

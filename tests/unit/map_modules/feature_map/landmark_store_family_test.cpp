@@ -139,7 +139,7 @@ struct Member {
       EXPECT_EQ(store.at(ref).id, landmark.id());
       const Landmark& expected = naive.landmarks.at(landmark.id());
       EXPECT_EQ(landmark.mean(), expected.mean);
-      EXPECT_EQ(landmark.P(), expected.P);
+      EXPECT_EQ(landmark.covariance(), expected.P);
       EXPECT_EQ(landmark.log_odds(), expected.log_odds);
       EXPECT_EQ(landmark.sightings(), expected.sightings);
       EXPECT_TRUE(std::ranges::equal(landmark.signature(), expected.signature));
