@@ -38,6 +38,7 @@ AssociationSettings read_association(const Config& config, int dimension) {
   s.new_landmark_density = config.positive("new_landmark_density_per_m2", 0.01);
   s.detection_probability = config.number_in("detection_probability", 0.01, 0.999, 0.9);
   s.min_separation = config.non_negative("min_separation_m", 0.5);
+  s.merge = config.boolean("merge", false);
   s.radius_range = config.positive("radius_range_m", 1.0);
   s.signature_lambda = config.non_negative("signature_lambda", 20.0);
   s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, 0.01);

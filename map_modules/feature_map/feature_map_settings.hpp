@@ -33,6 +33,7 @@ struct AssociationSettings {
   double new_landmark_density;   ///< ρ_new [1/m²]
   double detection_probability;  ///< P_D
   double min_separation;         ///< two landmarks cannot stand closer [m]
+  bool merge;                    ///< merge landmarks that have come closer than that and agree
   double radius_range;           ///< r_max − r_min [m]: the density of a radius among new landmarks
   double signature_lambda;       ///< λ of (4.7)
   double signature_floor;        ///< no bin falls below this

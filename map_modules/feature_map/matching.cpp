@@ -20,15 +20,12 @@ double log_normal(double squared_mahalanobis, double determinant) {
 /// Everything that may match or should be seen from about this pose.
 void gather(const LandmarkStore& store, const FeatureMapSettings& settings, const PoseGaussian& prior,
             const FeatureObservation& observation, FeatureAssociation& association) {
-  association.nearby.clear();
   const double sigma =
       std::sqrt(prior.P(0, 0) + prior.P(1, 1) + prior.P(2, 2) * observation.max_range * observation.max_range);
   double reach = observation.max_range + 4.0 * sigma + 2.0;
   if (settings.use_negative_information)
     reach = std::max(reach, observation.view.p_base_sensor.norm() + settings.existence.view_range);
-  store.for_near(prior.T_map_base.p.head<2>(), reach, [&](LandmarkRef ref, const Landmark& landmark) {
-    association.nearby.push_back({ref, &landmark, false});
-  });
+  association.nearby.gather(store, prior.T_map_base.p.head<2>(), reach);
 }
 
 template <int D>
@@ -43,19 +40,19 @@ void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::V
     const DetectionModel<D> model(detection, pose);
     const auto H = model.jacobian(model.z.template head<2>());
     const typename DetectionModel<D>::Matrix A = H * P * H.transpose() + model.R;
-    for (std::size_t n = 0; n < association.nearby.size(); ++n) {
-      const Landmark& landmark = *association.nearby[n].landmark;
-      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean.template head<D>();
+    const Eigen::Vector2d p = model.z.template head<2>();
+    for (const std::uint32_t n : association.nearby.within(p, gate * (A(0, 0) + A(1, 1)), gate)) {
+      const StoredLandmark landmark = association.nearby[n].landmark;
+      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean().template head<D>();
       const typename DetectionModel<D>::Matrix Z =
-          A + landmark.P.template topLeftCorner<D, D>();                               // (4.6) with the pose's share
-      if (nu.template head<2>().squaredNorm() > gate * (Z(0, 0) + Z(1, 1))) continue;  // cheap bound before the inverse
+          A + landmark.covariance().template topLeftCorner<D, D>();  // (4.6) with the pose's share
       const typename DetectionModel<D>::Matrix Z_inverse = Z.inverse();
       const double distance = nu.dot(Z_inverse * nu);
       if (distance > gate) continue;
       double log_likelihood = log_pd + log_normal<D>(distance, Z.determinant());
       if (settings.use_signature)
         log_likelihood -=
-            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature);
+            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature());
       if (log_likelihood >= log_p0)
         association.pairs.push_back({log_likelihood, static_cast<int>(d), static_cast<int>(n)});
     }
@@ -67,7 +64,7 @@ void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::V
   });
   for (const FeatureAssociation::Pair& pair : association.pairs) {
     LandmarkRef& match = association.match[static_cast<std::size_t>(pair.detection)];
-    FeatureAssociation::Nearby& nearby = association.nearby[static_cast<std::size_t>(pair.nearby)];
+    NearbyLandmarks::Entry& nearby = association.nearby[static_cast<std::size_t>(pair.nearby)];
     if (match.chunk >= 0 || nearby.taken) continue;
     match = nearby.ref;
     nearby.taken = true;
@@ -79,20 +76,46 @@ double judge_misses(const FeatureMapSettings& settings, const Pose& T_map_base, 
                     FeatureAssociation& association) {
   association.missed.clear();
   if (!settings.use_negative_information) return 0.0;
-  double log_factor = 0.0;
-  int counted = 0;
-  for (const FeatureAssociation::Nearby& nearby : association.nearby) {
-    if (nearby.taken) continue;
-    const Landmark& landmark = *nearby.landmark;
-    if (!should_be_seen(landmark.mean.head<2>(), landmark.mean.z(), T_map_base, observation.view, settings.existence))
-      continue;
+  association.missed_log_odds.clear();
+  const ExpectedView view(T_map_base, observation.view, settings.existence);
+  for (const std::uint32_t n : association.nearby.within(view.center(), view.reach_square(), 0.0)) {
+    const NearbyLandmarks::Entry& nearby = association.nearby[n];
+    const StoredLandmark landmark = nearby.landmark;
+    if (nearby.taken || !view.should_show({landmark.east(), landmark.north()}, landmark.radius())) continue;
     association.missed.push_back(nearby.ref);
-    if (landmark.sightings < settings.existence.min_observations || counted == settings.existence.max_misses) continue;
-    ++counted;
-    const double existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds)));
+    if (landmark.sightings() >= settings.existence.min_observations)
+      association.missed_log_odds.push_back(landmark.log_odds());
+  }
+  // Only so many count: the most certain ones, whatever the order in which they are stored.
+  std::vector<float>& counted = association.missed_log_odds;
+  std::ranges::sort(counted, std::ranges::greater{});
+  const std::size_t most = std::min(counted.size(), static_cast<std::size_t>(settings.existence.max_misses));
+  double log_factor = 0.0;
+  for (std::size_t i = 0; i < most; ++i) {
+    const double existence = 1.0 / (1.0 + std::exp(-static_cast<double>(counted[i])));
     log_factor += std::log1p(-settings.association.detection_probability * existence);
   }
   return log_factor;
+}
+
+/// Counts matched detections, and those of them that nearly had another landmark or none.
+void count_ambiguous(double log_p0, FeatureAssociation& association) {
+  constexpr double kLogTen = 2.302585092994046;
+  association.matched = 0;
+  association.ambiguous = 0;
+  for (std::size_t d = 0; d < association.match.size(); ++d) {
+    if (association.match[d].chunk < 0) continue;
+    double chosen = log_p0;
+    double other = log_p0;
+    for (const FeatureAssociation::Pair& pair : association.pairs) {
+      if (static_cast<std::size_t>(pair.detection) != d) continue;
+      const LandmarkRef ref = association.nearby[static_cast<std::size_t>(pair.nearby)].ref;
+      double& likelihood = ref == association.match[d] ? chosen : other;
+      likelihood = std::max(likelihood, pair.log_likelihood);
+    }
+    ++association.matched;
+    association.ambiguous += other > chosen - kLogTen;
+  }
 }
 
 /// A detection that fits no landmark but lies closer to one than two landmarks can stand is an outlier of that one, a
@@ -104,10 +127,10 @@ void mark_ambiguous(const FeatureMapSettings& settings, const Pose& T_map_base, 
     if (association.match[d].chunk != FeatureAssociation::kNew) continue;
     const Eigen::Vector3d& xyr = observation.detections[d].xyr;
     const Eigen::Vector2d p = (T_map_base * Eigen::Vector3d(xyr.x(), xyr.y(), 0.0)).head<2>();
-    const bool close = std::any_of(
-        association.nearby.begin(), association.nearby.end(), [&](const FeatureAssociation::Nearby& nearby) {
-          return (nearby.landmark->mean.head<2>() - p).squaredNorm() < separation * separation;
-        });
+    const auto near = association.nearby.within(p, separation * separation, 0.0);
+    const bool close = std::ranges::any_of(near, [&](std::uint32_t n) {
+      return (association.nearby[n].landmark.mean().head<2>() - p).squaredNorm() < separation * separation;
+    });
     if (close) association.match[d].chunk = FeatureAssociation::kAmbiguous;
   }
 }
@@ -140,8 +163,12 @@ typename DetectionModel<D>::PoseJacobian DetectionModel<D>::jacobian(const Eigen
 }
 
 double signature_distance(const Signature& a, const Signature& b) {
+  return signature_distance(a, std::span<const float>(b.begin(), b.size()));
+}
+
+double signature_distance(const Signature& a, std::span<const float> b) {
   double overlap = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
     overlap += std::sqrt(static_cast<double>(a[i]) * static_cast<double>(b[i]));
   return std::max(0.0, 1.0 - overlap);
 }
@@ -163,6 +190,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   const Eigen::Vector3d start(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw());
   gather(store, settings, prior, observation, association);
   associate<D>(settings, log_p0, start, prior.P, observation, association);
+  count_ambiguous(log_p0, association);
 
   Eigen::Vector3d pose = start;
   Eigen::Matrix3d P = prior.P;
@@ -172,20 +200,21 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
       out.log_evidence += log_p0;
       continue;
     }
-    const Landmark& landmark = store.at(ref);
+    const StoredLandmark landmark = store.stored(ref);
     const Model model(observation.detections[d], pose);
-    const typename Model::Vector nu = model.z - landmark.mean.template head<D>();
-    const typename Model::PoseJacobian H = model.jacobian(landmark.mean.template head<2>());
-    const typename Model::Matrix S_landmark = landmark.P.template topLeftCorner<D, D>() + model.R;
+    const Eigen::Vector3d mean = landmark.mean();
+    const typename Model::Vector nu = model.z - mean.template head<D>();
+    const typename Model::PoseJacobian H = model.jacobian(mean.template head<2>());
+    const typename Model::Matrix S_landmark = landmark.covariance().template topLeftCorner<D, D>() + model.R;
     const typename Model::Matrix S = H * P * H.transpose() + S_landmark;
     const typename Model::Matrix S_inverse = S.inverse();
     const double squared_mahalanobis = nu.dot(S_inverse * nu);
 
-    if (landmark.sightings >= settings.existence.min_observations) {
+    if (landmark.sightings() >= settings.existence.min_observations) {
       double log_likelihood = log_pd + log_normal<D>(squared_mahalanobis, S.determinant());
       if (settings.use_signature) {
         log_likelihood -= settings.association.signature_lambda *
-                          signature_distance(observation.detections[d].signature, landmark.signature);
+                          signature_distance(observation.detections[d].signature, landmark.signature());
       }
       out.log_evidence += std::max(log_likelihood, log_p0);
     } else {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
 #include "landmark_store.hpp"
+#include "nearby_landmarks.hpp"
 
 namespace waymark {
 
@@ -19,18 +21,16 @@ class FeatureAssociation final : public Association {
   std::vector<LandmarkRef> match;   ///< per detection; chunk kNew or kAmbiguous where there is none
   std::vector<LandmarkRef> missed;  ///< landmarks that should have been seen
 
-  struct Nearby {
-    LandmarkRef ref;
-    const Landmark* landmark;
-    bool taken;
-  };
   struct Pair {
     double log_likelihood;
     int detection;
     int nearby;
   };
-  std::vector<Nearby> nearby;
-  std::vector<Pair> pairs;
+  std::vector<float> missed_log_odds;  ///< of those that are confirmed
+  NearbyLandmarks nearby;
+  std::vector<Pair> pairs;  ///< detections and landmarks that fit
+  int matched = 0;          ///< detections with a landmark
+  int ambiguous = 0;        ///< of those: another landmark, or none, was at least a tenth as likely
 };
 
 /// One detection against one landmark: ν = z_map − θ and its Jacobian by the pose, D = 2 (position) or 3 (with radius).
@@ -56,6 +56,7 @@ double log_new_landmark(const FeatureMapSettings& settings, double mean_signatur
 
 /// D of (4.7), 1 − Σ √(a b): the squared Hellinger distance, 0..1.
 double signature_distance(const Signature& a, const Signature& b);
+double signature_distance(const Signature& a, std::span<const float> b);
 
 /// Associates (greedy by likelihood, at most one detection per landmark), refines the pose by every associated
 /// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every

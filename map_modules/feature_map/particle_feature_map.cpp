@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "merging.hpp"
+
 namespace waymark {
 
 namespace {
@@ -46,45 +48,32 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
-  for (const FeatureAssociation::Nearby& nearby : association.nearby) {
-    if (nearby.ref.chunk == own.chunk && nearby.ref.place == own.place) continue;
-    signature_distance_sum_ += signature_distance(detection.signature, landmarks_.at(nearby.ref).signature);
+  for (const NearbyLandmarks::Entry& nearby : association.nearby) {
+    if (nearby.ref == own) continue;
+    signature_distance_sum_ += signature_distance(detection.signature, landmarks_.stored(nearby.ref).signature());
     signature_distance_count_ += 1.0;
   }
 }
 
 template <int D>
-void ParticleFeatureMap::insert_detections(const PoseGaussian& pose, const FeatureObservation& observation,
-                                           const FeatureAssociation& association) {
+void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureObservation& observation,
+                                       const FeatureAssociation& association) {
   using Model = DetectionModel<D>;
   const Eigen::Vector3d xyyaw(pose.T_map_base.p.x(), pose.T_map_base.p.y(), pose.T_map_base.yaw());
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
     const Detection& detection = observation.detections[d];
-    const Model model(detection, xyyaw);
     const LandmarkRef ref = association.match[d];
     if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
-    Landmark landmark = ref.chunk >= 0 ? landmarks_.at(ref) : Landmark{};
+    if (settings_->use_signature) learn_signature_distance(detection, association, ref);
+    if (ref.chunk < 0) continue;
+
     // What sampling kept of the pose's covariance is common to all landmarks of the scan and to the next scans: it is
     // added to the noise, and the landmark can never be known better than the best pose it was written from.
-    const Eigen::Vector2d p =
-        ref.chunk >= 0 ? Eigen::Vector2d(landmark.mean.head<2>()) : Eigen::Vector2d(model.z.template head<2>());
-    const typename Model::PoseJacobian G = model.jacobian(p);
+    const Model model(detection, xyyaw);
+    Landmark landmark = landmarks_.at(ref);
+    const typename Model::PoseJacobian G = model.jacobian(landmark.mean.head<2>());
     const typename Model::Matrix kept = G * pose.P * G.transpose();
     const Eigen::Matrix2d floor = kept.template topLeftCorner<2, 2>();
-    if (settings_->use_signature) learn_signature_distance(detection, association, ref);
-
-    if (ref.chunk < 0) {
-      landmark.mean.head<D>() = model.z;
-      landmark.mean.z() = detection.xyr.z();
-      landmark.P.topLeftCorner<D, D>() = model.R + kept;
-      if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
-      landmark.P_floor = floor;
-      landmark.signature = detection.signature;
-      landmark.sightings = 1;
-      landmarks_.add(landmark);
-      continue;
-    }
-
     const typename Model::Matrix P = landmark.P.template topLeftCorner<D, D>();
     const typename Model::Matrix S = P + model.R + kept;
     const typename Model::Matrix K = P * S.inverse();
@@ -95,6 +84,7 @@ void ParticleFeatureMap::insert_detections(const PoseGaussian& pose, const Featu
     updated.template topLeftCorner<2, 2>() = at_least(updated.template topLeftCorner<2, 2>(), landmark.P_floor);
     landmark.P.topLeftCorner<D, D>() = updated;
     ++landmark.sightings;
+    figures_.born += landmark.sightings == settings_->existence.min_observations;
     if (D == 2) {
       // The radius is not in the filter, but the reports still want it: a running mean.
       landmark.mean.z() += (detection.xyr.z() - landmark.mean.z()) / landmark.sightings;
@@ -108,24 +98,66 @@ void ParticleFeatureMap::insert_detections(const PoseGaussian& pose, const Featu
   }
 }
 
+template <int D>
+void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservation& observation,
+                                 const FeatureAssociation& association) {
+  using Model = DetectionModel<D>;
+  const Eigen::Vector3d xyyaw(pose.T_map_base.p.x(), pose.T_map_base.p.y(), pose.T_map_base.yaw());
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    if (association.match[d].chunk != FeatureAssociation::kNew) continue;
+    const Detection& detection = observation.detections[d];
+    const Model model(detection, xyyaw);
+    const typename Model::PoseJacobian G = model.jacobian(model.z.template head<2>());
+    const typename Model::Matrix kept = G * pose.P * G.transpose();
+    Landmark landmark;
+    landmark.mean.head<D>() = model.z;
+    landmark.mean.z() = detection.xyr.z();
+    landmark.P.topLeftCorner<D, D>() = model.R + kept;
+    if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
+    landmark.P_floor = kept.template topLeftCorner<2, 2>();
+    if (settings_->use_signature) landmark.signature = detection.signature;
+    landmark.sightings = 1;
+    figures_.born += settings_->existence.min_observations == 1;
+    landmarks_.add(landmark);
+  }
+}
+
+void ParticleFeatureMap::count_misses(const FeatureAssociation& association) {
+  const ExistenceSettings& existence = settings_->existence;
+  for (const LandmarkRef ref : association.missed) {
+    const StoredLandmark landmark = landmarks_.stored(ref);
+    const float log_odds = landmark.log_odds() + static_cast<float>(existence.log_odds_miss);
+    const bool confirmed = landmark.sightings() >= existence.min_observations;
+    if (log_odds < (confirmed ? existence.delete_below : existence.delete_provisional_below)) {
+      landmarks_.erase(ref);
+      figures_.deleted += confirmed;
+    } else {
+      landmarks_.write_log_odds(ref, log_odds);
+    }
+  }
+}
+
 void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& observation, const Association* memo) {
   const auto& features = static_cast<const FeatureObservation&>(observation);
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
-  const ExistenceSettings& existence = settings_->existence;
+  figures_.matched += static_cast<std::uint64_t>(association.matched);
+  figures_.ambiguous += static_cast<std::uint64_t>(association.ambiguous);
+  // The refs of the association hold until the first landmark is added, so adding comes last.
   if (settings_->use_radius) {
-    insert_detections<3>(pose, features, association);
+    write_matched<3>(pose, features, association);
   } else {
-    insert_detections<2>(pose, features, association);
+    write_matched<2>(pose, features, association);
   }
-  for (const LandmarkRef ref : association.missed) {
-    Landmark landmark = landmarks_.at(ref);
-    landmark.log_odds += static_cast<float>(existence.log_odds_miss);
-    const bool confirmed = landmark.sightings >= existence.min_observations;
-    if (landmark.log_odds < (confirmed ? existence.delete_below : existence.delete_provisional_below)) {
-      landmarks_.erase(ref);
-    } else {
-      landmarks_.write(ref, landmark);
-    }
+  count_misses(association);
+  if (settings_->association.merge) {
+    const MergeCounts counts = merge_neighbours(landmarks_, *settings_, association.match);
+    figures_.merged += static_cast<std::uint64_t>(counts.merged);
+    figures_.born += static_cast<std::uint64_t>(counts.confirmed);
+  }
+  if (settings_->use_radius) {
+    add_new<3>(pose, features, association);
+  } else {
+    add_new<2>(pose, features, association);
   }
 }
 
@@ -141,17 +173,29 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
     view.confirmed = landmark.sightings >= settings_->existence.min_observations;
     out.landmarks.push_back(view);
   });
+  out.figures = {{"born", static_cast<double>(figures_.born)},
+                 {"deleted", static_cast<double>(figures_.deleted)},
+                 {"merged", static_cast<double>(figures_.merged)},
+                 {"ambiguous_share", static_cast<double>(figures_.ambiguous) /
+                                         static_cast<double>(std::max<std::uint64_t>(1, figures_.matched))}};
 }
 
 void ParticleFeatureMap::save(OutArchive& out) const {
-  out.section("feature_map", 1);
+  out.section("feature_map", 2);
+  for (const std::uint64_t count :
+       {figures_.born, figures_.deleted, figures_.merged, figures_.matched, figures_.ambiguous})
+    out.value(count);
   out.value(signature_distance_sum_);
   out.value(signature_distance_count_);
   landmarks_.save(out);
 }
 
 void ParticleFeatureMap::load(InArchive& in) {
-  in.section("feature_map", 1);
+  if (in.section("feature_map", 2) >= 2) {
+    for (std::uint64_t* count :
+         {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.matched, &figures_.ambiguous})
+      in.value(*count);
+  }
   in.value(signature_distance_sum_);
   in.value(signature_distance_count_);
   landmarks_.load(in);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "feature_map_settings.hpp"
@@ -26,12 +27,25 @@ class ParticleFeatureMap final : public ParticleMap {
 
  private:
   template <int D>
-  void insert_detections(const PoseGaussian& pose, const FeatureObservation& observation,
-                         const FeatureAssociation& association);
+  void write_matched(const PoseGaussian& pose, const FeatureObservation& observation,
+                     const FeatureAssociation& association);
+  void count_misses(const FeatureAssociation& association);
+  template <int D>
+  void add_new(const PoseGaussian& pose, const FeatureObservation& observation, const FeatureAssociation& association);
   void learn_signature_distance(const Detection& detection, const FeatureAssociation& association, LandmarkRef own);
+
+  /// What has happened to this map and its ancestors.
+  struct Figures {
+    std::uint64_t born = 0;     ///< confirmed for the first time
+    std::uint64_t deleted = 0;  ///< confirmed ones that were removed
+    std::uint64_t merged = 0;
+    std::uint64_t matched = 0;  ///< detections with a landmark
+    std::uint64_t ambiguous = 0;
+  };
 
   std::shared_ptr<const FeatureMapSettings> settings_;
   LandmarkStore landmarks_;
+  Figures figures_;
   // Running mean of D between detections and *other* landmarks: what a chance match looks like (p₀).
   double signature_distance_sum_ = 0.5;
   double signature_distance_count_ = 1.0;

@@ -52,10 +52,17 @@ struct LandmarkView {
   bool confirmed = false;
 };
 
+/// A number that a map tells about itself, for reports: "merged", 3.
+struct MapFigure {
+  std::string name;
+  double value = 0.0;
+};
+
 /// What a particle's map shows to sinks.
 struct MapDescription {
   std::string module;  ///< name of the map in the YAML
   std::vector<LandmarkView> landmarks;
+  std::vector<MapFigure> figures = {};
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.

@@ -88,7 +88,10 @@ Json count_landmarks(const Snapshot& last) {
   for (const MapDescription& map : last.best_maps()) {
     const auto confirmed = std::ranges::count_if(map.landmarks, &LandmarkView::confirmed);
     const auto provisional = static_cast<std::ptrdiff_t>(map.landmarks.size()) - confirmed;
-    maps.push_back({{"map", map.module}, {"confirmed", confirmed}, {"provisional", provisional}});
+    Json figures = Json::object();
+    for (const MapFigure& figure : map.figures) figures[figure.name] = finite(figure.value);
+    maps.push_back(
+        {{"map", map.module}, {"confirmed", confirmed}, {"provisional", provisional}, {"figures", std::move(figures)}});
   }
   return maps;
 }

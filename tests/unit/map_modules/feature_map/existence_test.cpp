@@ -2,13 +2,17 @@
 // Birth and death of landmarks: what counts as a miss, and what misses do.
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "feature_map_bench.hpp"
 #include "visibility.hpp"
 
 namespace waymark {
 namespace {
 
+using feature_map_test::detection_of;
 using feature_map_test::kDegree;
+using feature_map_test::observation_of;
 using feature_map_test::scan_of;
 using feature_map_test::settings_of;
 using feature_map_test::step;
@@ -151,6 +155,54 @@ TEST(Existence, NoMoreMissesCountThanMaxMisses) {
   ASSERT_EQ(shown(map).size(), 7u);
   const double existence = shown(map)[0].existence;
   EXPECT_NEAR(look(map, World{}).log_evidence, 3.0 * std::log(1.0 - 0.9 * existence), 1e-9);
+}
+
+double figure(const ParticleFeatureMap& map, const std::string& name) {
+  MapDescription description;
+  map.describe(description);
+  for (const MapFigure& one : description.figures) {
+    if (one.name == name) return one.value;
+  }
+  ADD_FAILURE() << name;
+  return 0.0;
+}
+
+TEST(Figures, CountBirthsAndDeathsOfConfirmedLandmarksOnly) {
+  auto map = map_of(World{{kPillar}, {}}, 2);
+  EXPECT_EQ(figure(map, "born"), 0.0);
+  for (int i = 0; i < 5; ++i) look(map, World{{kPillar}, {}});
+  EXPECT_EQ(figure(map, "born"), 1.0);
+  for (int miss = 0; miss < 12; ++miss) look(map, World{});
+  EXPECT_EQ(figure(map, "deleted"), 1.0);
+  auto provisional = map_of(World{{kPillar}, {}}, 1);
+  for (int miss = 0; miss < 3; ++miss) look(provisional, World{});
+  EXPECT_EQ(figure(provisional, "deleted"), 0.0);
+}
+
+TEST(Figures, AmbiguousIsAMatchWithAnotherLandmarkNearlyAsLikely) {
+  const auto share_of = [](double gap) {
+    ParticleFeatureMap map(std::make_shared<FeatureMapSettings>(settings_of(
+        "{ negative_information: false, association: { new_landmark_density_per_m2: 1.0e-4, min_separation_m: 0 } }")));
+    const Eigen::Vector3d pose = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 4; ++i) {
+      step(map, pose, kPrior, Eigen::Matrix3d::Zero(),
+           observation_of({detection_of({8.0, 0.0}, pose, 0.3), detection_of({8.0, gap}, pose, 0.3)}));
+    }
+    return figure(map, "ambiguous_share");
+  };
+  EXPECT_EQ(share_of(5.0), 0.0);
+  EXPECT_EQ(share_of(0.3), 1.0);
+}
+
+TEST(Figures, ComeBackFromAnArchive) {
+  const auto map = map_of(World{{kPillar}, {}}, 5);
+  std::stringstream stream;
+  OutArchive out(stream);
+  map.save(out);
+  ParticleFeatureMap again = map_of(World{}, 0);
+  InArchive in(stream);
+  again.load(in);
+  EXPECT_EQ(figure(again, "born"), 1.0);
 }
 
 }  // namespace

@@ -182,6 +182,16 @@ TEST_F(DiagnosticsSink, CountsLandmarksAndParticlesAtTheEnd) {
   EXPECT_EQ(document["landmarks"][0]["provisional"], 3);
 }
 
+TEST_F(DiagnosticsSink, ShowsTheFiguresOfEachMap) {
+  FakeSnapshot snapshot;
+  snapshot.maps_ = {{"trees", {}}, {"walls", {}}};
+  snapshot.maps_[0].figures = {{"merged", 3.0}, {"share", 0.25}};
+  const auto document = finish(&snapshot, {});
+  EXPECT_EQ(document["landmarks"][0]["figures"]["merged"], 3.0);
+  EXPECT_EQ(document["landmarks"][0]["figures"]["share"], 0.25);
+  EXPECT_TRUE(document["landmarks"][1]["figures"].empty());
+}
+
 TEST_F(DiagnosticsSink, EqualRunsGiveEqualBytes) {
   write(1234);
   sink_->finish(nullptr, {});
