@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "feature_map_settings.hpp"
@@ -51,13 +52,20 @@ struct DetectionModel {
   PoseJacobian jacobian(const Eigen::Vector2d& p_map) const;
 };
 
+/// log N(ν; 0, S) out of νᵀ S⁻¹ ν and |S|.
+template <int D>
+double log_normal(double squared_mahalanobis, double determinant) {
+  constexpr double kLogTwoPi = 1.8378770664093453;
+  return -0.5 * (squared_mahalanobis + std::log(determinant) + D * kLogTwoPi);
+}
+
 /// log of the new-landmark likelihood p₀: a density over the observation's space.
 double log_new_landmark(const FeatureMapSettings& settings, double mean_signature_distance);
 
 /// D of (4.7), 1 − Σ √(a b): the squared Hellinger distance, 0..1.
 double signature_distance(const Signature& a, const Signature& b);
 
-/// Associates (greedy by likelihood, at most one detection per landmark), refines the pose by every associated
+/// Associates (association.hpp), refines the pose by every associated
 /// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every
 /// observation counts").
 template <int D>

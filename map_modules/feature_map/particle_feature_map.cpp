@@ -46,6 +46,7 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
+  if (std::isfinite(settings_->association.new_landmark_signature_distance)) return;  // nobody asks for the mean
   for (const FeatureAssociation::Nearby& nearby : association.nearby) {
     if (nearby.ref.chunk == own.chunk && nearby.ref.place == own.place) continue;
     signature_distance_sum_ += signature_distance(detection.signature, landmarks_.at(nearby.ref).signature);
@@ -80,6 +81,7 @@ void ParticleFeatureMap::insert_detections(const PoseGaussian& pose, const Featu
       if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
       landmark.P_floor = floor;
       landmark.signature = detection.signature;
+      landmark.identity = detection.identity;
       landmark.sightings = 1;
       landmarks_.add(landmark);
       continue;
