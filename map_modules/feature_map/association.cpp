@@ -4,23 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "association_methods.hpp"
+
 namespace waymark {
 
 namespace {
-
-using Pair = FeatureAssociation::Pair;
-
-/// Ties by index, so that the order is total.
-bool likelier(const Pair& a, const Pair& b) {
-  if (a.log_likelihood != b.log_likelihood) return a.log_likelihood > b.log_likelihood;
-  return a.detection != b.detection ? a.detection < b.detection : a.nearby < b.nearby;
-}
-
-void take(const Pair& pair, FeatureAssociation& association) {
-  FeatureAssociation::Nearby& nearby = association.nearby[static_cast<std::size_t>(pair.nearby)];
-  association.match[static_cast<std::size_t>(pair.detection)] = nearby.ref;
-  nearby.taken = true;
-}
 
 /// Calls visit(detection, nearby, νᵀ Z⁻¹ ν, |Z|) for all pairs within `gate` that `wanted` lets through; Z has the
 /// pose's share.
@@ -56,14 +44,14 @@ void collect_pairs(const FeatureMapSettings& settings, double log_p0, const Eige
       settings.association.gate, pose, P, observation, association,
       [](const Detection&, const Landmark&) { return true; },
       [&](std::size_t d, std::size_t n, double distance, double determinant) {
-        double log_likelihood = log_pd + log_normal<D>(distance, determinant);
-        if (settings.use_signature) {
-          log_likelihood -=
-              settings.association.signature_lambda *
-              signature_distance(observation.detections[d].signature, association.nearby[n].landmark->signature);
-        }
+        const double log_signature =
+            settings.use_signature
+                ? -settings.association.signature_lambda *
+                      signature_distance(observation.detections[d].signature, association.nearby[n].landmark->signature)
+                : 0.0;
+        const double log_likelihood = log_pd + log_normal<D>(distance, determinant) + log_signature;
         if (log_likelihood >= log_p0)
-          association.pairs.push_back({log_likelihood, static_cast<int>(d), static_cast<int>(n)});
+          association.pairs.push_back({log_likelihood, log_signature, static_cast<int>(d), static_cast<int>(n)});
       });
 }
 
@@ -82,17 +70,9 @@ void associate_by_identity(const FeatureMapSettings& settings, const Eigen::Vect
         return detection.identity >= 0 && detection.identity == landmark.identity;
       },
       [&](std::size_t d, std::size_t n, double distance, double determinant) {
-        association.pairs.push_back({log_normal<D>(distance, determinant), static_cast<int>(d), static_cast<int>(n)});
+        association.pairs.push_back(
+            {log_normal<D>(distance, determinant), 0.0, static_cast<int>(d), static_cast<int>(n)});
       });
-}
-
-/// The most likely pair first (4.8).
-void match_greedily(FeatureAssociation& association) {
-  std::sort(association.pairs.begin(), association.pairs.end(), likelier);
-  for (const Pair& pair : association.pairs) {
-    const bool taken = association.nearby[static_cast<std::size_t>(pair.nearby)].taken;
-    if (association.match[static_cast<std::size_t>(pair.detection)].chunk < 0 && !taken) take(pair, association);
-  }
 }
 
 /// What a known identity leaves over: of an identity that the map does not know, the first detection is new.
@@ -123,7 +103,14 @@ void associate(const LandmarkStore& store, const FeatureMapSettings& settings, d
     return;
   }
   collect_pairs<D>(settings, log_p0, pose, P, observation, association);
-  match_greedily(association);
+  switch (settings.association.method) {
+    case AssociationMethod::greedy:
+      return match_greedily(association);
+    case AssociationMethod::optimal:
+      return match_optimally(log_p0, association);
+    case AssociationMethod::joint:
+      return match_jointly<D>(settings, log_p0, pose, P, observation, association);
+  }
 }
 
 template void associate<2>(const LandmarkStore&, const FeatureMapSettings&, double, const Eigen::Vector3d&,

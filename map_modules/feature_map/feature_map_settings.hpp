@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "waymark/config.hpp"
 
@@ -40,16 +41,26 @@ struct IdentitySignature {
   double misreading_probability;  ///< shared equally by all identities but the one that was read
 };
 
+/// How the pairs are chosen when several are possible.
+enum class AssociationMethod {
+  greedy,   ///< the likeliest first
+  optimal,  ///< the greatest sum of log likelihoods
+  joint     ///< joint compatibility, branch and bound
+};
+
 /// How detections and landmarks find each other.
 struct AssociationSettings {
-  double gate;                   ///< χ² bound on νᵀ Z⁻¹ ν
-  double identity_gate;          ///< the same where the identity is known, wide: only an outlier fails it
-  double new_landmark_density;   ///< ρ_new [1/m²]
-  double detection_probability;  ///< P_D
-  double min_separation;         ///< two landmarks cannot stand closer [m]
-  double radius_range;           ///< r_max − r_min [m]: the density of a radius among new landmarks
-  double signature_lambda;       ///< λ of (4.7)
-  double signature_floor;        ///< no bin falls below this
+  AssociationMethod method;
+  int joint_max_nodes;              ///< of the search, per particle and scan
+  std::vector<double> joint_gates;  ///< χ² bound for 1, 2, … pairs
+  double gate;                      ///< χ² bound on νᵀ Z⁻¹ ν
+  double identity_gate;             ///< the same where the identity is known, wide: only an outlier fails it
+  double new_landmark_density;      ///< ρ_new [1/m²]
+  double detection_probability;     ///< P_D
+  double min_separation;            ///< two landmarks cannot stand closer [m]
+  double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
+  double signature_lambda;          ///< λ of (4.7)
+  double signature_floor;           ///< no bin falls below this
   /// D of a new landmark in p₀; NaN: the running mean of D between detections and other landmarks
   double new_landmark_signature_distance;
 };

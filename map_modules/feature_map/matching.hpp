@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "association_workspace.hpp"
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
 #include "landmark_store.hpp"
@@ -26,12 +27,14 @@ class FeatureAssociation final : public Association {
     bool taken;
   };
   struct Pair {
-    double log_likelihood;
+    double log_likelihood;  ///< of place and signature
+    double log_signature;   ///< its part of the signature
     int detection;
     int nearby;
   };
   std::vector<Nearby> nearby;
   std::vector<Pair> pairs;
+  AssociationWorkspace workspace;
 };
 
 /// One detection against one landmark: ν = z_map − θ and its Jacobian by the pose, D = 2 (position) or 3 (with radius).

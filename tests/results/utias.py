@@ -18,13 +18,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 FIGURES = [
     ("trajectory RMS [m]", ["trajectory", "ate_rms_m"]),
-    ("yaw RMS [deg]", ["trajectory", "yaw_rms_deg"]),
+    ("yaw RMS [rad]", ["trajectory", "yaw_rms_rad"]),
     ("landmarks found", ["landmarks", "matched"]),
     ("duplicates", ["landmarks", "duplicates"]),
     ("others", ["landmarks", "others"]),
-    ("landmark RMS [m]", ["landmarks", "rms_m"]),
-    ("found, own alignment", ["landmarks", "own_alignment", "matched"]),
-    ("RMS, own alignment [m]", ["landmarks", "own_alignment", "rms_m"]),
+    ("landmark RMS [m]", ["landmarks", "landmark_rms_m"]),
+    ("found, own alignment", ["landmarks", "own_alignment_matched"]),
+    ("RMS, own alignment [m]", ["landmarks", "landmark_rms_own_alignment_m"]),
 ]
 
 
