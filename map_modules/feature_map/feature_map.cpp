@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "cylinder_extraction.hpp"
 #include "particle_feature_map.hpp"
@@ -46,11 +47,23 @@ class FeatureMap final : public MapModule {
       const double radius = std::isfinite(one.radius_m) ? one.radius_m : 0.0;
       observation->detections.push_back(
           make_detection(one.range_m - radius, one.bearing_rad, radius, T_base_sensor_, noise));
-      observation->detections.back().signature = Signature::uniform(2);
-      observation->detections.back().identity = one.identity;
+      read_identity(one.identity, observation->detections.back());
       observation->max_range = std::max(observation->max_range, observation->detections.back().xyr.head<2>().norm());
     }
     return observation;
+  }
+
+  void read_identity(int identity, Detection& detection) const {
+    detection.signature = Signature::uniform(2);
+    if (settings_->identity == IdentityUse::unused) return;
+    detection.identity = identity;
+    if (settings_->identity != IdentityUse::signature) return;
+    const auto& [bins, misreading_probability] = settings_->identity_signature;
+    if (identity >= bins) {
+      throw DataError("identity " + std::to_string(identity) + " has no bin of its own: signature.bins is " +
+                      std::to_string(bins) + ", so identities go from 0 to " + std::to_string(bins - 1));
+    }
+    detection.signature = Signature::of_identity(identity, bins, misreading_probability);
   }
 
   std::shared_ptr<const FeatureMapSettings> settings_;

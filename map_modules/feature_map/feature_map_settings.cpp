@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "feature_observation.hpp"
 #include "waymark/gaussian.hpp"
 
 namespace waymark {
@@ -32,9 +33,26 @@ DetectionNoise read_noise(const Config& config) {
           config.non_negative("tangential_m", 0.05), config.positive("radius_m", 0.1)};
 }
 
+// More detections of one scan than this are never paired jointly.
+constexpr int kMaxJointPairs = 100;
+
+AssociationMethod read_method(const Config& config) {
+  const std::string word = config.choice("method", {"greedy", "optimal", "joint"}, "greedy");
+  return word == "joint"     ? AssociationMethod::joint
+         : word == "optimal" ? AssociationMethod::optimal
+                             : AssociationMethod::greedy;
+}
+
 AssociationSettings read_association(const Config& config, int dimension) {
   AssociationSettings s;
-  s.gate = gaussian::chi_squared_quantile(config.number_in("gate_probability", 0.5, 1.0 - 1e-9, 0.99), dimension);
+  s.method = read_method(config);
+  s.joint_max_nodes = static_cast<int>(config.integer_in("joint_max_nodes", 1, 100000000, 1000));
+  const double gate_probability = config.number_in("gate_probability", 0.5, 1.0 - 1e-9, 0.99);
+  s.gate = gaussian::chi_squared_quantile(gate_probability, dimension);
+  for (int pairs = 1; pairs <= kMaxJointPairs; ++pairs)
+    s.joint_gates.push_back(gaussian::chi_squared_quantile(gate_probability, pairs * dimension));
+  s.identity_gate = gaussian::chi_squared_quantile(
+      config.number_in("identity_gate_probability", 0.5, 1.0 - 1e-9, 0.999996), dimension);
   s.new_landmark_density = config.positive("new_landmark_density_per_m2", 0.01);
   s.detection_probability = config.number_in("detection_probability", 0.01, 0.999, 0.9);
   s.min_separation = config.non_negative("min_separation_m", 0.5);
@@ -42,6 +60,21 @@ AssociationSettings read_association(const Config& config, int dimension) {
   s.radius_range = config.positive("radius_range_m", 1.0);
   s.signature_lambda = config.non_negative("signature_lambda", 20.0);
   s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, 0.01);
+  s.new_landmark_signature_distance = config.has("new_landmark_signature_distance")
+                                          ? config.number_in("new_landmark_signature_distance", 0.0, 1.0)
+                                          : std::numeric_limits<double>::quiet_NaN();
+  return s;
+}
+
+IdentityUse read_identity(const Config& config) {
+  const std::string word = config.choice("identity", {"unused", "signature", "known"}, "unused");
+  return word == "known" ? IdentityUse::known : word == "signature" ? IdentityUse::signature : IdentityUse::unused;
+}
+
+IdentitySignature read_identity_signature(const Config& config) {
+  IdentitySignature s;
+  s.bins = static_cast<int>(config.integer_in("bins", 2, static_cast<std::int64_t>(Signature::kMaxBins), 100));
+  s.misreading_probability = config.number_in("misreading_probability", 1e-6, 0.5, 0.01);
   return s;
 }
 
@@ -74,6 +107,9 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config) {
     }
   }
   s.use_negative_information = config.boolean("negative_information", true);
+  s.identity = read_identity(config);
+  s.identity_signature = read_identity_signature(config.child_or_empty("signature"));
+  if (s.identity == IdentityUse::signature) s.use_signature = true;
   s.extraction = read_extraction(config.child_or_empty("extraction"));
   s.noise = read_noise(config.child_or_empty("noise"));
   s.association = read_association(config.child_or_empty("association"), s.use_radius ? 3 : 2);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "waymark/config.hpp"
 
@@ -27,16 +28,42 @@ struct DetectionNoise {
   double radius;      ///< [m]
 };
 
+/// What an identity that a device read off a landmark (a barcode, a tag) is good for.
+enum class IdentityUse {
+  unused,     ///< nothing: landmarks look alike
+  signature,  ///< a signature with one bin per identity; a misreading is possible
+  known       ///< it decides alone which landmark a detection belongs to
+};
+
+/// An identity as a discrete distribution over `bins` identities, 0 to bins − 1.
+struct IdentitySignature {
+  int bins;
+  double misreading_probability;  ///< shared equally by all identities but the one that was read
+};
+
+/// How the pairs are chosen when several are possible.
+enum class AssociationMethod {
+  greedy,   ///< the likeliest first
+  optimal,  ///< the greatest sum of log likelihoods
+  joint     ///< joint compatibility, branch and bound
+};
+
 /// How detections and landmarks find each other.
 struct AssociationSettings {
-  double gate;                   ///< χ² bound on νᵀ Z⁻¹ ν
-  double new_landmark_density;   ///< ρ_new [1/m²]
-  double detection_probability;  ///< P_D
-  double min_separation;         ///< two landmarks cannot stand closer [m]
-  bool merge;                    ///< merge landmarks that have come closer than that and agree
-  double radius_range;           ///< r_max − r_min [m]: the density of a radius among new landmarks
-  double signature_lambda;       ///< λ of (4.7)
-  double signature_floor;        ///< no bin falls below this
+  AssociationMethod method;
+  int joint_max_nodes;              ///< of the search, per particle and scan
+  std::vector<double> joint_gates;  ///< χ² bound for 1, 2, … pairs
+  double gate;                      ///< χ² bound on νᵀ Z⁻¹ ν
+  double identity_gate;             ///< the same where the identity is known, wide: only an outlier fails it
+  double new_landmark_density;      ///< ρ_new [1/m²]
+  double detection_probability;     ///< P_D
+  double min_separation;            ///< two landmarks cannot stand closer [m]
+  bool merge;                       ///< merge landmarks that have come closer than that and agree
+  double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
+  double signature_lambda;          ///< λ of (4.7)
+  double signature_floor;           ///< no bin falls below this
+  /// D of a new landmark in p₀; NaN: the running mean of D between detections and other landmarks
+  double new_landmark_signature_distance;
 };
 
 /// Birth and death of landmarks.
@@ -57,6 +84,8 @@ struct FeatureMapSettings {
   bool use_radius = false;
   bool use_signature = false;
   bool use_negative_information = true;
+  IdentityUse identity = IdentityUse::unused;
+  IdentitySignature identity_signature;
   ExtractionSettings extraction;
   DetectionNoise noise;
   AssociationSettings association;

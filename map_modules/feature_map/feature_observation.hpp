@@ -30,6 +30,16 @@ class Signature {
     std::fill_n(signature.bins_.begin(), size, 1.0f / static_cast<float>(size));
     return signature;
   }
+  /// What reading `identity` says about it: 1 − misreading_probability for its bin, the rest shared by the others. A
+  /// negative identity, nothing read, is uniform.
+  static Signature of_identity(int identity, int bins, double misreading_probability) {
+    Signature signature = uniform(static_cast<std::size_t>(bins));
+    if (identity < 0) return signature;
+    const auto other = static_cast<float>(misreading_probability / (bins - 1));
+    std::fill(signature.begin(), signature.end(), other);
+    signature[static_cast<std::size_t>(identity)] = static_cast<float>(1.0 - misreading_probability);
+    return signature;
+  }
 
   constexpr std::size_t size() const { return size_; }
   constexpr float operator[](std::size_t bin) const { return bins_[bin]; }

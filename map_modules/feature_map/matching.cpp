@@ -5,17 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "association.hpp"
 #include "visibility.hpp"
 
 namespace waymark {
 
 namespace {
-
-template <int D>
-double log_normal(double squared_mahalanobis, double determinant) {
-  constexpr double kLogTwoPi = 1.8378770664093453;
-  return -0.5 * (squared_mahalanobis + std::log(determinant) + D * kLogTwoPi);
-}
 
 /// Everything that may match or should be seen from about this pose.
 void gather(const LandmarkStore& store, const FeatureMapSettings& settings, const PoseGaussian& prior,
@@ -26,49 +21,6 @@ void gather(const LandmarkStore& store, const FeatureMapSettings& settings, cons
   if (settings.use_negative_information)
     reach = std::max(reach, observation.view.p_base_sensor.norm() + settings.existence.view_range);
   association.nearby.gather(store, prior.T_map_base.p.head<2>(), reach);
-}
-
-template <int D>
-void associate(const FeatureMapSettings& settings, double log_p0, const Eigen::Vector3d& pose, const Eigen::Matrix3d& P,
-               const FeatureObservation& observation, FeatureAssociation& association) {
-  association.pairs.clear();
-  association.match.assign(observation.detections.size(), LandmarkRef{});
-  const double gate = settings.association.gate;
-  const double log_pd = std::log(settings.association.detection_probability);
-  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
-    const Detection& detection = observation.detections[d];
-    const DetectionModel<D> model(detection, pose);
-    const auto H = model.jacobian(model.z.template head<2>());
-    const typename DetectionModel<D>::Matrix A = H * P * H.transpose() + model.R;
-    const Eigen::Vector2d p = model.z.template head<2>();
-    for (const std::uint32_t n : association.nearby.within(p, gate * (A(0, 0) + A(1, 1)), gate)) {
-      const StoredLandmark landmark = association.nearby[n].landmark;
-      const typename DetectionModel<D>::Vector nu = model.z - landmark.mean().template head<D>();
-      const typename DetectionModel<D>::Matrix Z =
-          A + landmark.covariance().template topLeftCorner<D, D>();  // (4.6) with the pose's share
-      const typename DetectionModel<D>::Matrix Z_inverse = Z.inverse();
-      const double distance = nu.dot(Z_inverse * nu);
-      if (distance > gate) continue;
-      double log_likelihood = log_pd + log_normal<D>(distance, Z.determinant());
-      if (settings.use_signature)
-        log_likelihood -=
-            settings.association.signature_lambda * signature_distance(detection.signature, landmark.signature());
-      if (log_likelihood >= log_p0)
-        association.pairs.push_back({log_likelihood, static_cast<int>(d), static_cast<int>(n)});
-    }
-  }
-  // Greedy by likelihood (4.8), ties by index so that the order is total.
-  std::sort(association.pairs.begin(), association.pairs.end(), [](const auto& a, const auto& b) {
-    if (a.log_likelihood != b.log_likelihood) return a.log_likelihood > b.log_likelihood;
-    return a.detection != b.detection ? a.detection < b.detection : a.nearby < b.nearby;
-  });
-  for (const FeatureAssociation::Pair& pair : association.pairs) {
-    LandmarkRef& match = association.match[static_cast<std::size_t>(pair.detection)];
-    NearbyLandmarks::Entry& nearby = association.nearby[static_cast<std::size_t>(pair.nearby)];
-    if (match.chunk >= 0 || nearby.taken) continue;
-    match = nearby.ref;
-    nearby.taken = true;
-  }
 }
 
 /// Landmarks that should have been seen from the refined pose but were not; returns their log factor.
@@ -176,7 +128,10 @@ double signature_distance(const Signature& a, std::span<const float> b) {
 double log_new_landmark(const FeatureMapSettings& settings, double mean_signature_distance) {
   double log_p0 = std::log(settings.association.new_landmark_density);
   if (settings.use_radius) log_p0 -= std::log(settings.association.radius_range);
-  if (settings.use_signature) log_p0 -= settings.association.signature_lambda * mean_signature_distance;
+  if (settings.use_signature) {
+    const double fixed = settings.association.new_landmark_signature_distance;
+    log_p0 -= settings.association.signature_lambda * (std::isfinite(fixed) ? fixed : mean_signature_distance);
+  }
   return log_p0;
 }
 
@@ -189,7 +144,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   const double log_pd = std::log(settings.association.detection_probability);
   const Eigen::Vector3d start(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw());
   gather(store, settings, prior, observation, association);
-  associate<D>(settings, log_p0, start, prior.P, observation, association);
+  associate<D>(store, settings, log_p0, start, prior.P, observation, association);
   count_ambiguous(log_p0, association);
 
   Eigen::Vector3d pose = start;
@@ -232,7 +187,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   Pose refined = prior.T_map_base;
   refined.p.head<2>() = pose.head<2>();
   refined.q = (so3::exp({0.0, 0.0, pose.z() - start.z()}) * refined.q).normalized();
-  mark_ambiguous(settings, refined, observation, association);
+  if (settings.identity != IdentityUse::known) mark_ambiguous(settings, refined, observation, association);
   out.log_evidence += judge_misses(settings, refined, observation, association);
 }
 

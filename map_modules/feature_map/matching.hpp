@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <vector>
 
+#include "association_workspace.hpp"
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
 #include "landmark_store.hpp"
@@ -22,7 +24,8 @@ class FeatureAssociation final : public Association {
   std::vector<LandmarkRef> missed;  ///< landmarks that should have been seen
 
   struct Pair {
-    double log_likelihood;
+    double log_likelihood;  ///< of place and signature
+    double log_signature;   ///< its part of the signature
     int detection;
     int nearby;
   };
@@ -31,6 +34,7 @@ class FeatureAssociation final : public Association {
   std::vector<Pair> pairs;  ///< detections and landmarks that fit
   int matched = 0;          ///< detections with a landmark
   int ambiguous = 0;        ///< of those: another landmark, or none, was at least a tenth as likely
+  AssociationWorkspace workspace;
 };
 
 /// One detection against one landmark: ν = z_map − θ and its Jacobian by the pose, D = 2 (position) or 3 (with radius).
@@ -51,6 +55,13 @@ struct DetectionModel {
   PoseJacobian jacobian(const Eigen::Vector2d& p_map) const;
 };
 
+/// log N(ν; 0, S) out of νᵀ S⁻¹ ν and |S|.
+template <int D>
+double log_normal(double squared_mahalanobis, double determinant) {
+  constexpr double kLogTwoPi = 1.8378770664093453;
+  return -0.5 * (squared_mahalanobis + std::log(determinant) + D * kLogTwoPi);
+}
+
 /// log of the new-landmark likelihood p₀: a density over the observation's space.
 double log_new_landmark(const FeatureMapSettings& settings, double mean_signature_distance);
 
@@ -58,7 +69,7 @@ double log_new_landmark(const FeatureMapSettings& settings, double mean_signatur
 double signature_distance(const Signature& a, const Signature& b);
 double signature_distance(const Signature& a, std::span<const float> b);
 
-/// Associates (greedy by likelihood, at most one detection per landmark), refines the pose by every associated
+/// Associates (association.hpp), refines the pose by every associated
 /// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every
 /// observation counts").
 template <int D>

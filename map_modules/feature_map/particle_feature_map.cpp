@@ -48,6 +48,7 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
+  if (std::isfinite(settings_->association.new_landmark_signature_distance)) return;  // nobody asks for the mean
   for (const NearbyLandmarks::Entry& nearby : association.nearby) {
     if (nearby.ref == own) continue;
     signature_distance_sum_ += signature_distance(detection.signature, landmarks_.stored(nearby.ref).signature());
@@ -116,6 +117,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
     landmark.P_floor = kept.template topLeftCorner<2, 2>();
     if (settings_->use_signature) landmark.signature = detection.signature;
+    landmark.identity = detection.identity;
     landmark.sightings = 1;
     figures_.born += settings_->existence.min_observations == 1;
     landmarks_.add(landmark);

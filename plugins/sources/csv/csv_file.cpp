@@ -61,6 +61,8 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
   if (group_by_time_ && !builder_->can_append()) {
     entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
   }
+  min_step_ = from_seconds(entry.non_negative("min_step_s", 0.0));
+  if (group_by_time_ && min_step_ > Duration{}) entry.fail("min_step_s", "cannot be combined with group_by_time");
   entry.reject_unread();
 }
 
@@ -71,6 +73,7 @@ std::string CsvFile::signature() const {
 void CsvFile::restart() {
   reader_.restart();
   newest_.reset();
+  last_taken_.reset();
   fields_of_first_row_ = 0;
   group_ = {};
   group_set_.reset();
@@ -106,6 +109,10 @@ std::optional<Measurement> CsvFile::take_row() {
   read.stamp = time_.read(row);
   read.arrival = arrival_ ? arrival_->read(row) : read.stamp;
   check_order(read.stamp, read.arrival);
+  if (min_step_ > Duration{} && last_taken_ && read.stamp - *last_taken_ < min_step_) {
+    newest_ = read.arrival;
+    return std::nullopt;
+  }
   if (group_set_ && read.stamp == group_.stamp) {
     builder_->append(row, *group_set_);
     group_.arrival = read.arrival;
@@ -114,6 +121,7 @@ std::optional<Measurement> CsvFile::take_row() {
   }
   std::shared_ptr<Payload> payload = builder_->build(row);
   newest_ = read.arrival;
+  last_taken_ = read.stamp;
   read.payload = payload;
   if (!group_by_time_) return read;
   std::swap(read, group_);

@@ -71,8 +71,10 @@ class CsvFile {
   std::unique_ptr<PayloadBuilder> builder_;
   bool group_by_time_ = false;
   Duration max_time_jump_;
+  Duration min_step_{};
 
   std::optional<Time> newest_;
+  std::optional<Time> last_taken_;  // stamp of the last measurement, for min_step_
   std::size_t fields_of_first_row_ = 0;
   Measurement group_;                   // the set that rows are added to; no payload: none
   std::shared_ptr<Payload> group_set_;  // its payload, writable

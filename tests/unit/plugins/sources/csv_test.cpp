@@ -175,6 +175,12 @@ TEST_F(CsvTest, KeepsTheRowsThatSatisfyAllConditions) {
   EXPECT_EQ(kept("{column: 1, min: 2, max: 4}, {column: 2, equals: 9}"), 2u);
 }
 
+TEST_F(CsvTest, ThinsOutRowsThatFollowTooSoon) {
+  write("a.csv", "0,1,9\n0.04,2,9\n0.05,3,9\n0.09,4,8\n0.3,5,9\n");
+  const auto all = read_all(*make(wheels_yaml("a.csv", ", min_step_s: 0.05")));
+  EXPECT_THAT(stamps_ns(all), ElementsAre(0, 50'000'000, 300'000'000));
+}
+
 TEST_F(CsvTest, ReadsTwistWithoutSidewaysSpeed) {
   write("a.csv", "0 0.1 -0.2\n");
   const auto source =
