@@ -87,6 +87,7 @@ class Painter {
     const std::array<Eigen::Vector2d, 3> robot{Eigen::Vector2d(0.8, 0), Eigen::Vector2d(-0.5, 0.45),
                                                Eigen::Vector2d(-0.5, -0.45)};
     std::vector<cv::Point> corners;
+    corners.reserve(robot.size());
     for (const Eigen::Vector2d& corner : robot) corners.push_back(fixed(to_pixel(corner)));
     cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{corners}, kInk, cv::LINE_AA, kShift);
   }
@@ -136,6 +137,7 @@ class Painter {
     cv::Mat area = image_(cv::Rect(0, kTop, kWidth - kLegend - kMargin / 2, image_.rows - kTop));
     constexpr int kCorners = 180;
     std::vector<cv::Point> outline;
+    outline.reserve(kCorners);
     for (int k = 0; k < kCorners; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / kCorners;
       const Eigen::Vector2d p = center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The extraction of config/victoria_park.yaml on the recording itself, next to the detections that were published with
-// it (K. Leung, F. Inostroza, 2014). Which detections are trees is not labelled, so things are judged by persistence:
-// what stands still is found again by the scans before and after that should see it.
+// The extraction of config/victoria_park.yaml, asked for isolation, on the recording itself, next to the detections
+// that were published with it (K. Leung, F. Inostroza, 2014). Which detections are trees is not labelled, so things are
+// judged by persistence: what stands still is found again by the scans before and after that should see it.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -60,7 +60,8 @@ class ExtractionOnTheRecording : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     if (std::getenv("WAYMARK_DATA") == nullptr) return;
-    const Config config = Config::load(WAYMARK_SOURCE_DIR "/config/victoria_park.yaml");
+    const Config config =
+        Config::load(WAYMARK_SOURCE_DIR "/config/victoria_park.yaml", {"maps.trees.extraction.isolation_m=3"});
     const FeatureMapSettings settings = FeatureMapSettings::read(config.items("maps").at(0));
     range_max_ = settings.extraction.range_max;
     read_scans(config, settings);
