@@ -102,7 +102,7 @@ class Painter {
     if (candidate.verdict != Verdict::accepted) return;
     const Eigen::Vector2d direction(std::cos(candidate.bearing), std::sin(candidate.bearing));
     const Eigen::Vector2d center = (candidate.surface_range + candidate.radius) * direction;
-    circle(center, std::max(candidate.radius, 5.0 / scale_), look.color, 2);
+    circle(center, std::max(candidate.radius, 8.0 / scale_), look.color, 1);
   }
 
   void draw_legend(const std::vector<Candidate>& candidates, double isolation, const std::string& title) {
