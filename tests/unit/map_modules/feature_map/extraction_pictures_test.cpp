@@ -20,7 +20,7 @@ using feature_map_test::World;
 
 class ExtractionPicturesTest : public ::testing::Test {
  protected:
-  ~ExtractionPicturesTest() override { std::filesystem::remove_all(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   ExtractionPictures pictures(const std::string& times_s) const {
     return ExtractionPictures(
