@@ -15,29 +15,53 @@ namespace {
 constexpr float kFree = std::numeric_limits<float>::infinity();
 constexpr float kBlind = 0.0f;
 
-std::vector<float> clean_ranges(const LaserScan& scan, const ExtractionSettings& s) {
-  std::vector<float> ranges(scan.ranges_m.size());
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    const float r = scan.ranges_m[i];
-    ranges[i] = r >= static_cast<float>(s.no_return)
-                    ? kFree
-                    : (r >= static_cast<float>(s.range_min) ? r : kBlind);  // NaN is blind, too
-  }
-  return ranges;
-}
+/// Whether the scan recedes by `background` within two beams beyond `edge` in direction `step`.
+enum class Surroundings { far, near, hidden };
 
-/// True if the scan recedes by `background` within two beams beyond `edge` in direction `step`. The border of the scan
-/// and blind beams hide the surroundings: no.
-bool recedes(const std::vector<float>& ranges, int edge, int step, double background) {
+Surroundings look_beyond(const std::vector<float>& ranges, int edge, int step, double background) {
   constexpr int kReach = 2;
   for (int k = 1; k <= kReach; ++k) {
     const int i = edge + k * step;
-    if (i < 0 || i >= static_cast<int>(ranges.size())) return false;
+    if (i < 0 || i >= static_cast<int>(ranges.size())) return Surroundings::hidden;
     const float r = ranges[static_cast<std::size_t>(i)];
-    if (r == kBlind) return false;
-    if (r > ranges[static_cast<std::size_t>(edge)] + background) return true;
+    if (r == kBlind) return Surroundings::hidden;
+    if (r > ranges[static_cast<std::size_t>(edge)] + background) return Surroundings::far;
+  }
+  return Surroundings::near;
+}
+
+/// True if a return that is not the candidate's own lies within `distance` of its centre.
+bool has_neighbour(const ScanView& view, const Candidate& candidate, double distance) {
+  const double center = candidate.surface_range + candidate.radius;
+  const double bearing = candidate.bearing;
+  // Only beams within this angle can come that near.
+  const double reach = distance < center ? std::asin(distance / center) : std::numbers::pi;
+  const int beams = static_cast<int>(view.ranges.size());
+  const int around = static_cast<int>(std::ceil(std::min(reach / std::abs(view.step), 1.0 * beams)));
+  const int middle = (candidate.first_beam + candidate.last_beam) / 2;
+  const int from = std::max(0, middle - around);
+  const int to = std::min(beams - 1, middle + around + 1);
+  for (int i = from; i <= to; ++i) {
+    if (i >= candidate.first_beam && i <= candidate.last_beam) continue;
+    const float r = view.ranges[static_cast<std::size_t>(i)];
+    if (r == kBlind || r == kFree) continue;
+    const double angle = view.start + i * view.step - bearing;
+    if (r * r + center * center - 2.0 * r * center * std::cos(angle) < distance * distance) return true;
   }
   return false;
+}
+
+Verdict judge(const ScanView& view, const Candidate& candidate, double width, const ExtractionSettings& s) {
+  if (candidate.mean_range > s.range_max) return Verdict::too_far;
+  const int count = candidate.last_beam - candidate.first_beam + 1;
+  if (count * std::abs(view.step) >= std::numbers::pi / 2.0 || width > s.width_max) return Verdict::too_wide;
+  if (count < s.min_beams) return Verdict::too_few_beams;
+  const Surroundings before = look_beyond(view.ranges, candidate.first_beam, -1, s.background);
+  const Surroundings after = look_beyond(view.ranges, candidate.last_beam, +1, s.background);
+  if (before == Surroundings::hidden || after == Surroundings::hidden) return Verdict::hidden;
+  if (before == Surroundings::near || after == Surroundings::near) return Verdict::no_background;
+  if (s.isolation > 0.0 && has_neighbour(view, candidate, s.isolation)) return Verdict::crowded;
+  return Verdict::accepted;
 }
 
 Signature reflectivity(const LaserScan& scan, int first, int last, const ExtractionSettings& s, double floor) {
@@ -74,21 +98,22 @@ Detection make_detection(double surface_range, double bearing, double radius, co
   return detection;
 }
 
-FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
-                                     const FeatureMapSettings& settings) {
+ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& s) {
   if (scan.ranges_m.empty()) throw DataError("a scan without beams");
-  const ExtractionSettings& s = settings.extraction;
-  FeatureObservation observation;
-  observation.view = {T_base_sensor.p.head<2>(), T_base_sensor.yaw(), scan.start_rad, scan.step_rad,
-                      clean_ranges(scan, s)};
-  const std::vector<float>& ranges = observation.view.ranges;
-  // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind
-  // the surface.
-  DetectionNoise noise = settings.noise;
-  if (!settings.use_radius) noise.radius = 0.0;
+  std::vector<float> ranges(scan.ranges_m.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const float r = scan.ranges_m[i];
+    ranges[i] = r >= static_cast<float>(s.no_return)
+                    ? kFree
+                    : (r >= static_cast<float>(s.range_min) ? r : kBlind);  // NaN is blind, too
+  }
+  return {T_base_sensor.p.head<2>(), T_base_sensor.yaw(), scan.start_rad, scan.step_rad, std::move(ranges)};
+}
 
-  const int beams = static_cast<int>(ranges.size());
-  const auto range_of = [&](int beam) { return ranges[static_cast<std::size_t>(beam)]; };
+std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s) {
+  std::vector<Candidate> candidates;
+  const int beams = static_cast<int>(view.ranges.size());
+  const auto range_of = [&](int beam) { return view.ranges[static_cast<std::size_t>(beam)]; };
   for (int first = 0; first < beams;) {
     const float start_range = range_of(first);
     int last = first;
@@ -104,26 +129,43 @@ FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_s
       ++last;
     }
     const int count = last - first + 1;
-    const double mean = sum / count;
-    const double half_width = std::sin(0.5 * count * std::abs(scan.step_rad));
-    const bool candidate = mean <= s.range_max && count >= s.min_beams &&
-                           count * std::abs(scan.step_rad) < std::numbers::pi / 2.0 &&
-                           2.0 * mean * half_width <= s.width_max && recedes(ranges, first, -1, s.background) &&
-                           recedes(ranges, last, +1, s.background);
-    if (candidate) {
-      // Beams hit a round front: on the average a little behind its nearest point.
-      constexpr double kFront = 1.0 - std::numbers::pi / 4.0;
-      const double radius = mean * half_width / (1.0 - half_width);
-      const double bearing = scan.start_rad + 0.5 * (first + last) * scan.step_rad;
-      Detection detection =
-          make_detection(mean - (count > 2 ? kFront * radius : 0.0), bearing, radius, T_base_sensor, noise);
-      detection.first_beam = first;
-      detection.last_beam = last;
-      detection.signature = reflectivity(scan, first, last, s, settings.association.signature_floor);
-      observation.max_range = std::max(observation.max_range, detection.xyr.head<2>().norm());
-      observation.detections.push_back(detection);
-    }
+    const double half_width = std::sin(std::min(0.5 * count * std::abs(view.step), 0.25 * std::numbers::pi));
+    Candidate candidate;
+    candidate.first_beam = first;
+    candidate.last_beam = last;
+    candidate.mean_range = sum / count;
+    candidate.bearing = view.start + 0.5 * (first + last) * view.step;
+    candidate.radius = candidate.mean_range * half_width / (1.0 - half_width);
+    // Beams hit a round front: on the average a little behind its nearest point.
+    constexpr double kFront = 1.0 - std::numbers::pi / 4.0;
+    candidate.surface_range = candidate.mean_range - (count > 2 ? kFront * candidate.radius : 0.0);
+    candidate.verdict = judge(view, candidate, 2.0 * candidate.mean_range * half_width, s);
+    candidates.push_back(candidate);
     first = last + 1;
+  }
+  return candidates;
+}
+
+FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
+                                     const FeatureMapSettings& settings) {
+  const ExtractionSettings& s = settings.extraction;
+  FeatureObservation observation;
+  observation.view = view_of(scan, T_base_sensor, s);
+  // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind
+  // the surface.
+  DetectionNoise noise = settings.noise;
+  if (!settings.use_radius) noise.radius = 0.0;
+
+  for (const Candidate& candidate : examine(observation.view, s)) {
+    if (candidate.verdict != Verdict::accepted) continue;
+    Detection detection =
+        make_detection(candidate.surface_range, candidate.bearing, candidate.radius, T_base_sensor, noise);
+    detection.first_beam = candidate.first_beam;
+    detection.last_beam = candidate.last_beam;
+    detection.signature =
+        reflectivity(scan, candidate.first_beam, candidate.last_beam, s, settings.association.signature_floor);
+    observation.max_range = std::max(observation.max_range, detection.xyr.head<2>().norm());
+    observation.detections.push_back(detection);
   }
   return observation;
 }

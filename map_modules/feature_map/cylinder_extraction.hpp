@@ -1,15 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
 #include "waymark/payloads.hpp"
 
 namespace waymark {
 
-/// Finds upright cylinders in a planar scan (estimation.md §4, extraction (a) and (c)): segments that stand out in
-/// front of their surroundings on both sides. Bearing is the segment's middle; the radius comes from its angular width,
-/// r = d s/(1 − s), s = sin(width/2). Throws DataError if the scan has no beams.
+/// What became of a segment of a scan, in the order in which it is asked.
+enum class Verdict {
+  accepted,
+  too_far,        ///< mean range above `range_max_m`
+  too_wide,       ///< wider than `width_max_m`, or than a quarter of a turn
+  too_few_beams,  ///< fewer than `min_beams`
+  hidden,         ///< at the border of the scan or next to a blind beam: its surroundings cannot be told
+  no_background,  ///< the scan does not recede by `background_m` on both sides
+  crowded         ///< another return lies within `isolation_m` of its centre: a bush, grass, rising ground
+};
+
+/// A segment: neighbouring beams that differ by at most `segment_jump_m`, taken as the front of a cylinder.
+struct Candidate {
+  int first_beam = 0;
+  int last_beam = 0;
+  double mean_range = 0.0;     ///< [m]
+  double surface_range = 0.0;  ///< to the nearest point of the round front [m]
+  double bearing = 0.0;        ///< of its middle, in the sensor's frame [rad]
+  double radius = 0.0;         ///< from its angular width: r = d s/(1 − s), s = sin(width/2) [m]
+  Verdict verdict = Verdict::accepted;
+};
+
+/// The scan with its ranges cleaned: blind, free or measured. Throws DataError if the scan has no beams.
+ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& settings);
+
+/// All segments of a scan in the order of its beams, each with the verdict of the criteria.
+std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& settings);
+
+/// Finds upright cylinders in a planar scan (estimation.md §4, extraction (a) and (c)): the accepted candidates of
+/// `examine`, which stand out in front of their surroundings on both sides. Throws DataError if the scan has no beams.
 FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
                                      const FeatureMapSettings& settings);
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cylinder_extraction.hpp"
+#include "extraction_pictures.hpp"
 #include "particle_feature_map.hpp"
 #include "waymark/error.hpp"
 #include "waymark/payloads.hpp"
@@ -18,14 +19,18 @@ class FeatureMap final : public MapModule {
  public:
   FeatureMap(const Config& config, const Rig& rig)
       : settings_(std::make_shared<FeatureMapSettings>(FeatureMapSettings::read(config))),
-        T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))) {}
+        T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
+        pictures_(config.child_or_empty("extraction_pictures")) {}
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleFeatureMap>(settings_); }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow&) override {
     if (trigger.payload->type() == LandmarkObservations::kType) return ready_made(trigger.as<LandmarkObservations>());
-    return std::make_shared<FeatureObservation>(extract_cylinders(trigger.as<LaserScan>(), T_base_sensor_, *settings_));
+    auto observation =
+        std::make_shared<FeatureObservation>(extract_cylinders(trigger.as<LaserScan>(), T_base_sensor_, *settings_));
+    pictures_.take(trigger.stamp, observation->view, settings_->extraction);
+    return observation;
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
@@ -68,6 +73,7 @@ class FeatureMap final : public MapModule {
 
   std::shared_ptr<const FeatureMapSettings> settings_;
   Pose T_base_sensor_;
+  ExtractionPictures pictures_;
 };
 
 }  // namespace

@@ -22,6 +22,7 @@ ExtractionSettings read_extraction(const Config& config) {
   s.segment_jump = config.positive("segment_jump_m", 0.5);
   s.background = config.positive("background_m", 1.0);
   s.width_max = config.positive("width_max_m", 1.2);
+  s.isolation = config.non_negative("isolation_m", 0.0);
   s.min_beams = static_cast<int>(config.integer_in("min_beams", 1, 10000, 1));
   s.bright_above = config.has("bright_above") ? config.number("bright_above") : std::numeric_limits<double>::infinity();
   if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");

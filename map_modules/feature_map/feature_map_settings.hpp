@@ -16,6 +16,7 @@ struct ExtractionSettings {
   double segment_jump;  ///< neighbouring beams that differ by more belong to two things [m]
   double background;    ///< the surroundings must be this much farther on both sides [m]
   double width_max;     ///< wider things are no trunk or pillar [m]
+  double isolation;     ///< no other return within this distance of the centre [m]; 0: not asked
   int min_beams;
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
 };

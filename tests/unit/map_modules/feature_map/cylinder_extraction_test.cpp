@@ -146,6 +146,72 @@ TEST(CylinderExtraction, AGlintMakesABrightSignature) {
   EXPECT_GT(found.detections[1].signature[1], 0.9f);
 }
 
+// --- why candidates are dropped ------------------------------------------------------------------------------------
+
+/// The verdict of the only segment of a scan.
+Verdict verdict_of(const LaserScan& scan, const std::string& more = "") {
+  const auto settings =
+      settings_of("{ extraction: { range_min_m: 0.5, range_max_m: 20, width_max_m: 1.2" + more + " } }").extraction;
+  const auto candidates = examine(view_of(scan, {}, settings), settings);
+  EXPECT_EQ(candidates.size(), 1u);
+  return candidates.at(0).verdict;
+}
+
+/// The verdict of the segment that lies at `bearing`, 0 being ahead.
+Verdict verdict_at(double bearing, const World& world, const std::string& more = "") {
+  const auto settings =
+      settings_of("{ extraction: { range_min_m: 0.5, range_max_m: 20, width_max_m: 1.2" + more + " } }").extraction;
+  const int beam = static_cast<int>(std::lround((bearing + 90.0 * kDegree) / (0.5 * kDegree)));
+  for (const Candidate& candidate : examine(view_of(scan_of(world), {}, settings), settings)) {
+    if (candidate.first_beam <= beam && beam <= candidate.last_beam) return candidate.verdict;
+  }
+  ADD_FAILURE() << "nothing at " << bearing;
+  return Verdict::accepted;
+}
+
+TEST(Examine, EverySegmentHasItsVerdict) {
+  const World::Cylinder trunk{{8.0, 0.0}, 0.2};
+  EXPECT_EQ(verdict_of(scan_of(World{{trunk}, {}})), Verdict::accepted);
+  EXPECT_EQ(verdict_of(scan_of(World{{{{25.0, 0.0}, 0.4}}, {}})), Verdict::too_far);
+  EXPECT_EQ(verdict_of(scan_of(World{{{{8.0, 0.0}, 0.8}}, {}})), Verdict::too_wide);
+  EXPECT_EQ(verdict_of(scan_of(World{{trunk}, {}}), ", min_beams: 20"), Verdict::too_few_beams);
+  EXPECT_EQ(verdict_of(scan_of(World{{{{0.0, 8.0}, 0.2}}, {}})), Verdict::hidden);
+  EXPECT_EQ(verdict_at(0.0, World{{trunk}, {{{8.6, -20.0}, {8.6, 20.0}}}}), Verdict::no_background);
+}
+
+TEST(Examine, ABlindNeighbourHidesAndDoesNotCrowd) {
+  LaserScan scan = scan_of(World{{{{8.0, 0.0}, 0.2}}, {}});
+  const auto settings = settings_of("{ extraction: { range_min_m: 0.5, isolation_m: 3 } }").extraction;
+  const int last = examine(view_of(scan, {}, settings), settings).at(0).last_beam;
+  scan.ranges_m[static_cast<std::size_t>(last + 1)] = 0.2f;
+  EXPECT_EQ(examine(view_of(scan, {}, settings), settings).at(0).verdict, Verdict::hidden);
+  scan.ranges_m[static_cast<std::size_t>(last + 1)] = 81.0f;
+  scan.ranges_m[static_cast<std::size_t>(last + 4)] = 0.2f;
+  EXPECT_EQ(examine(view_of(scan, {}, settings), settings).at(0).verdict, Verdict::accepted);
+}
+
+TEST(Examine, TwoTrunksWithinTheIsolationCrowdEachOther) {
+  const auto pair = [](double gap) { return World{{{{8.0, 0.0}, 0.2}, {{8.0, gap}, 0.2}}, {}}; };
+  EXPECT_EQ(verdict_at(0.0, pair(1.5), ", isolation_m: 2"), Verdict::crowded);
+  EXPECT_EQ(verdict_at(std::atan2(1.5, 8.0), pair(1.5), ", isolation_m: 2"), Verdict::crowded);
+  EXPECT_EQ(verdict_at(0.0, pair(3.0), ", isolation_m: 2"), Verdict::accepted);
+  EXPECT_EQ(verdict_at(0.0, pair(1.5)), Verdict::accepted);  // isolation is not asked unless given
+}
+
+TEST(Examine, IsolationIsADistanceInThePlaneNotAcrossTheBeam) {
+  const World behind{{{{5.0, 0.0}, 0.2}, {{12.0, 0.8}, 0.2}}, {}};  // neighbours in the scan, 7 m apart
+  EXPECT_EQ(verdict_at(0.0, behind, ", isolation_m: 3"), Verdict::accepted);
+  const World wall{{{{8.0, 0.0}, 0.2}}, {{{10.5, -20.0}, {10.5, 20.0}}}};
+  EXPECT_EQ(verdict_at(0.0, wall, ", isolation_m: 3"), Verdict::crowded);
+  EXPECT_EQ(verdict_at(0.0, wall, ", isolation_m: 2"), Verdict::accepted);
+}
+
+TEST(Examine, IsolationLooksAllRoundACandidateNearerThanIt) {
+  const World beside{{{{1.0, 0.0}, 0.1}, {{0.3, -1.5}, 0.1}}, {}};
+  EXPECT_EQ(verdict_at(0.0, beside, ", isolation_m: 2"), Verdict::crowded);
+  EXPECT_EQ(verdict_at(0.0, beside, ", isolation_m: 1"), Verdict::accepted);
+}
+
 // --- size and place over the range
 // --------------------------------------------------------------------------------------
 
