@@ -89,6 +89,21 @@ void settle_identities(const LandmarkStore& store, const FeatureObservation& obs
   }
 }
 
+/// A likely identity of a landmark somewhere in the map makes no second one: the pose is off, or it was misread.
+void reject_known_looks(const LandmarkStore& store, const FeatureObservation& observation,
+                        FeatureAssociation& association) {
+  constexpr float kLikely = 0.5f;
+  for (std::size_t d = 0; d < observation.detections.size(); ++d) {
+    const int identity = observation.detections[d].identity;
+    if (association.match[d].chunk >= 0 || identity < 0) continue;
+    bool known = false;
+    store.for_all([&](const Landmark& landmark) {
+      known = known || landmark.signature[static_cast<std::size_t>(identity)] > kLikely;
+    });
+    if (known) association.match[d].chunk = FeatureAssociation::kAmbiguous;
+  }
+}
+
 }  // namespace
 
 template <int D>
@@ -106,12 +121,16 @@ void associate(const LandmarkStore& store, const FeatureMapSettings& settings, d
   collect_pairs<D>(settings, log_p0, pose, P, observation, association);
   switch (settings.association.method) {
     case AssociationMethod::greedy:
-      return match_greedily(association);
+      match_greedily(association);
+      break;
     case AssociationMethod::optimal:
-      return match_optimally(log_p0, association);
+      match_optimally(log_p0, association);
+      break;
     case AssociationMethod::joint:
-      return match_jointly<D>(settings, log_p0, pose, P, observation, association);
+      match_jointly<D>(settings, log_p0, pose, P, observation, association);
+      break;
   }
+  if (settings.identity == IdentityUse::signature) reject_known_looks(store, observation, association);
 }
 
 template void associate<2>(const LandmarkStore&, const FeatureMapSettings&, double, const Eigen::Vector3d&,

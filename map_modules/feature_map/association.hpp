@@ -11,7 +11,8 @@ namespace waymark {
 /// the marks `taken` of `association.nearby`, which must hold all landmarks within reach. `pose` (x, y, yaw) and `P`
 /// are the prior, `log_p0` the log likelihood of a new landmark.
 ///
-/// By place (and signature): pairs within the gate and likelier than a new landmark, (4.5)-(4.8). By identity
+/// By place (and signature): pairs within the gate and likelier than a new landmark, (4.5)-(4.8); an identity that is a
+/// signature makes no second landmark with the same one. By identity
 /// (`IdentityUse::known`): the landmark with that identity, within a wide gate. A detection that fails it, or whose
 /// landmark is out of reach or taken, or that has no identity, is ambiguous: it never makes a second landmark with one
 /// identity. An identity that the map does not know makes a new one.

@@ -187,7 +187,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   Pose refined = prior.T_map_base;
   refined.p.head<2>() = pose.head<2>();
   refined.q = (so3::exp({0.0, 0.0, pose.z() - start.z()}) * refined.q).normalized();
-  if (settings.identity != IdentityUse::known) mark_ambiguous(settings, refined, observation, association);
+  if (settings.identity == IdentityUse::unused) mark_ambiguous(settings, refined, observation, association);
   out.log_evidence += judge_misses(settings, refined, observation, association);
 }
 

@@ -141,6 +141,7 @@ const std::string kSignature =
 Detection soft(int identity, const Eigen::Vector2d& p_map) {
   Detection detection = detection_of(p_map, kPose);
   detection.signature = Signature::of_identity(identity, 100, 0.01);
+  detection.identity = identity;
   return detection;
 }
 
@@ -159,7 +160,6 @@ TEST(IdentitySignature, TellsNeighboursApart) {
 }
 
 TEST(IdentitySignature, OneMisreadingDoesNotChangeWhatALandmarkIs) {
-  LandmarkStore store;
   ParticleFeatureMap map = map_with(kSignature);
   for (int i = 0; i < 5; ++i) step(map, kPose, kPrior, Eigen::Matrix3d::Zero(), observation_of({soft(7, {5.0, 0.0})}));
   step(map, kPose, kPrior, Eigen::Matrix3d::Zero(), observation_of({soft(43, {5.0, 0.0})}));
@@ -167,6 +167,13 @@ TEST(IdentitySignature, OneMisreadingDoesNotChangeWhatALandmarkIs) {
   MapDescription description;
   map.describe(description);
   EXPECT_GE(description.landmarks[0].sightings, 6);
+}
+
+TEST(IdentitySignature, MakesNoSecondLandmarkThatLooksTheSame) {
+  ParticleFeatureMap map = map_with(kSignature);
+  for (int i = 0; i < 3; ++i) step(map, kPose, kPrior, Eigen::Matrix3d::Zero(), observation_of({soft(7, {5.0, 0.0})}));
+  step(map, kPose, kPrior, Eigen::Matrix3d::Zero(), observation_of({soft(7, {9.0, 3.0})}));
+  EXPECT_EQ(map.landmarks().size(), 1u);
 }
 
 TEST(IdentitySettings, AreChecked) {
