@@ -17,11 +17,21 @@ using feature_map_test::landmark_at;
 using feature_map_test::observation_of;
 using feature_map_test::settings_of;
 
+/// Sixteen landmarks, more than any table here has columns; where they stand does not matter.
+const LandmarkStore& some_landmarks() {
+  static const LandmarkStore store = [] {
+    LandmarkStore all;
+    for (int n = 0; n < 16; ++n) all.add(landmark_at(n, 0.0));
+    return all;
+  }();
+  return store;
+}
+
 /// Pairs by hand: log likelihood of (detection, landmark); -infinity where there is none.
 FeatureAssociation pairs_of(const Eigen::MatrixXd& log_likelihood) {
   FeatureAssociation association;
   association.match.assign(static_cast<std::size_t>(log_likelihood.rows()), LandmarkRef{});
-  for (int n = 0; n < log_likelihood.cols(); ++n) association.nearby.push_back({LandmarkRef{0, n}, nullptr, false});
+  association.nearby.gather(some_landmarks(), {0.0, 0.0}, 1000.0);
   for (int d = 0; d < log_likelihood.rows(); ++d) {
     for (int n = 0; n < log_likelihood.cols(); ++n) {
       if (std::isfinite(log_likelihood(d, n))) association.pairs.push_back({log_likelihood(d, n), 0.0, d, n});
