@@ -165,12 +165,14 @@ std::optional<LandmarkStore::Split> LandmarkStore::attach(Inner& inner, Node nod
   Inner moved;
   std::size_t kept_count = 0;
   std::size_t moved_count = 0;
-  for (std::size_t s = 0; s <= kFanOut; ++s) {
+  const auto give = [&](std::size_t s, Node&& child) {
     Inner& home = stays[s] ? kept : moved;
     const std::size_t place = stays[s] ? kept_count++ : moved_count++;
     home.boxes[place] = box_of(s);
-    home.children[place] = s < kFanOut ? std::move(inner.children[s]) : std::move(node);
-  }
+    home.children[place] = std::move(child);
+  };
+  for (std::size_t s = 0; s < kFanOut; ++s) give(s, std::move(inner.children[s]));
+  give(kFanOut, std::move(node));
   inner = std::move(kept);
   Split split;
   split.box = inner.box();
