@@ -79,27 +79,37 @@ void innovate(const Belief& belief, const StateLayout& layout, int owner, const 
   out.S = (0.5 * (out.S + out.S.transpose())).eval();
   out.finite = out.nu.allFinite() && out.S.allFinite();
   if (out.finite) {
-    out.density = gaussian::density(out.nu, out.S);
+    out.density = gaussian::density(out.nu, out.S, out.L);
     out.finite = std::isfinite(out.density.log_density);
   }
 }
 
 void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation) {
-  const Eigen::LLT<gaussian::Matrix> factor(innovation.S);
-  const Innovation::Gain K = factor.solve(innovation.PHt.transpose()).transpose();
-  boxplus(belief.mean, K * innovation.nu, layout);
-  const Innovation::Gain half = innovation.PHt - 0.5 * (K * innovation.S);
-  const ErrorMatrix decrease = K * half.transpose();
-  belief.P -= decrease + decrease.transpose();
+  Innovation::Gain W = innovation.PHt;
+  gaussian::divide_by_factor(W, innovation.L);
+  gaussian::Vector white = innovation.nu;
+  innovation.L.triangularView<Eigen::Lower>().solveInPlace(white);
+  boxplus(belief.mean, W.lazyProduct(white), layout);
+  belief.P -= W.lazyProduct(W.transpose());
 }
+
+namespace {
+
+using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3>;
+
+/// The columns of P that belong to x, y and yaw.
+PoseColumns pose_columns(const Belief& belief, const StateLayout& layout) {
+  PoseColumns columns(layout.size(), 3);
+  for (int i = 0; i < 3; ++i) columns.col(i) = belief.P.col(layout.pose_indices()[static_cast<std::size_t>(i)]);
+  return columns;
+}
+
+}  // namespace
 
 bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
                             const Eigen::Vector3d& gradient) {
   if (!information.allFinite() || !gradient.allFinite()) return false;
-  const int n = layout.size();
-  const auto& index = layout.pose_indices();
-  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> PSt(n, 3);
-  for (int i = 0; i < 3; ++i) PSt.col(i) = belief.P.col(index[static_cast<std::size_t>(i)]);
+  const PoseColumns PSt = pose_columns(belief, layout);
   const Eigen::Matrix3d Pyy = pose_covariance(belief, layout);
   const Eigen::Matrix3d L = gaussian::square_root(0.5 * (information + information.transpose()));
   const Eigen::Matrix3d inner = Eigen::Matrix3d::Identity() + L.transpose() * Pyy * L;
@@ -108,30 +118,27 @@ bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eig
   // (I + Λ P)⁻¹ η = η − L (I + Lᵀ P L)⁻¹ Lᵀ P η  (Woodbury), so P is never inverted.
   const Eigen::Vector3d Pg = Pyy * gradient;
   const Eigen::Vector3d weighted = gradient - L * factor.solve(L.transpose() * Pg);
-  const ErrorVector delta = PSt * weighted;
+  const ErrorVector delta = PSt.lazyProduct(weighted);
   if (!delta.allFinite()) return false;
   // W Wᵀ with W = P Sᵀ L chol⁻ᵀ: symmetric by construction.
-  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> W =
-      factor.matrixL().solve((PSt * L).transpose()).transpose();
-  belief.P -= W * W.transpose();
+  PoseColumns W = PSt.lazyProduct(L);
+  gaussian::divide_by_factor(W, factor.matrixLLT());
+  belief.P -= W.lazyProduct(W.transpose());
   boxplus(belief.mean, delta, layout);
   return true;
 }
 
 void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
-  const Eigen::Matrix3d Pyy = pose_covariance(belief, layout);
-  const Eigen::Vector3d draw = std::sqrt(fraction) * gaussian::sample(Pyy, random);
-  const Eigen::Matrix3d inverse = gaussian::pseudo_inverse(Pyy);
-  const int n = layout.size();
-  const auto& index = layout.pose_indices();
-  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> PSt(n, 3);
-  for (int i = 0; i < 3; ++i) PSt.col(i) = belief.P.col(index[static_cast<std::size_t>(i)]);
-  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3> K = PSt * inverse;
-  boxplus(belief.mean, K * draw, layout);
-  const ErrorMatrix decrease = fraction * (K * PSt.transpose());
-  belief.P -= 0.5 * (decrease + decrease.transpose());
+  // With P_yy = V Λ Vᵀ and W = P Sᵀ V Λ^(−½) the draw is W ξ, and W Wᵀ is what the condition on it takes away. A
+  // direction without variance is neither drawn nor conditioned on.
+  const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
+  PoseColumns W = pose_columns(belief, layout).lazyProduct(eigen.vectors);
+  for (int i = 0; i < 3; ++i) W.col(i) *= eigen.values(i) > 0.0 ? 1.0 / std::sqrt(eigen.values(i)) : 0.0;
+  const Eigen::Vector3d draw = std::sqrt(fraction) * (eigen.vectors.transpose() * gaussian::standard_normal(random));
+  boxplus(belief.mean, W.lazyProduct(draw), layout);
+  belief.P -= fraction * W.lazyProduct(W.transpose());
   // What rounding leaves below zero would make the next square root complain.
-  for (int i = 0; i < n; ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
+  for (int i = 0; i < layout.size(); ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
 }
 
 namespace {

@@ -11,13 +11,24 @@
 namespace waymark::gaussian {
 
 Density density(const Vector& nu, const Matrix& S) {
+  Matrix L;
+  return density(nu, S, L);
+}
+
+Density density(const Vector& nu, const Matrix& S, Matrix& L) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const Eigen::LLT<Matrix> cholesky(S);
+  L = cholesky.matrixLLT();  // only its lower half is read
   if (!nu.allFinite() || !S.allFinite() || cholesky.info() != Eigen::Success) return {kNaN, kNaN};
-  const Vector white = cholesky.matrixL().solve(nu);
-  const double squared = white.squaredNorm();
+  double squared = 0.0;
   double half_log_determinant = 0.0;
-  for (Eigen::Index i = 0; i < S.rows(); ++i) half_log_determinant += std::log(cholesky.matrixLLT()(i, i));
+  Vector white = nu;
+  for (Eigen::Index i = 0; i < S.rows(); ++i) {
+    for (Eigen::Index k = 0; k < i; ++k) white(i) -= L(i, k) * white(k);
+    white(i) /= L(i, i);
+    squared += white(i) * white(i);
+    half_log_determinant += std::log(L(i, i));
+  }
   const double log_two_pi = std::log(2.0 * std::numbers::pi);
   return {squared, -0.5 * squared - half_log_determinant - 0.5 * static_cast<double>(nu.size()) * log_two_pi};
 }
@@ -26,30 +37,27 @@ double chi_squared_quantile(double probability, int dof) {
   return boost::math::quantile(boost::math::chi_squared(dof), probability);
 }
 
+Eigen3 eigen(const Eigen::Matrix3d& P) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(P);
+  const double threshold = 1e-12 * solver.eigenvalues().maxCoeff();
+  const auto keep = [&](double value) { return value > 0.0 && value >= threshold ? value : 0.0; };
+  return {solver.eigenvalues().unaryExpr(keep), solver.eigenvectors()};
+}
+
 Eigen::Matrix3d square_root(const Eigen::Matrix3d& P) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(P);
-  const Eigen::Vector3d roots = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
+  const auto [values, vectors] = eigen(P);
+  return vectors * values.cwiseSqrt().asDiagonal() * vectors.transpose();
 }
 
-Eigen::Matrix3d pseudo_inverse(const Eigen::Matrix3d& P) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(P);
-  const Eigen::Vector3d& values = eigen.eigenvalues();
-  const double threshold = 1e-12 * values.maxCoeff();
-  Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (values(i) > 0.0 && values(i) >= threshold) inverse(i) = 1.0 / values(i);
-  }
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-}
-
-Eigen::Vector3d sample(const Eigen::Matrix3d& P, Random& random) {
+Eigen::Vector3d standard_normal(Random& random) {
   // Named draws: the order of evaluation must not depend on the compiler.
   const double x = random.normal();
   const double y = random.normal();
   const double z = random.normal();
-  return square_root(P) * Eigen::Vector3d(x, y, z);
+  return {x, y, z};
 }
+
+Eigen::Vector3d sample(const Eigen::Matrix3d& P, Random& random) { return square_root(P) * standard_normal(random); }
 
 double log_sum_exp(const double* values, int count) {
   double largest = -std::numeric_limits<double>::infinity();

@@ -19,7 +19,10 @@ constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
 constexpr std::uint32_t kPriorDraw = 0x40000000;   // + sensor
 
 // Below this many particles one EKF update is done sooner than a second thread wakes up.
-constexpr int kSerialUpdates = 48;
+constexpr int kSerialUpdates = 16;
+
+// Particles whose moments are summed up in one go: fixed, so that sums do not depend on the number of threads.
+constexpr std::size_t kMomentsChunk = 8;
 
 Particle clone(const Particle& particle) {
   Particle copy{particle.belief, particle.log_weight, {}, particle.path};
@@ -47,6 +50,7 @@ ParticleFilter::ParticleFilter(const ProcessModel& process, std::vector<std::sha
   particles_.resize(static_cast<std::size_t>(settings.particles));
   scratch_.resize(particles_.size());
   log_weights_.resize(particles_.size());
+  moments_.resize((particles_.size() + kMomentsChunk - 1) / kMomentsChunk);
 }
 
 template <class Body>
@@ -350,48 +354,53 @@ const Belief& ParticleFilter::mixture() const {
   return mixture_;
 }
 
+void ParticleFilter::sum_moments(std::size_t chunk, const NavState& center) const {
+  Moments& sums = moments_[chunk];
+  const int n = layout().size();
+  sums.mean.setZero(n);
+  sums.P.setZero(n, n);
+  sums.widest_turn = 0.0;
+  const std::size_t end = std::min(particles_.size(), (chunk + 1) * kMomentsChunk);
+  for (std::size_t i = chunk * kMomentsChunk; i < end; ++i) {
+    const Belief* belief = &particles_[i].belief;
+    if (georeference_) {
+      sums.enu = *belief;
+      georeference_->to_enu(sums.enu);
+      belief = &sums.enu;
+    }
+    const double weight = std::exp(particles_[i].log_weight);
+    const ErrorVector spread = boxminus(belief->mean, center, layout());
+    sums.mean += weight * spread;
+    sums.P += weight * belief->P + (weight * spread).lazyProduct(spread.transpose());
+    sums.widest_turn = std::max(sums.widest_turn, std::abs(spread[layout().pose_indices()[2]]));
+  }
+}
+
 void ParticleFilter::compute_mixture() const {
   mixture_valid_ = true;
   mixture_ = particles_[static_cast<std::size_t>(best())].belief;
   if (georeference_) georeference_->to_enu(mixture_);
   if (particles_.size() == 1) return;
-  // The mean on the manifold by one step from the best particle, repeated only where particles face ways so different
-  // that the step is not exact; for the yaw this is the circular mean.
+  // Moments on the manifold about the best particle: one step, repeated about the mean only where particles face ways
+  // so different that the step is not exact; for the yaw this is the circular mean.
   constexpr double kSmallTurn = 0.05;  // [rad]
-  const int n = layout().size();
-  NavState center = mixture_.mean;
-  const auto spread_of = [&](const Particle& particle) {
-    return georeference_ ? boxminus(georeference_->in_enu(particle.belief.mean), center, layout())
-                         : boxminus(particle.belief.mean, center, layout());
-  };
-  ErrorVector mean(n);
+  ErrorVector mean;
   for (int iteration = 0; iteration < 4; ++iteration) {
-    mean.setZero(n);
-    double widest_turn = 0.0;
-    for (const Particle& particle : particles_) {
-      const ErrorVector spread = spread_of(particle);
-      mean += std::exp(particle.log_weight) * spread;
-      widest_turn = std::max(widest_turn, std::abs(spread[layout().pose_indices()[2]]));
+    const NavState center = mixture_.mean;
+    workers_.for_each(
+        static_cast<int>(moments_.size()), [&](int chunk) { sum_moments(static_cast<std::size_t>(chunk), center); }, 2);
+    mean = moments_.front().mean;
+    mixture_.P = moments_.front().P;
+    double widest_turn = moments_.front().widest_turn;
+    for (std::size_t chunk = 1; chunk < moments_.size(); ++chunk) {
+      mean += moments_[chunk].mean;
+      mixture_.P += moments_[chunk].P;
+      widest_turn = std::max(widest_turn, moments_[chunk].widest_turn);
     }
-    boxplus(mixture_.mean = center, mean, layout());
+    boxplus(mixture_.mean, mean, layout());
     if (widest_turn < kSmallTurn || mean.squaredNorm() < 1e-24) break;
-    center = mixture_.mean;
   }
-  center = mixture_.mean;
-  mixture_.P.setZero(n, n);
-  Belief enu;
-  for (const Particle& particle : particles_) {
-    const ErrorVector spread = spread_of(particle);
-    const double weight = std::exp(particle.log_weight);
-    if (georeference_) {
-      enu = particle.belief;
-      georeference_->to_enu(enu);
-      mixture_.P += weight * enu.P;
-    } else {
-      mixture_.P += weight * particle.belief.P;
-    }
-    mixture_.P += (weight * spread) * spread.transpose();
-  }
+  mixture_.P -= mean.lazyProduct(mean.transpose());
 }
 
 void ParticleFilter::save(OutArchive& out) const {

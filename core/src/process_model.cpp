@@ -37,6 +37,24 @@ Arc arc(double x) {
   return {s, c, (cos_x - s) / x, (sin_x - c) / x};
 }
 
+/// P ← F P Fᵀ + Q with F the identity plus G in its first rows: only the rows and columns of the pose change.
+template <int kPose, int kCore>
+void propagate(ErrorMatrix& P, const Eigen::Matrix<double, kPose, kCore>& G,
+               const Eigen::Matrix<double, kCore, kCore>& Q) {
+  Eigen::Matrix<double, Eigen::Dynamic, kPose, 0, kMaxErrorStates, kPose> PGt(P.rows(), kPose);
+  PGt.setZero();
+  for (int j = 0; j < kPose; ++j) {
+    for (int k = 0; k < kCore; ++k) {
+      if (G(j, k) != 0.0) PGt.col(j) += G(j, k) * P.col(k);
+    }
+  }
+  const Eigen::Matrix<double, kPose, kPose> GPGt = G.lazyProduct(PGt.template topRows<kCore>());
+  P.template leftCols<kPose>() += PGt;
+  P.template topRows<kPose>() += PGt.transpose();
+  P.template topLeftCorner<kPose, kPose>() += GPGt;
+  P.template topLeftCorner<kCore, kCore>() += Q;
+}
+
 }  // namespace
 
 void ProcessModel::predict_mean(NavState& mean, double dt) const {
@@ -59,7 +77,7 @@ void ProcessModel::predict_mean(NavState& mean, double dt) const {
   }
 }
 
-void ProcessModel::planar_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const {
+ProcessModel::PlanarStep ProcessModel::planar_step(const NavState& mean, double dt, bool standing) const {
   const double x = mean.w_base.z() * dt;
   const Arc a = arc(x);
   const double vx = mean.v_base.x();
@@ -76,12 +94,14 @@ void ProcessModel::planar_core(const NavState& mean, double dt, bool standing, E
   const Eigen::Vector2d d = A * Eigen::Vector2d(vx, vy);
   const Eigen::Vector2d C = dt * dt * (R * Eigen::Vector2d(a.ds * vx - a.dc * vy, a.dc * vx + a.ds * vy));
 
-  F.block<2, 2>(0, 3) = A;
-  F(0, 2) = -d.y();
-  F(1, 2) = d.x();
-  F.block<2, 1>(0, 5) = C;
-  F(2, 5) = dt;
-  if (standing) return;
+  PlanarStep step;
+  auto& [G, Q] = step;
+  G.block<2, 2>(0, 3) = A;
+  G(0, 2) = -d.y();
+  G(1, 2) = d.x();
+  G.block<2, 1>(0, 5) = C;
+  G(2, 5) = dt;
+  if (standing) return step;
 
   const Eigen::Matrix2d Sv = noise_.velocity_per_sqrt_s.head<2>().cwiseAbs2().asDiagonal();
   const double Sw = noise_.rate_per_sqrt_s.z() * noise_.rate_per_sqrt_s.z();
@@ -95,9 +115,10 @@ void ProcessModel::planar_core(const NavState& mean, double dt, bool standing, E
   Q.block<1, 2>(2, 0) += (Sw * dt * dt / 4.0) * C.transpose();
   Q.block<2, 1>(0, 5) += (Sw * dt / 3.0) * C;
   Q.block<1, 2>(5, 0) += (Sw * dt / 3.0) * C.transpose();
+  return step;
 }
 
-void ProcessModel::spatial_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const {
+ProcessModel::SpatialStep ProcessModel::spatial_step(const NavState& mean, double dt, bool standing) const {
   const Eigen::Matrix3d R = mean.T_map_base.q.toRotationMatrix();
   const Eigen::Vector3d phi = mean.w_base * dt;
   const Eigen::Matrix3d J = so3::left_jacobian(phi);
@@ -105,11 +126,13 @@ void ProcessModel::spatial_core(const NavState& mean, double dt, bool standing, 
   const Eigen::Matrix3d A = R * J * dt;  // ∂p/∂v, and ∂attitude/∂omega
   const Eigen::Matrix3d C = R * so3::left_jacobian_times_vector_derivative(phi, mean.v_base * dt) * dt;  // ∂p/∂omega
 
-  F.block<3, 3>(0, 3) = -so3::skew(d);
-  F.block<3, 3>(0, 6) = A;
-  F.block<3, 3>(0, 9) = C;
-  F.block<3, 3>(3, 9) = A;
-  if (standing) return;
+  SpatialStep step;
+  auto& [G, Q] = step;
+  G.block<3, 3>(0, 3) = -so3::skew(d);
+  G.block<3, 3>(0, 6) = A;
+  G.block<3, 3>(0, 9) = C;
+  G.block<3, 3>(3, 9) = A;
+  if (standing) return step;
 
   const Eigen::Matrix3d Sv = noise_.velocity_per_sqrt_s.cwiseAbs2().asDiagonal();
   const Eigen::Matrix3d Sw = noise_.rate_per_sqrt_s.cwiseAbs2().asDiagonal();
@@ -122,15 +145,15 @@ void ProcessModel::spatial_core(const NavState& mean, double dt, bool standing, 
   const Eigen::Matrix3d p_omega = (dt / 3.0) * C * Sw;
   Q.block<3, 3>(0, 9) += p_omega;
   Q.block<3, 3>(9, 0) += p_omega.transpose();
+  return step;
 }
 
 ErrorMatrix ProcessModel::transition(const NavState& mean, double dt) const {
   ErrorMatrix F = ErrorMatrix::Identity(layout_.size(), layout_.size());
-  ErrorMatrix Q = ErrorMatrix::Zero(layout_.size(), layout_.size());
   if (layout_.motion() == StateLayout::Motion::planar) {
-    planar_core(mean, dt, true, F, Q);
+    F.topLeftCorner<3, 6>() += planar_step(mean, dt, true).G;
   } else {
-    spatial_core(mean, dt, true, F, Q);
+    F.topLeftCorner<6, 12>() += spatial_step(mean, dt, true).G;
   }
   for (int i = 0; i < layout_.block_size(); ++i) {
     const BlockState& state = layout_.block_state(i);
@@ -139,44 +162,37 @@ ErrorMatrix ProcessModel::transition(const NavState& mean, double dt) const {
   return F;
 }
 
+void ProcessModel::predict_blocks(Belief& belief, double dt, bool standing) const {
+  const double distance = standing ? 0.0 : belief.mean.v_base.norm() * dt;
+  for (int i = 0; i < layout_.block_size(); ++i) {
+    const BlockState& state = layout_.block_state(i);
+    const int k = layout_.core_size() + i;
+    double growth = state.walk_per_sqrt_m * state.walk_per_sqrt_m * distance;
+    if (state.tau_s > 0.0) {
+      const double decay = std::exp(-dt / state.tau_s);
+      belief.P.row(k) *= decay;
+      belief.P.col(k) *= decay;
+      growth += state.stationary_sigma * state.stationary_sigma * (1.0 - decay * decay);
+    } else {
+      growth += state.walk_per_sqrt_s * state.walk_per_sqrt_s * dt;
+    }
+    belief.P(k, k) += growth;
+  }
+}
+
 void ProcessModel::predict(Belief& belief, Time to, bool standing) const {
   assert(to >= belief.stamp);
   const double dt = to_seconds(to - belief.stamp);
   belief.stamp = to;
   if (dt == 0.0) return;
-  const int core = layout_.core_size();
-  const int n = layout_.size();
-  ErrorMatrix F = ErrorMatrix::Identity(core, core);
-  ErrorMatrix Q = ErrorMatrix::Zero(core, core);
   if (layout_.motion() == StateLayout::Motion::planar) {
-    planar_core(belief.mean, dt, standing, F, Q);
+    const PlanarStep step = planar_step(belief.mean, dt, standing);
+    propagate(belief.P, step.G, step.Q);
   } else {
-    spatial_core(belief.mean, dt, standing, F, Q);
+    const SpatialStep step = spatial_step(belief.mean, dt, standing);
+    propagate(belief.P, step.G, step.Q);
   }
-  // The blocks' transition is diagonal, so only the core part needs a matrix product.
-  ErrorMatrix FP = F * belief.P.topLeftCorner(core, core);
-  belief.P.topLeftCorner(core, core).noalias() = FP * F.transpose();
-  belief.P.topLeftCorner(core, core) += Q;
-  if (n > core) {
-    const ErrorMatrix cross = F * belief.P.topRightCorner(core, n - core);
-    belief.P.topRightCorner(core, n - core) = cross;
-    const double distance = standing ? 0.0 : belief.mean.v_base.norm() * dt;
-    for (int i = 0; i < n - core; ++i) {
-      const BlockState& state = layout_.block_state(i);
-      const int k = core + i;
-      double growth = state.walk_per_sqrt_m * state.walk_per_sqrt_m * distance;
-      if (state.tau_s > 0.0) {
-        const double decay = std::exp(-dt / state.tau_s);
-        belief.P.row(k).tail(n - core) *= decay;
-        belief.P.col(k).head(n) *= decay;
-        growth += state.stationary_sigma * state.stationary_sigma * (1.0 - decay * decay);
-      } else {
-        growth += state.walk_per_sqrt_s * state.walk_per_sqrt_s * dt;
-      }
-      belief.P(k, k) += growth;
-    }
-    belief.P.bottomLeftCorner(n - core, core) = belief.P.topRightCorner(core, n - core).transpose();
-  }
+  predict_blocks(belief, dt, standing);
   predict_mean(belief.mean, dt);
 }
 

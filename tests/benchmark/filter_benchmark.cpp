@@ -61,8 +61,8 @@ class Orchard {
     const Config yaml = Config::parse(
         "{ inputs: [camera], extraction: { range_max_m: 60 }, noise: { range_m: 0.1, bearing_deg: 0.5 },"
         "  association: { min_separation_m: 0.3 }, existence: { view_range_m: 50, log_odds_miss: 0 } }");
-    const Rig rig(
-        std::vector<Mounting>{{.name = "camera", .payload = "waymark/LandmarkObservations@1", .T_base_sensor = {}}});
+    const Rig rig(std::vector<Mounting>{
+        {.name = "camera", .payload = "waymark/LandmarkObservations@1", .T_base_sensor = Pose()}});
     module_ = loader.create<MapModule>("feature_map", yaml, rig);
     ParticleFilterSettings settings;
     settings.particles = particles;

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 
 from seeds import run_seed
 
+FRACTIONS = (1, 0.2, 0.1)
 FIXES = ["--reference", "{out}/held_out.csv", "--lever-arm", "3.78,0.5,0"]
 SETS = {
     "simulation": ("config/quickstart.yaml", ["source.seed={seed}", "initial.yaw_deg=5", "initial.yaw_sigma_deg=5"],
@@ -51,10 +52,10 @@ def main():
     arguments = parser.parse_args()
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for name in arguments.sets.split(","):
-            print(f"\n{name}, {arguments.particles} particles, {arguments.seeds} seeds\n\n| georeference | GNSS offset block | a = 1 | a = 0.2 |\n|---|---|---|---|")
+            print(f"\n{name}, {arguments.particles} particles, {arguments.seeds} seeds\n\n| georeference | GNSS offset block | a = 1 | a = 0.2 | a = 0.1 |\n|---|---|---|---|---|")
             if name == "utias":
                 cells = [cell(errors(arguments, pool, [utias(r) for r in range(1, 6)],
-                                     [f"filter.particles={arguments.particles}", f"filter.sampling_fraction={a}"])) for a in (1, 0.2)]
+                                     [f"filter.particles={arguments.particles}", f"filter.sampling_fraction={a}"])) for a in FRACTIONS]
                 print("| - | - | " + " | ".join(cells) + " |", flush=True)
                 continue
             for georeference in ("off", "on"):
@@ -62,7 +63,7 @@ def main():
                     extra = [f"filter.particles={arguments.particles}", f"georeference.enabled={'true' if georeference == 'on' else 'false'}"]
                     if offset == "off":
                         extra.append("sensors.gps.offset_sigma_m=0")
-                    cells = [cell(errors(arguments, pool, [SETS[name]], [*extra, f"filter.sampling_fraction={a}"])) for a in (1, 0.2)]
+                    cells = [cell(errors(arguments, pool, [SETS[name]], [*extra, f"filter.sampling_fraction={a}"])) for a in FRACTIONS]
                     print(f"| {georeference} | {offset} | " + " | ".join(cells) + " |", flush=True)
 
 

@@ -47,6 +47,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], help="override of the YAML; {seed} becomes the seed, for source.seed={seed}")
+    parser.add_argument("--each", action="store_true", help="also every seed's figure, in the order of the seeds")
     parser.add_argument("--show", default="", help="only figures whose name contains one of these, comma-separated")
     parser.add_argument("--evaluate", nargs=argparse.REMAINDER, default=[], help="the rest goes to `waymark evaluate`; {out} is the run's folder")
     arguments = parser.parse_args()
@@ -63,6 +64,8 @@ def main():
         values = [r[name] for r in results if r.get(name) is not None]
         if values:
             print(f"  {name:<44} {min(values):9.4g} / {statistics.median(values):9.4g} / {max(values):9.4g}")
+            if arguments.each:
+                print("    " + " ".join(f"{v:.3g}" for v in values))
 
 
 if __name__ == "__main__":

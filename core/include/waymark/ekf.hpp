@@ -16,6 +16,7 @@ struct Innovation {
   using Gain = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxUpdateRows>;
   gaussian::Vector nu;          ///< ν = z ⊟ h(x)
   gaussian::Matrix S;           ///< H P Hᵀ + R
+  gaussian::Matrix L;           ///< its Cholesky factor, in the lower half
   Gain PHt;                     ///< P Hᵀ, size × rows
   bool finite = false;          ///< false: the model gave NaN or infinity, or S is not positive definite
   gaussian::Density density{};  ///< NIS and log N(ν; 0, S)
@@ -27,8 +28,7 @@ struct Innovation {
 WAYMARK_API void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
                           Innovation& out, const EarthJacobian* earth = nullptr);
 
-/// Kalman update: mean ⊞ Kν, and P in Joseph form written out, P − K(PHᵀ)ᵀ − (PHᵀ)Kᵀ + K S Kᵀ: symmetric, and second
-/// order in an error of K.
+/// Kalman update: mean ⊞ Kν, and P − W Wᵀ with W = P Hᵀ L⁻ᵀ, which is P − K S Kᵀ and symmetric by construction.
 WAYMARK_API void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation);
 
 /// Information about (x, y, yaw) around the mean, Λ ⪰ 0 and η, in Kalman form with Λ = L Lᵀ: P ← P − P Sᵀ L (I + Lᵀ S P

@@ -22,6 +22,18 @@ struct Density {
 /// S must be symmetric positive definite; otherwise both values are NaN and the caller rejects.
 WAYMARK_API Density density(const Vector& nu, const Matrix& S);
 
+/// The same, and L with L Lᵀ = S; if S is not positive definite, L is not to be used.
+WAYMARK_API Density density(const Vector& nu, const Matrix& S, Matrix& L);
+
+/// A ← A L⁻ᵀ in place, L lower triangular: with A = P Hᵀ and L Lᵀ = S the product A Aᵀ is what an update takes from P.
+template <class A, class L>
+void divide_by_factor(A& a, const L& factor) {
+  for (Eigen::Index j = 0; j < a.cols(); ++j) {
+    for (Eigen::Index i = 0; i < j; ++i) a.col(j) -= factor(j, i) * a.col(i);
+    a.col(j) /= factor(j, j);
+  }
+}
+
 /// The χ² quantile for `dof` degrees of freedom: P(x <= quantile) = probability, 0 < probability < 1.
 WAYMARK_API double chi_squared_quantile(double probability, int dof);
 
@@ -29,9 +41,17 @@ WAYMARK_API double chi_squared_quantile(double probability, int dof);
 /// zero.
 WAYMARK_API Eigen::Matrix3d square_root(const Eigen::Matrix3d& P);
 
-/// Moore–Penrose inverse of a symmetric positive semi-definite matrix; eigenvalues below 1e-12 × the largest count as
-/// zero.
-WAYMARK_API Eigen::Matrix3d pseudo_inverse(const Eigen::Matrix3d& P);
+/// Eigenvalues, none below zero, and orthonormal eigenvectors as columns.
+struct Eigen3 {
+  Eigen::Vector3d values;
+  Eigen::Matrix3d vectors;
+};
+
+/// Of a symmetric positive semi-definite matrix; eigenvalues below 1e-12 × the largest are rounding and become zero.
+WAYMARK_API Eigen3 eigen(const Eigen::Matrix3d& P);
+
+/// A draw from N(0, I).
+WAYMARK_API Eigen::Vector3d standard_normal(Random& random);
 
 /// A draw from N(0, P), P positive semi-definite.
 WAYMARK_API Eigen::Vector3d sample(const Eigen::Matrix3d& P, Random& random);

@@ -141,11 +141,20 @@ class WAYMARK_API ParticleFilter {
     int failed_input = -1;
   };
 
+  /// Weighted sums over some particles, relative to a center.
+  struct Moments {
+    ErrorVector mean;
+    ErrorMatrix P;  ///< within and between the particles
+    double widest_turn = 0.0;
+    Belief enu;  ///< scratch
+  };
+
   Random random(int slot, std::uint32_t purpose) const;
   template <class Body>
   void for_each_particle(const Body& body);
   void normalize();
   void compute_mixture() const;
+  void sum_moments(std::size_t chunk, const NavState& center) const;
   void refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor);
   void insert(int slot, std::span<const MappingInput> inputs, std::size_t input);
   bool collect_failures(std::span<const MappingInput> inputs, std::vector<std::pair<int, std::string>>& failures);
@@ -154,10 +163,11 @@ class WAYMARK_API ParticleFilter {
   std::vector<std::shared_ptr<MapModule>> modules_;
   ParticleFilterSettings settings_;
   std::optional<Georeference> georeference_;
-  Workers workers_;
+  mutable Workers workers_;
   std::vector<Particle> particles_;
   std::vector<Scratch> scratch_;
   std::vector<double> log_weights_;
+  mutable std::vector<Moments> moments_;
   mutable Belief mixture_;
   mutable bool mixture_valid_ = false;
   std::uint64_t resamplings_ = 0;

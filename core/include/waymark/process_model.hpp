@@ -33,8 +33,18 @@ class WAYMARK_API ProcessModel {
   const StateLayout& layout() const { return layout_; }
 
  private:
-  void planar_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const;
-  void spatial_core(const NavState& mean, double dt, bool standing, ErrorMatrix& F, ErrorMatrix& Q) const;
+  /// The core of the transition is the identity plus G in the rows of the pose: a twist persists, a pose moves with it.
+  template <int kPose, int kCore>
+  struct CoreStep {
+    Eigen::Matrix<double, kPose, kCore> G = Eigen::Matrix<double, kPose, kCore>::Zero();
+    Eigen::Matrix<double, kCore, kCore> Q = Eigen::Matrix<double, kCore, kCore>::Zero();
+  };
+  using PlanarStep = CoreStep<3, 6>;
+  using SpatialStep = CoreStep<6, 12>;
+
+  PlanarStep planar_step(const NavState& mean, double dt, bool standing) const;
+  SpatialStep spatial_step(const NavState& mean, double dt, bool standing) const;
+  void predict_blocks(Belief& belief, double dt, bool standing) const;
 
   const StateLayout& layout_;
   ProcessNoise noise_;

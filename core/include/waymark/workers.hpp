@@ -11,9 +11,9 @@
 
 namespace waymark {
 
-/// A fixed team of threads for loops over particles. The range is cut into equal parts in a fixed way, and a call
-/// returns when all parts are done: a barrier. Not oneTBB: its run-time library hides its synchronisation from the
-/// thread sanitizer, and these loops need no work stealing.
+/// A fixed team of threads for loops over particles. Each takes the next few indices when it has done its last, and a
+/// call returns when all are done: a barrier. What body(i) computes must not depend on who calls it. Not oneTBB: its
+/// run-time library hides its synchronisation from the thread sanitizer, and these loops need no work stealing.
 class WAYMARK_API Workers {
  public:
   /// `threads` >= 1 in total, the caller among them.
@@ -29,12 +29,15 @@ class WAYMARK_API Workers {
   void for_each(int count, const std::function<void(int)>& body, int serial_below = 8);
 
  private:
-  void work(int member);
-  void run_part(int member);
+  void work();
+  void take_parts();
 
+  int rounds_awake_;
   std::vector<std::thread> team_;
   const std::function<void(int)>* body_ = nullptr;
   int count_ = 0;
+  int part_ = 1;              // indices that a thread takes at once
+  std::atomic<int> next_{0};  // the first that nobody has taken
   std::atomic<std::uint32_t> round_{0};
   std::atomic<int> busy_{0};
   std::atomic<bool> closing_{false};
