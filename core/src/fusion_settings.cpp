@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -92,6 +93,27 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   return settings;
 }
 
+namespace {
+
+Intrinsics read_intrinsics(const Config& entry) {
+  const auto positive = [&](std::string_view key) {
+    const auto values = entry.numbers(key, 2);
+    if (!(values[0] > 0.0) || !(values[1] > 0.0)) entry.fail(key, "two numbers > 0 are expected");
+    return values;
+  };
+  const auto size = positive("size_px");
+  if (size[0] != std::floor(size[0]) || size[1] != std::floor(size[1]) || size[0] > 65536 || size[1] > 65536)
+    entry.fail("size_px", "two whole numbers up to 65536 are expected: width, height");
+  const auto focal = positive("focal_px");
+  const auto center = entry.numbers("center_px", 2);
+  const auto distortion = entry.numbers("distortion", 5, {0.0, 0.0, 0.0, 0.0, 0.0});
+  Intrinsics intrinsics{static_cast<int>(size[0]), static_cast<int>(size[1]), focal[0], focal[1], center[0], center[1]};
+  std::ranges::copy(distortion, intrinsics.distortion.begin());
+  return intrinsics;
+}
+
+}  // namespace
+
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
   mounting.name = entry.text("name");
@@ -106,6 +128,7 @@ Mounting read_mounting(const Config& entry) {
                       kRadPerDeg * extrinsics.number("yaw_deg", 0.0)),
         {xyz[0], xyz[1], xyz[2]}};
   }
+  if (entry.has("intrinsics")) mounting.intrinsics = read_intrinsics(entry.child("intrinsics"));
   return mounting;
 }
 

@@ -14,7 +14,7 @@ int Rig::find(std::string_view name) const {
   return -1;
 }
 
-const Pose& Rig::T_base_sensor(std::string_view name) const {
+const Mounting& Rig::get(std::string_view name) const {
   const int index = find(name);
   if (index < 0) {
     std::string names;
@@ -22,9 +22,19 @@ const Pose& Rig::T_base_sensor(std::string_view name) const {
     throw ConfigError(
         fmt::format("sensors.{}: there is no such sensor; there are: {}", name, names.empty() ? "none" : names));
   }
-  const auto& pose = mountings_[static_cast<std::size_t>(index)].T_base_sensor;
+  return mountings_[static_cast<std::size_t>(index)];
+}
+
+const Pose& Rig::T_base_sensor(std::string_view name) const {
+  const auto& pose = get(name).T_base_sensor;
   if (!pose) throw ConfigError(fmt::format("sensors.{}: base_T_sensor is missing: where the sensor is mounted", name));
   return *pose;
+}
+
+const Intrinsics& Rig::intrinsics(std::string_view name) const {
+  const auto& intrinsics = get(name).intrinsics;
+  if (!intrinsics) throw ConfigError(fmt::format("sensors.{}: intrinsics are missing: of the camera", name));
+  return *intrinsics;
 }
 
 }  // namespace waymark

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -60,6 +61,33 @@ struct LaserScan : PayloadOf<LaserScan> {
   double step_rad = 0.0;
   std::vector<float> ranges_m;     ///< as the scanner gives them; what is no return, the YAML of the map module says
   std::vector<float> intensities;  ///< empty, or one per beam; unit of the scanner
+};
+
+/// One image of a camera, as pixels or as the compressed file that the device or the log delivers.
+struct Image : PayloadOf<Image> {
+  static constexpr std::string_view kType = "waymark/Image@1";
+  enum class Encoding { bgr8, mono8, compressed };  ///< compressed: JPEG or PNG, width and height are inside
+
+  Encoding encoding = Encoding::bgr8;
+  int width = 0;                   ///< [px]; not of a compressed image
+  int height = 0;                  ///< [px]
+  std::vector<std::uint8_t> data;  ///< rows from the top, without padding; or the file
+};
+
+/// One sample of an inertial measurement unit, in the sensor's frame.
+struct ImuSample : PayloadOf<ImuSample> {
+  static constexpr std::string_view kType = "waymark/ImuSample@1";
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+  Eigen::Vector3d w_sensor{kUnknown, kUnknown, kUnknown};  ///< angular rate [rad/s]
+  Eigen::Vector3d f_sensor{kUnknown, kUnknown, kUnknown};  ///< specific force [m/s²]: +9.81 upwards at rest; NaN: none
+  Eigen::Vector3d m_sensor{kUnknown, kUnknown, kUnknown};  ///< magnetic field [T]; NaN: none
+};
+
+/// What a compass shows: where the sensor's x axis points, from magnetic north, clockwise as on a compass rose.
+struct CompassHeading : PayloadOf<CompassHeading> {
+  static constexpr std::string_view kType = "waymark/CompassHeading@1";
+  double heading_rad = 0.0;
 };
 
 /// Landmarks that a device or a source detected by itself: all of one image or sweep are one observation set.

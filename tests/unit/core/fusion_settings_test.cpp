@@ -130,6 +130,27 @@ TEST(Mounting, CompletesThePayloadAndReadsTheExtrinsics) {
   EXPECT_FALSE(read_mounting(Config::parse("{ name: x }")).T_base_sensor.has_value());
 }
 
+TEST(Mounting, ReadsTheIntrinsicsOfACamera) {
+  const Mounting m = read_mounting(
+      Config::parse("{ name: front, payload: Image, intrinsics: { size_px: [640, 480], focal_px: [500, 501],"
+                    " center_px: [320.5, 240], distortion: [-0.2, 0.1, 0, 0, 0.01] } }"));
+  const Intrinsics camera = m.intrinsics.value_or(Intrinsics{});
+  EXPECT_EQ(camera.width, 640);
+  EXPECT_EQ(camera.height, 480);
+  EXPECT_EQ(camera.fy, 501.0);
+  EXPECT_EQ(camera.cx, 320.5);
+  EXPECT_EQ(camera.distortion, (std::array<double, 5>{-0.2, 0.1, 0.0, 0.0, 0.01}));
+}
+
+TEST(Mounting, RejectsIntrinsicsThatNoCameraHas) {
+  EXPECT_THROW(read_mounting(Config::parse(
+                   "{ name: x, intrinsics: { size_px: [640.5, 480], focal_px: [5, 5], center_px: [3, 2] } }")),
+               ConfigError);
+  EXPECT_THROW(read_mounting(Config::parse(
+                   "{ name: x, intrinsics: { size_px: [640, 480], focal_px: [5, 0], center_px: [3, 2] } }")),
+               ConfigError);
+}
+
 class Shares : public ::testing::Test {
  protected:
   static std::vector<MapSlot> settle(const std::string& maps) {

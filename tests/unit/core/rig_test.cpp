@@ -37,6 +37,13 @@ TEST(Rig, NamesTheSensorWhoseExtrinsicsAreMissing) {
               ThrowsMessage<ConfigError>(AllOf(HasSubstr("sensors.wheels"), HasSubstr("base_T_sensor is missing"))));
 }
 
+TEST(Rig, GivesTheIntrinsicsOrNamesTheCameraThatHasNone) {
+  const Rig rig({{.name = "front", .payload = "", .T_base_sensor = {}, .intrinsics = Intrinsics{.width = 640}}});
+  EXPECT_EQ(rig.intrinsics("front").width, 640);
+  EXPECT_THAT([] { example().intrinsics("lidar"); },
+              ThrowsMessage<ConfigError>(AllOf(HasSubstr("sensors.lidar"), HasSubstr("intrinsics are missing"))));
+}
+
 TEST(Rig, ListsTheSensorsIfThereIsNoSuch) {
   EXPECT_THAT([] { example().T_base_sensor("lidra"); },
               ThrowsMessage<ConfigError>(AllOf(HasSubstr("lidra"), HasSubstr("wheels, lidar"))));
