@@ -97,6 +97,10 @@ namespace {
 
 using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3>;
 
+/// A pose variance below this [m², rad²] is what rounding left of one that was sampled. Conditioning on it would divide
+/// the rounding of its covariances with other states by it, scan after scan while the robot stands.
+constexpr double kRounding = 1e-12;
+
 /// The columns of P that belong to x, y and yaw.
 PoseColumns pose_columns(const Belief& belief, const StateLayout& layout) {
   PoseColumns columns(layout.size(), 3);
@@ -133,7 +137,7 @@ void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Ran
   // direction without variance is neither drawn nor conditioned on.
   const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
   PoseColumns W = pose_columns(belief, layout).lazyProduct(eigen.vectors);
-  for (int i = 0; i < 3; ++i) W.col(i) *= eigen.values(i) > 0.0 ? 1.0 / std::sqrt(eigen.values(i)) : 0.0;
+  for (int i = 0; i < 3; ++i) W.col(i) *= eigen.values(i) > kRounding ? 1.0 / std::sqrt(eigen.values(i)) : 0.0;
   const Eigen::Vector3d draw = std::sqrt(fraction) * (eigen.vectors.transpose() * gaussian::standard_normal(random));
   boxplus(belief.mean, W.lazyProduct(draw), layout);
   belief.P -= fraction * W.lazyProduct(W.transpose());

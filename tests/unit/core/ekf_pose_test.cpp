@@ -74,6 +74,17 @@ TEST_F(PoseFilter, InformationWithACertainHeadingMatchesTheFormulaOfTheRest) {
   EXPECT_TRUE(belief.P.row(2).isZero(0.0));
 }
 
+// While the robot stands, nothing gives a pose that was sampled as a whole its variance back: what is left is rounding,
+// and must not be divided by.
+TEST_F(PoseFilter, SamplingAWholePoseAgainAndAgainMovesNothingElse) {
+  Belief belief = random_belief();
+  ekf::sample_pose(belief, layout_, 1.0, random_);
+  const Belief before = belief;
+  for (int scan = 0; scan < 2000; ++scan) ekf::sample_pose(belief, layout_, 1.0, random_);
+  EXPECT_LT(boxminus(belief.mean, before.mean, layout_).norm(), 1e-6);
+  EXPECT_LT((belief.P - before.P).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST_F(PoseFilter, ACorridorStaysUncertainAlongItsAxis) {
   Belief belief;
   belief.mean.block = BlockVector::Zero(2);
