@@ -64,9 +64,15 @@ void check(const std::filesystem::path& file, const std::vector<std::string>& ov
   const Assembly robot = Assembly::load(file, overrides);
   const Fusion fusion(robot.settings, robot.sensors, robot.maps, nullptr);
   fmt::print("{}: valid\n", file.string());
-  fmt::print("\nmotion {}: {} error states, {} of them from sensors' own blocks\n",
-             robot.settings.motion == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
-             fusion.layout().size(), fusion.layout().block_size());
+  const StateLayout& layout = fusion.layout();
+  int map_states = 0;
+  for (const StateLayout::Owner& owner : layout.owners()) {
+    if (owner.name == Georeference::kOwner) map_states = static_cast<int>(owner.block.size());
+  }
+  fmt::print("\nmotion {}: {} error states, {} of them from sensors' own blocks{}\n",
+             layout.motion() == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
+             layout.size(), layout.block_size() - map_states,
+             map_states > 0 ? fmt::format(", {} the map's place on the Earth (georeference)", map_states) : "");
   explain_sensors(robot);
   explain_maps(robot);
   fmt::print("\nsinks:");

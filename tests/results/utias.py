@@ -4,12 +4,15 @@
 per robot and pooled. Trajectories are aligned by SE(2) with the motion capture; landmarks are moved by the same motion,
 and also by one of their own. Robots whose ground truth is not in the folder are scored by their landmarks alone: the
 map is first laid on the survey by the motion that puts most landmarks within 0.5 m of a surveyed one.
+With --from-truth a run starts where the motion capture has the robot, and nothing is aligned: this adds the NEES.
 
 Example:
   tests/results/utias.py --data "$WAYMARK_DATA/utias_mrclam_7" --seeds 10 --set variables.barcodes=known
 """
 import argparse
+import gzip
 import json
+import math
 import os
 import statistics
 import subprocess
@@ -26,6 +29,9 @@ FIGURES = [
     ("landmark RMS [m]", ["landmarks", "landmark_rms_m"]),
     ("found, own alignment", ["landmarks", "own_alignment_matched"]),
     ("RMS, own alignment [m]", ["landmarks", "landmark_rms_own_alignment_m"]),
+    ("NEES, mean", ["consistency", "nees_mean"]),
+    ("NEES, median", ["consistency", "nees_median"]),
+    ("NEES within 95 %", ["consistency", "nees_share_within_95"]),
 ]
 
 
@@ -35,12 +41,26 @@ def figure(report, path):
     return report
 
 
+def numbers_of(path):
+    with gzip.open(path, "rt") as file:
+        for line in file:
+            if not line.startswith("#"):
+                yield [float(word) for word in line.split()]
+
+
+def true_start(data, robot):
+    """The overrides that start a run where the motion capture has the robot at its first command."""
+    first = next(numbers_of(f"{data}/Robot{robot}_Odometry.dat.gz"))[0]
+    _, x, y, yaw, *_ = min(numbers_of(f"{data}/Robot{robot}_Groundtruth.dat.gz"), key=lambda row: abs(row[0] - first))
+    return [f"initial.x_m={x}", f"initial.y_m={y}", f"initial.yaw_deg={math.degrees(yaw)}"]
+
+
 def run(arguments, robot, seed):
     with tempfile.TemporaryDirectory() as out:
         command = [arguments.waymark, "run", arguments.config, "--out", out, "--seed", str(seed), "--quiet",
                    "--set", f"variables.log={arguments.data}", "--set", f"variables.robot={robot}",
                    "--set", "sinks.plot.enabled=false"]
-        for override in arguments.set:
+        for override in arguments.set + (true_start(arguments.data, robot) if arguments.from_truth else []):
             command += ["--set", override]
         subprocess.run(command, check=True, stderr=subprocess.PIPE)
         evaluate = [arguments.waymark, "evaluate", "--json", "--landmarks", f"{out}/landmarks.csv",
@@ -48,7 +68,9 @@ def run(arguments, robot, seed):
         truth = f"{arguments.data}/Robot{robot}_Groundtruth.dat.gz"
         if os.path.exists(truth):
             evaluate += ["--estimate", f"{out}/trajectory.txt", "--reference", truth,
-                         "--reference-columns", "t=0,x=1,y=2,yaw=3", "--align", "se2"]
+                         "--reference-columns", "t=0,x=1,y=2,yaw=3", "--align", "none" if arguments.from_truth else "se2"]
+            if arguments.from_truth:
+                evaluate += ["--covariance", f"{out}/covariance.csv"]
         else:
             lay_landmarks_on_survey(f"{out}/landmarks.csv", f"{arguments.data}/Landmark_Groundtruth.dat")
         report = json.loads(subprocess.run(evaluate, check=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE).stdout)
@@ -113,6 +135,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--from-truth", action="store_true", help="start at the true pose, align nothing, add the NEES")
     parser.add_argument("--pooled", action="store_true", help="only the pooled figures")
     arguments = parser.parse_args()
     robots = [int(r) for r in arguments.robots.split(",")]
