@@ -128,11 +128,9 @@ SimulatedLidar::SimulatedLidar(const Config& config, const Rig& rig)
 
 /// The world of one scan: without the cylinders that it misses, with its clutter.
 World SimulatedLidar::seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const {
-  std::vector<Cylinder> cylinders;
+  World world = truth.world;
   Random misses = stream(truth.seed, Draw::misses, stamp);
-  for (const Cylinder& cylinder : truth.world.cylinders()) {
-    if (misses.uniform() >= miss_probability_) cylinders.push_back(cylinder);
-  }
+  std::erase_if(world.landmarks, [&](const Cylinder&) { return misses.uniform() < miss_probability_; });
   // Poisson by counting exponential waiting times.
   Random clutter = stream(truth.seed, Draw::clutter, stamp);
   constexpr double kNearest = 1.0;
@@ -140,15 +138,15 @@ World SimulatedLidar::seen(const Truth& truth, Duration stamp, const Pose& T_map
     const double range = kNearest + (range_max_m_ - kNearest) * clutter.uniform();
     const double bearing = start_rad_ + step_rad_ * (beams_ - 1) * clutter.uniform();
     const Eigen::Vector3d p = T_map_sensor * Eigen::Vector3d(range * std::cos(bearing), range * std::sin(bearing), 0.0);
-    cylinders.push_back({p.head<2>(), 0.05 + 0.25 * clutter.uniform()});
+    world.stones.push_back({p.head<2>(), 0.05 + 0.25 * clutter.uniform(), World::kNothing});
   }
-  return World(std::move(cylinders));
+  return world;
 }
 
 std::shared_ptr<const Payload> SimulatedLidar::sample(const Truth& truth, Duration stamp) {
   const Pose T_map_sensor = truth.trajectory.at(stamp).pose() * T_base_sensor_;
   const bool as_it_is = miss_probability_ == 0.0 && clutter_per_scan_ == 0.0;
-  const World disturbed = as_it_is ? World({}) : seen(truth, stamp, T_map_sensor);
+  const World disturbed = as_it_is ? World{} : seen(truth, stamp, T_map_sensor);
   const World& world = as_it_is ? truth.world : disturbed;
   Random random = stream(truth.seed, Draw::lidar, stamp);
   auto scan = std::make_shared<LaserScan>();
@@ -157,7 +155,7 @@ std::shared_ptr<const Payload> SimulatedLidar::sample(const Truth& truth, Durati
   scan->ranges_m.reserve(static_cast<std::size_t>(beams_));
   for (int beam = 0; beam < beams_; ++beam) {
     const double noise = sigma_m_ * random.normal();
-    const double range = world.cast(T_map_sensor.p.head<2>(), T_map_sensor.yaw() + start_rad_ + beam * step_rad_);
+    const double range = world.cast(T_map_sensor.p, T_map_sensor.yaw() + start_rad_ + beam * step_rad_);
     const double shown = range > range_max_m_ ? range_max_m_ + 1.0 : std::clamp(range + noise, 0.0, range_max_m_);
     scan->ranges_m.push_back(static_cast<float>(shown));
   }

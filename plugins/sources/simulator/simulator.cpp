@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "course.hpp"
+#include "layout.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
@@ -93,8 +96,7 @@ class Simulator : public Source {
     const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));
     const Course course(config.child("course"));
     const DriveLimits limits = read_limits(config);
-    World world({});
-    if (config.has("landmarks")) world = read_world(config.child("landmarks"), nominal_path(course, limits), seed);
+    World world = read_world(config, nominal_path(course, limits), seed);
     return {drive(course, limits, duration, seed), std::move(world), seed};
   }
 
@@ -103,9 +105,11 @@ class Simulator : public Source {
     for (Duration time{0}; time <= duration_; time += kReferencePeriod) {
       reference->trajectory.push_back({Time{time}, truth_.trajectory.at(time).pose(), true});
     }
-    for (const Cylinder& cylinder : truth_.world.cylinders()) {
-      const std::size_t number = reference->landmarks.size() + 1;
-      reference->landmarks.push_back({fmt::format("c{}", number), cylinder.center, cylinder.radius_m});
+    const bool classes = truth_.world.textures.size() > truth_.world.kSurroundings + 1;
+    for (const Cylinder& cylinder : truth_.world.landmarks) {
+      std::string name = fmt::format("c{}", reference->landmarks.size() + 1);
+      if (classes) name += fmt::format("_t{}", cylinder.texture);
+      reference->landmarks.push_back({std::move(name), cylinder.center, cylinder.radius_m});
     }
     return reference;
   }
