@@ -12,7 +12,6 @@
 #include "waymark/archive.hpp"
 #include "waymark/config.hpp"
 #include "waymark/measurement.hpp"
-#include "waymark/rig.hpp"
 #include "waymark/source.hpp"
 #include "world.hpp"
 
@@ -91,26 +90,6 @@ class SimulatedGps : public SimulatedSensor {
   double correlation_time_s_;
   std::vector<std::pair<Duration, Duration>> outages_;
   Eigen::Vector3d offset_{0.0, 0.0, 0.0};  // east, north, up [m]; drawn from its stationary law with the first sample
-};
-
-/// A horizontal laser scanner that sees the cylinders, all beams at one instant. In each scan a cylinder may be
-/// missing, and things may stand there that the next scan does not see again.
-class SimulatedLidar : public SimulatedSensor {
- public:
-  SimulatedLidar(const Config& config, const Rig& rig);
-
- private:
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
-  World seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const;
-
-  Pose T_base_sensor_;
-  double range_max_m_;
-  double start_rad_;
-  double step_rad_;
-  int beams_;
-  double sigma_m_;
-  double miss_probability_;
-  double clutter_per_scan_;
 };
 
 }  // namespace waymark::simulator

@@ -11,6 +11,7 @@
 
 #include "course.hpp"
 #include "layout.hpp"
+#include "simulated_lidar.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"

@@ -21,7 +21,16 @@ enum class Draw : std::uint32_t {
   textures,
   grain,
   looks,
-  obstacles
+  obstacles,
+  mixing,
+  lighting,
+  exposure,
+  pixels,
+  satellites,
+  imu,
+  bias,
+  compass,
+  metal
 };
 
 /// The stream of one sample, independent of all others.

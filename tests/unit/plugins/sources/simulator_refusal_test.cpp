@@ -56,6 +56,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"LandmarkOnTheCourse", kOk + ", landmarks: { list_m: [2, 0.1, 0.2] }" + kWheels + "}", "landmark 1"},
         Refusal{"LandmarkWithoutRadius", kOk + ", landmarks: { list_m: [2, 9, 0] }" + kWheels + "}", "radius"},
         Refusal{"CountAndList", kOk + ", landmarks: { count: 2, list_m: [2, 9, 0.1] }" + kWheels + "}", "not both"},
+        Refusal{"NegativeBeamWidth", kOk + ", lidar: { sensor: lidar, beam_width_deg: -1 } }", "beam_width_deg"},
+        Refusal{"MixedTooOften", kOk + ", lidar: { sensor: lidar, mixed_probability: 1.5 } }", "mixed_probability"},
         Refusal{"OddWall", kOk + ", walls_m: [9, 9, 8]" + kWheels + "}", "walls_m"},
         Refusal{"WallWithoutLength", kOk + ", walls_m: [9, 9, 9, 9]" + kWheels + "}", "wall 1 has no length"},
         Refusal{"WallAcrossTheCourse", kOk + ", walls_m: [9, 9, 8, 9, 2, -3, 2, 3]" + kWheels + "}",
