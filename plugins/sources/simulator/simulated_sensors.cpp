@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulated_sensors.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 
 #include "streams.hpp"
@@ -15,6 +12,12 @@ namespace {
 /// First samples in periods. Odd shares, so that at the usual rates no two sensors measure at the same time.
 constexpr double kWheelsPhase = 0.0;
 constexpr double kGpsPhase = 0.31;
+
+constexpr int kFewestSatellites = 4;
+constexpr int kMostSatellites = 11;
+constexpr int kSatellitesForCorrections = 6;
+constexpr double kWithoutCorrections = 3.0;
+constexpr double kHdopOfOneSpare = 4.0;  // of the fewest satellites; it falls as there are more
 
 }  // namespace
 
@@ -71,38 +74,59 @@ SimulatedGps::SimulatedGps(const Config& config)
       sigma_m_(config.positive("sigma_m", 0.3)),
       sigma_up_m_(config.positive("sigma_up_m", 2.0 * sigma_m_)),
       correlated_sigma_m_(config.non_negative("correlated_sigma_m", 0.0)),
-      correlation_time_s_(config.positive("correlation_time_s", 60.0)) {
-  const std::vector<double> times = config.numbers("outages_s", -1, {});
-  if (times.size() % 2 != 0) {
-    config.fail("outages_s", fmt::format("{} numbers; begin and end of each outage are expected", times.size()));
-  }
-  for (std::size_t i = 0; i < times.size(); i += 2) {
-    if (!(times[i] >= 0.0 && times[i] < times[i + 1] && times[i + 1] < 1e9)) {
-      config.fail("outages_s",
-                  fmt::format("an outage from {} to {} s; 0 <= begin < end is expected", times[i], times[i + 1]));
-    }
-    outages_.emplace_back(from_seconds(times[i]), from_seconds(times[i + 1]));
-  }
+      correlation_time_s_(config.positive("correlation_time_s", 60.0)),
+      satellite_change_mean_s_(config.non_negative("satellite_change_mean_s", 0.0)),
+      jump_sigma_m_(config.non_negative("jump_sigma_m", 0.5)),
+      outages_(config, "outages_s") {}
+
+/// At random times the receiver takes other satellites, and its error jumps to another constant.
+void SimulatedGps::change_satellites(std::uint64_t seed, Duration stamp, bool first) {
+  Random random = stream(seed, Draw::satellites, stamp);
+  const bool changes = random.uniform() < -std::expm1(-period_s() / satellite_change_mean_s_);
+  if (!changes && !first) return;
+  satellites_ = kFewestSatellites + static_cast<int>((kMostSatellites - kFewestSatellites + 1) * random.uniform());
+  for (double& jump : jump_) jump = jump_sigma_m_ * degradation() * random.normal();
+}
+
+/// How many times larger all errors are without the reference station's corrections, which take enough satellites.
+double SimulatedGps::degradation() const {
+  return satellites_ >= 0 && satellites_ < kSatellitesForCorrections ? kWithoutCorrections : 1.0;
 }
 
 std::shared_ptr<const Payload> SimulatedGps::sample(const Truth& truth, Duration stamp) {
-  Random random = stream(truth.seed, Draw::gps, stamp);
-  const Eigen::Vector3d white(sigma_m_ * random.normal(), sigma_m_ * random.normal(), sigma_up_m_ * random.normal());
-  // x' = φ x + σ √(1 − φ²) n keeps the variance σ²; φ = 0 draws the first value. The offset lives on in an outage.
   const bool first = stamp < from_seconds(period_s());
+  if (satellite_change_mean_s_ > 0.0) change_satellites(truth.seed, stamp, first);
+  const double sigma = degradation() * sigma_m_;
+  const double sigma_up = degradation() * sigma_up_m_;
+  Random random = stream(truth.seed, Draw::gps, stamp);
+  const Eigen::Vector3d white(sigma * random.normal(), sigma * random.normal(), sigma_up * random.normal());
+  // x' = φ x + σ √(1 − φ²) n keeps the variance σ²; φ = 0 draws the first value. The offset lives on in an outage.
   const double phi = first ? 0.0 : std::exp(-period_s() / correlation_time_s_);
   const double drive_sigma = correlated_sigma_m_ * std::sqrt(1.0 - phi * phi);
   for (double& offset : offset_) offset = phi * offset + drive_sigma * random.normal();
-  if (std::ranges::any_of(outages_,
-                          [&](const auto& outage) { return outage.first <= stamp && stamp < outage.second; })) {
-    return nullptr;
-  }
+  if (outages_.contain(stamp)) return nullptr;
   auto fix = std::make_shared<GnssFix>();
-  fix->p_map_antenna = truth.trajectory.at(stamp).pose() * p_base_antenna_ + offset_ + white;
-  fix->sigma_horizontal_m = sigma_m_;
-  fix->sigma_vertical_m = sigma_up_m_;
-  fix->type = GnssFix::Type::differential;
+  fix->p_map_antenna = truth.trajectory.at(stamp).pose() * p_base_antenna_ + offset_ + jump_ + white;
+  fix->sigma_horizontal_m = sigma;
+  fix->sigma_vertical_m = sigma_up;
+  fix->type = degradation() > 1.0 ? GnssFix::Type::single : GnssFix::Type::differential;
+  if (satellites_ >= 0) {
+    fix->satellites = satellites_;
+    fix->hdop = kHdopOfOneSpare / std::pow(satellites_ - kFewestSatellites + 1, 0.8);
+  }
   return fix;
+}
+
+void SimulatedGps::save_state(OutArchive& archive) const {
+  archive.value(offset_);
+  archive.value(jump_);
+  archive.value(satellites_);
+}
+
+void SimulatedGps::load_state(InArchive& archive) {
+  archive.value(offset_);
+  archive.value(jump_);
+  archive.value(satellites_);
 }
 
 }  // namespace waymark::simulator

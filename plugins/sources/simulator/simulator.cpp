@@ -11,6 +11,7 @@
 
 #include "course.hpp"
 #include "layout.hpp"
+#include "placing.hpp"
 #include "simulated_lidar.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
@@ -42,11 +43,14 @@ DriveLimits read_limits(const Config& config) {
 class Simulator : public Source {
  public:
   Simulator(const Config& config, const Rig& rig)
-      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))), truth_(read_truth(config, duration_)) {
+      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))),
+        truth_(read_truth(config, duration_)) {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
-    if (sensors_.empty()) config.fail("no sensor: at least one of wheels, gps, lidar is expected");
+    if (sensors_.empty()) {
+      config.fail("no sensor: at least one of wheels, gps, lidar is expected");
+    }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
   }
@@ -77,14 +81,14 @@ class Simulator : public Source {
   std::shared_ptr<const Reference> reference() const override { return reference_; }
 
   void save(OutArchive& archive) const override {
-    archive.section("simulator", 1);
+    archive.section("simulator", 2);
     archive.value(sequence_);
     archive.value(position_.count());
     for (const auto& sensor : sensors_) sensor->save(archive);
   }
 
   void load(InArchive& archive) override {
-    archive.section("simulator", 1);
+    if (archive.section("simulator", 2) < 2) throw DataError("checkpoint: of a simulator before version 2");
     archive.value(sequence_);
     Duration::rep position = 0;
     archive.value(position);
@@ -97,7 +101,9 @@ class Simulator : public Source {
     const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));
     const Course course(config.child("course"));
     const DriveLimits limits = read_limits(config);
-    World world = read_world(config, nominal_path(course, limits), seed);
+    // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
+    const bool furnished = config.has("landmarks") || config.has("walls_m") || config.has("clutter");
+    World world = read_world(config, furnished ? nominal_path(course, limits) : Path{}, seed);
     return {drive(course, limits, duration, seed), std::move(world), seed};
   }
 
