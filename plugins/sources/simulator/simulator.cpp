@@ -12,6 +12,7 @@
 #include "course.hpp"
 #include "layout.hpp"
 #include "placing.hpp"
+#include "simulated_camera.hpp"
 #include "simulated_lidar.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
@@ -48,8 +49,11 @@ class Simulator : public Source {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
+    if (config.has("camera")) {
+      sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
+    }
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, camera is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
