@@ -11,8 +11,10 @@
 
 #include "course.hpp"
 #include "layout.hpp"
+#include "magnetism.hpp"
 #include "placing.hpp"
 #include "simulated_camera.hpp"
+#include "simulated_inertial.hpp"
 #include "simulated_lidar.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
@@ -45,15 +47,20 @@ class Simulator : public Source {
  public:
   Simulator(const Config& config, const Rig& rig)
       : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))),
-        truth_(read_truth(config, duration_)) {
+        truth_(read_truth(config, duration_)),
+        magnetism_(config.child_or_empty("magnetism"), truth_.world, truth_.seed) {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
     if (config.has("camera")) {
       sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
     }
+    if (config.has("imu")) sensors_.push_back(std::make_unique<SimulatedImu>(config.child("imu"), rig, magnetism_));
+    if (config.has("compass")) {
+      sensors_.push_back(std::make_unique<SimulatedCompass>(config.child("compass"), rig, magnetism_));
+    }
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, camera is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, camera, imu, compass is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
@@ -127,6 +134,7 @@ class Simulator : public Source {
 
   Duration duration_;
   Truth truth_;
+  Magnetism magnetism_;
   std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;
