@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 
 namespace waymark::simulator {
@@ -63,14 +63,14 @@ Renderer::Renderer(const Intrinsics& intrinsics, const Eigen::Quaterniond& q_bas
   for (const Eigen::Vector3d& ray : pixel_rays(intrinsics)) {
     const Eigen::Vector3d d = q * ray;
     azimuths.push_back(std::atan2(d.y(), d.x()));
-    rays_.push_back({0.0f, static_cast<float>(d.z() / d.head<2>().norm())});
+    rays_.push_back({0, static_cast<float>(d.z() / d.head<2>().norm())});
   }
   const auto [low, high] = std::ranges::minmax(azimuths);
   column_rad_ = 1.0 / (kColumnsPerPixel * focal_px_);
   first_azimuth_rad_ = low - 2.0 * column_rad_;
   columns_ = static_cast<std::size_t>((high - low) / column_rad_) + 6;
   for (std::size_t i = 0; i < rays_.size(); ++i) {
-    rays_[i].column = static_cast<float>((azimuths[i] - first_azimuth_rad_) / column_rad_);
+    rays_[i].column = static_cast<std::uint32_t>(std::lround((azimuths[i] - first_azimuth_rad_) / column_rad_));
   }
 }
 
@@ -129,9 +129,8 @@ void Renderer::render(const World& world, const Pose& T_map_camera, const Light&
   const Eigen::Vector3f half_gain = 0.5f * light.gain_bgr;
   for (const PixelRay& ray : rays_) {
     // Two looks, a quarter of a pixel to each side, soften the edges as a real pixel does.
-    const auto middle = static_cast<std::size_t>(ray.column + 0.5f);
     const Eigen::Vector3f sum =
-        look(middle - 1, ray.slope, T_map_camera.p) + look(middle + 1, ray.slope, T_map_camera.p);
+        look(ray.column - 1, ray.slope, T_map_camera.p) + look(ray.column + 1, ray.slope, T_map_camera.p);
     image.emplace_back(half_gain.cwiseProduct(sum));
   }
 }

@@ -48,8 +48,8 @@ class Renderer {
   };
 
   struct PixelRay {
-    float column;  ///< place in the table of azimuths
-    float slope;   ///< height gained per metre in the plane
+    std::uint32_t column;  ///< place in the table of azimuths
+    float slope;           ///< height gained per metre in the plane
   };
 
   void cast_columns(const World& world, const Pose& T_map_camera, const Light& light);

@@ -19,20 +19,20 @@ Eigen::Vector3f bgr(double hue_deg, double saturation, double value) {
 }
 
 /// Smooth noise of mean 0 that repeats with the tile: random values on a grid of `cells` a side, interpolated.
-std::vector<float> smooth_noise(int cells, Random& random) {
-  std::vector<float> grid(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
+std::vector<float> smooth_noise(std::size_t cells, Random& random) {
+  std::vector<float> grid(cells * cells);
   for (float& value : grid) value = static_cast<float>(2.0 * random.uniform() - 1.0);
-  const auto at = [&](int x, int y) { return grid[static_cast<std::size_t>((y % cells) * cells + x % cells)]; };
+  const auto at = [&](std::size_t x, std::size_t y) { return grid[(y % cells) * cells + x % cells]; };
   std::vector<float> noise;
-  noise.reserve(static_cast<std::size_t>(Tile::kSize) * Tile::kSize);
-  const float scale = static_cast<float>(cells) / Tile::kSize;
-  for (int row = 0; row < Tile::kSize; ++row) {
+  noise.reserve(Tile::kSize * Tile::kSize);
+  const float scale = static_cast<float>(cells) / static_cast<float>(Tile::kSize);
+  for (std::size_t row = 0; row < Tile::kSize; ++row) {
     const float y = scale * static_cast<float>(row);
-    const int y0 = static_cast<int>(y);
+    const auto y0 = static_cast<std::size_t>(y);
     const float fy = y - static_cast<float>(y0);
-    for (int column = 0; column < Tile::kSize; ++column) {
+    for (std::size_t column = 0; column < Tile::kSize; ++column) {
       const float x = scale * static_cast<float>(column);
-      const int x0 = static_cast<int>(x);
+      const auto x0 = static_cast<std::size_t>(x);
       const float fx = x - static_cast<float>(x0);
       const float upper = (1.0f - fx) * at(x0, y0) + fx * at(x0 + 1, y0);
       const float lower = (1.0f - fx) * at(x0, y0 + 1) + fx * at(x0 + 1, y0 + 1);
@@ -69,23 +69,23 @@ Tile::Tile(const Texture& texture) {
   const std::vector<float> medium = smooth_noise(24, random);
   const std::vector<float> fine = smooth_noise(96, random);
   std::vector<Eigen::Vector3f> finest;
-  finest.reserve(static_cast<std::size_t>(kSize) * kSize);
+  finest.reserve(kSize * kSize);
   for (std::size_t i = 0; i < coarse.size(); ++i) {
-    const auto column = static_cast<double>(i % kSize);
-    const bool dark = texture.stripes > 0 && std::fmod(column * texture.stripes / kSize, 1.0) < 0.5;
+    const auto column = static_cast<double>(i % kSize) / static_cast<double>(kSize);
+    const bool dark = texture.stripes > 0 && std::fmod(column * texture.stripes, 1.0) < 0.5;
     const double grain = texture.grain * (static_cast<double>(coarse[i]) + medium[i] + 0.6 * fine[i]);
     const double brightness = (1.0 + grain) * (dark ? 1.0 - texture.stripe_contrast : 1.0);
     finest.emplace_back(mean * static_cast<float>(std::max(brightness, 0.05)));
   }
   levels_.push_back(std::move(finest));
-  for (int side = kSize / 2; side >= 1; side /= 2) {
+  for (std::size_t side = kSize / 2; side >= 1; side /= 2) {
     const std::vector<Eigen::Vector3f>& finer = levels_.back();
     std::vector<Eigen::Vector3f> level;
-    level.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-    for (int row = 0; row < side; ++row) {
-      for (int column = 0; column < side; ++column) {
-        const auto upper = static_cast<std::size_t>(4 * side * row + 2 * column);
-        const std::size_t lower = upper + 2 * static_cast<std::size_t>(side);
+    level.reserve(side * side);
+    for (std::size_t row = 0; row < side; ++row) {
+      for (std::size_t column = 0; column < side; ++column) {
+        const std::size_t upper = 4 * side * row + 2 * column;
+        const std::size_t lower = upper + 2 * side;
         level.emplace_back(0.25f * (finer[upper] + finer[upper + 1] + finer[lower] + finer[lower + 1]));
       }
     }
@@ -95,13 +95,16 @@ Tile::Tile(const Texture& texture) {
 
 const Eigen::Vector3f& Tile::colour(double u, double v, double footprint) const {
   std::size_t level = 0;
-  int side = kSize;
-  for (double texels = footprint * kSize; texels > 1.5 && side > 1; texels *= 0.5) {
+  std::size_t side = kSize;
+  for (double texels = footprint * static_cast<double>(kSize); texels > 1.5 && side > 1; texels *= 0.5) {
     ++level;
     side /= 2;
   }
-  const auto texel = [&](double x) { return static_cast<int>((x - std::floor(x)) * side) & (side - 1); };
-  return levels_[level][static_cast<std::size_t>(texel(v) * side + texel(u))];
+  // The mask catches a fraction that rounding made 1.
+  const auto texel = [&](double x) {
+    return static_cast<std::size_t>((x - std::floor(x)) * static_cast<double>(side)) & (side - 1);
+  };
+  return levels_[level][texel(v) * side + texel(u)];
 }
 
 }  // namespace waymark::simulator

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,7 +26,7 @@ std::vector<Texture> draw_textures(int count, std::uint64_t seed);
 /// flicker.
 class Tile {
  public:
-  static constexpr int kSize = 256;  ///< texels along one side of the finest level
+  static constexpr std::size_t kSize = 256;  ///< texels along one side of the finest level
 
   explicit Tile(const Texture& texture);
 
