@@ -58,7 +58,8 @@ class SimulatedSensor {
   std::int64_t taken_ = 0;
 };
 
-/// Differential drive: speeds of the wheels at the stamp, with scale errors and white noise.
+/// Differential drive: speeds of the wheels at the stamp, with scale errors, white noise, and spans of time in which
+/// both wheels spin (or slide).
 class SimulatedWheels : public SimulatedSensor {
  public:
   explicit SimulatedWheels(const Config& config);
@@ -70,6 +71,8 @@ class SimulatedWheels : public SimulatedSensor {
   double noise_m_per_sqrt_s_;
   double left_scale_;
   double right_scale_;
+  double spin_ratio_;
+  Windows spins_;
 };
 
 /// Fixes of an antenna in the map's frame, with white noise, a first-order Gauss–Markov offset, and an offset that

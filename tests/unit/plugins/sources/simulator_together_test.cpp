@@ -150,6 +150,7 @@ TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {
       "             min_distance_m: 0.4, stone_radius_m: [0.1, 0.2], stone_height_m: [0.3, 0.4],"
       "             box_size_m: [0.2, 0.3], box_height_m: [0.3, 0.4], corner_size_m: [0.5, 0.6] },"
       "  magnetism: { earth_field_t: [0, 2e-5, -4e-5], metal_moment_am2: 10, disturbers: [1, 8, 20] },"
+      "  wheels: { sensor: wheels, track_m: 0.5, spins_s: [1, 2], spin_ratio: 0.2 },"
       "  gps: { sensor: gps, satellite_change_mean_s: 30, jump_sigma_m: 0.5 },"
       "  lidar: { sensor: lidar, miss_probability: 0.1, clutter_per_scan: 1, beam_width_deg: 0.5,"
       "           mixed_probability: 0.4, edge_m: 0.2 },"
