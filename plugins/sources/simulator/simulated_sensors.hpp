@@ -5,15 +5,13 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "course.hpp"
 #include "waymark/archive.hpp"
 #include "waymark/config.hpp"
 #include "waymark/measurement.hpp"
-#include "waymark/rig.hpp"
 #include "waymark/source.hpp"
+#include "windows.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {
@@ -60,7 +58,8 @@ class SimulatedSensor {
   std::int64_t taken_ = 0;
 };
 
-/// Differential drive: speeds of the wheels at the stamp, with scale errors and white noise.
+/// Differential drive: speeds of the wheels at the stamp, with scale errors, white noise, and spans of time in which
+/// both wheels spin (or slide).
 class SimulatedWheels : public SimulatedSensor {
  public:
   explicit SimulatedWheels(const Config& config);
@@ -72,45 +71,34 @@ class SimulatedWheels : public SimulatedSensor {
   double noise_m_per_sqrt_s_;
   double left_scale_;
   double right_scale_;
+  double spin_ratio_;
+  Windows spins_;
 };
 
-/// Fixes of an antenna in the map's frame, with white noise and a first-order Gauss–Markov offset.
+/// Fixes of an antenna in the map's frame, with white noise, a first-order Gauss–Markov offset, and an offset that
+/// jumps when the satellites change.
 class SimulatedGps : public SimulatedSensor {
  public:
   explicit SimulatedGps(const Config& config);
 
  private:
   std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
-  void save_state(OutArchive& archive) const override { archive.value(offset_); }
-  void load_state(InArchive& archive) override { archive.value(offset_); }
+  void save_state(OutArchive& archive) const override;
+  void load_state(InArchive& archive) override;
+  void change_satellites(std::uint64_t seed, Duration stamp, bool first);
+  double degradation() const;
 
   Eigen::Vector3d p_base_antenna_;
   double sigma_m_;
   double sigma_up_m_;
   double correlated_sigma_m_;
   double correlation_time_s_;
-  std::vector<std::pair<Duration, Duration>> outages_;
+  double satellite_change_mean_s_;  // 0: never
+  double jump_sigma_m_;
+  Windows outages_;
   Eigen::Vector3d offset_{0.0, 0.0, 0.0};  // east, north, up [m]; drawn from its stationary law with the first sample
-};
-
-/// A horizontal laser scanner that sees the cylinders, all beams at one instant. In each scan a cylinder may be
-/// missing, and things may stand there that the next scan does not see again.
-class SimulatedLidar : public SimulatedSensor {
- public:
-  SimulatedLidar(const Config& config, const Rig& rig);
-
- private:
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
-  World seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const;
-
-  Pose T_base_sensor_;
-  double range_max_m_;
-  double start_rad_;
-  double step_rad_;
-  int beams_;
-  double sigma_m_;
-  double miss_probability_;
-  double clutter_per_scan_;
+  Eigen::Vector3d jump_{0.0, 0.0, 0.0};    // until the satellites change [m]
+  int satellites_ = -1;                    // -1: not simulated
 };
 
 }  // namespace waymark::simulator

@@ -5,9 +5,17 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "course.hpp"
+#include "layout.hpp"
+#include "magnetism.hpp"
+#include "placing.hpp"
+#include "simulated_camera.hpp"
+#include "simulated_inertial.hpp"
+#include "simulated_lidar.hpp"
 #include "simulated_sensors.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
@@ -38,11 +46,22 @@ DriveLimits read_limits(const Config& config) {
 class Simulator : public Source {
  public:
   Simulator(const Config& config, const Rig& rig)
-      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))), truth_(read_truth(config, duration_)) {
+      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))),
+        truth_(read_truth(config, duration_)),
+        magnetism_(config.child_or_empty("magnetism"), truth_.world, truth_.seed) {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
-    if (sensors_.empty()) config.fail("no sensor: at least one of wheels, gps, lidar is expected");
+    if (config.has("camera")) {
+      sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
+    }
+    if (config.has("imu")) sensors_.push_back(std::make_unique<SimulatedImu>(config.child("imu"), rig, magnetism_));
+    if (config.has("compass")) {
+      sensors_.push_back(std::make_unique<SimulatedCompass>(config.child("compass"), rig, magnetism_));
+    }
+    if (sensors_.empty()) {
+      config.fail("no sensor: at least one of wheels, gps, lidar, camera, imu, compass is expected");
+    }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
   }
@@ -73,14 +92,14 @@ class Simulator : public Source {
   std::shared_ptr<const Reference> reference() const override { return reference_; }
 
   void save(OutArchive& archive) const override {
-    archive.section("simulator", 1);
+    archive.section("simulator", 2);
     archive.value(sequence_);
     archive.value(position_.count());
     for (const auto& sensor : sensors_) sensor->save(archive);
   }
 
   void load(InArchive& archive) override {
-    archive.section("simulator", 1);
+    if (archive.section("simulator", 2) < 2) throw DataError("checkpoint: of a simulator before version 2");
     archive.value(sequence_);
     Duration::rep position = 0;
     archive.value(position);
@@ -93,8 +112,9 @@ class Simulator : public Source {
     const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));
     const Course course(config.child("course"));
     const DriveLimits limits = read_limits(config);
-    World world({});
-    if (config.has("landmarks")) world = read_world(config.child("landmarks"), nominal_path(course, limits), seed);
+    // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
+    const bool furnished = config.has("landmarks") || config.has("walls_m") || config.has("clutter");
+    World world = read_world(config, furnished ? nominal_path(course, limits) : Path{}, seed);
     return {drive(course, limits, duration, seed), std::move(world), seed};
   }
 
@@ -103,15 +123,18 @@ class Simulator : public Source {
     for (Duration time{0}; time <= duration_; time += kReferencePeriod) {
       reference->trajectory.push_back({Time{time}, truth_.trajectory.at(time).pose(), true});
     }
-    for (const Cylinder& cylinder : truth_.world.cylinders()) {
-      const std::size_t number = reference->landmarks.size() + 1;
-      reference->landmarks.push_back({fmt::format("c{}", number), cylinder.center, cylinder.radius_m});
+    const bool classes = truth_.world.textures.size() > truth_.world.kSurroundings + 1;
+    for (const Cylinder& cylinder : truth_.world.landmarks) {
+      std::string name = fmt::format("c{}", reference->landmarks.size() + 1);
+      if (classes) name += fmt::format("_t{}", cylinder.texture);
+      reference->landmarks.push_back({std::move(name), cylinder.center, cylinder.radius_m});
     }
     return reference;
   }
 
   Duration duration_;
   Truth truth_;
+  Magnetism magnetism_;
   std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;

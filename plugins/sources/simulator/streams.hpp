@@ -10,7 +10,28 @@ namespace waymark::simulator {
 
 /// What a random draw is for. The numbers are far from any index of a sensor: a filter that runs with the simulator's
 /// seed must not draw the very numbers that made the noise.
-enum class Draw : std::uint32_t { slip = 0x53494d00, landmarks, wheels, gps, lidar, misses, clutter };
+enum class Draw : std::uint32_t {
+  slip = 0x53494d00,
+  landmarks,
+  wheels,
+  gps,
+  lidar,
+  misses,
+  clutter,
+  textures,
+  grain,
+  looks,
+  obstacles,
+  mixing,
+  lighting,
+  exposure,
+  pixels,
+  satellites,
+  imu,
+  bias,
+  compass,
+  metal
+};
 
 /// The stream of one sample, independent of all others.
 inline Random stream(std::uint64_t seed, Draw draw, Duration time) {

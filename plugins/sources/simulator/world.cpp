@@ -1,106 +1,147 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "world.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-
-#include "streams.hpp"
+#include <numbers>
+#include <optional>
 
 namespace waymark::simulator {
 namespace {
 
-constexpr int kTriesPerCylinder = 10000;
+constexpr double kWallTile = 2.0;  // [m]
+constexpr double kBoxTile = 0.5;   // [m]
 
-/// Distance from the path to the cylinder's surface, negative if the path runs through it.
-double clearance(const Cylinder& cylinder, const std::vector<Eigen::Vector2d>& path) {
-  double nearest = World::kNothing;
-  for (const Eigen::Vector2d& p : path) nearest = std::min(nearest, (p - cylinder.center).squaredNorm());
-  return std::sqrt(nearest) - cylinder.radius_m;
+/// A horizontal ray; `direction` has length 1.
+struct Ray {
+  Eigen::Vector2d origin;
+  Eigen::Vector2d direction;
+};
+
+Ray ray(const Eigen::Vector2d& origin, double angle_rad) {
+  return {origin, {std::cos(angle_rad), std::sin(angle_rad)}};
 }
 
-World listed(const Config& config, const std::vector<Eigen::Vector2d>& path) {
-  const std::vector<double> numbers = config.numbers("list_m");
-  if (numbers.size() % 3 != 0) {
-    config.fail("list_m", fmt::format("{} numbers; x, y, radius of each landmark are expected", numbers.size()));
-  }
-  std::vector<Cylinder> cylinders;
-  for (std::size_t i = 0; i < numbers.size(); i += 3) {
-    const Cylinder cylinder{{numbers[i], numbers[i + 1]}, numbers[i + 2]};
-    if (!(cylinder.radius_m > 0.0)) {
-      config.fail("list_m",
-                  fmt::format("landmark {} has radius {}; more than 0 is expected", i / 3 + 1, cylinder.radius_m));
-    }
-    if (clearance(cylinder, path) <= 0.0) {
-      config.fail("list_m", fmt::format("the course runs through landmark {} at ({}, {})", i / 3 + 1, numbers[i],
-                                        numbers[i + 1]));
-    }
-    cylinders.push_back(cylinder);
-  }
-  return World(std::move(cylinders));
+/// Where the line of a ray enters and leaves a thing; negative is behind the origin.
+struct Crossing {
+  double enter;
+  double leave;
+};
+
+std::optional<Crossing> cross(const Cylinder& cylinder, const Ray& ray) {
+  const Eigen::Vector2d to_center = cylinder.center - ray.origin;
+  const double along = to_center.dot(ray.direction);
+  const double squared_aside = to_center.squaredNorm() - along * along;
+  const double squared_half_chord = cylinder.radius_m * cylinder.radius_m - squared_aside;
+  if (squared_half_chord < 0.0) return std::nullopt;
+  const double half_chord = std::sqrt(squared_half_chord);
+  return Crossing{along - half_chord, along + half_chord};
 }
 
-World drawn(const Config& config, const std::vector<Eigen::Vector2d>& path, std::uint64_t default_seed) {
-  const auto count = config.integer_in("count", 0, 100000, 24);
-  const std::vector<double> area = config.numbers("area_m", 4);
-  if (area[0] >= area[2] || area[1] >= area[3]) config.fail("area_m", "x_min, y_min, x_max, y_max are expected");
-  const std::vector<double> radius = config.numbers("radius_m", 2, {0.1, 0.3});
-  if (!(radius[0] > 0.0) || radius[1] < radius[0]) {
-    config.fail("radius_m", fmt::format("[{}, {}] is no range of positive radii", radius[0], radius[1]));
-  }
-  const double apart = config.non_negative("min_distance_m", 2.0);
-  const double clear = config.non_negative("course_clearance_m", 1.0);
-  const auto seed = static_cast<std::uint64_t>(config.integer("seed", static_cast<std::int64_t>(default_seed)));
-
-  std::vector<Cylinder> cylinders;
-  for (std::int64_t i = 0; i < count; ++i) {
-    Random random = stream(seed, Draw::landmarks, Duration{i});
-    int tries = 0;
-    for (; tries < kTriesPerCylinder; ++tries) {
-      Cylinder next{};
-      next.center.x() = area[0] + (area[2] - area[0]) * random.uniform();
-      next.center.y() = area[1] + (area[3] - area[1]) * random.uniform();
-      next.radius_m = radius[0] + (radius[1] - radius[0]) * random.uniform();
-      const bool crowded = std::ranges::any_of(cylinders, [&](const Cylinder& other) {
-        return (other.center - next.center).norm() < std::max(apart, other.radius_m + next.radius_m);
-      });
-      if (crowded || clearance(next, path) < clear) continue;
-      cylinders.push_back(next);
-      break;
-    }
-    if (tries == kTriesPerCylinder) {
-      config.fail(
-          "count",
-          fmt::format("only {} of {} landmarks fit; enlarge area_m or lower min_distance_m or course_clearance_m", i,
-                      count));
-    }
-  }
-  return World(std::move(cylinders));
+/// `v` in the box's own axes.
+Eigen::Vector2d in_box(const Box& box, const Eigen::Vector2d& v) {
+  const double c = std::cos(box.yaw_rad);
+  const double s = std::sin(box.yaw_rad);
+  return {c * v.x() + s * v.y(), c * v.y() - s * v.x()};
 }
 
-}  // namespace
+std::optional<Crossing> cross(const Box& box, const Ray& ray) {
+  const Eigen::Vector2d origin = in_box(box, ray.origin - box.center);
+  const Eigen::Vector2d direction = in_box(box, ray.direction);
+  Crossing inside{-World::kNothing, World::kNothing};
+  for (int axis = 0; axis < 2; ++axis) {
+    if (std::abs(direction[axis]) < 1e-12) {
+      if (std::abs(origin[axis]) > box.half_m[axis]) return std::nullopt;
+      continue;
+    }
+    const double a = (-box.half_m[axis] - origin[axis]) / direction[axis];
+    const double b = (box.half_m[axis] - origin[axis]) / direction[axis];
+    inside = {std::max(inside.enter, std::min(a, b)), std::min(inside.leave, std::max(a, b))};
+  }
+  if (inside.enter > inside.leave) return std::nullopt;
+  return inside;
+}
 
-double World::cast(const Eigen::Vector2d& origin, double angle_rad) const {
-  const Eigen::Vector2d direction(std::cos(angle_rad), std::sin(angle_rad));
-  double nearest = kNothing;
-  for (const Cylinder& cylinder : cylinders_) {
-    const Eigen::Vector2d to_center = cylinder.center - origin;
-    const double along = to_center.dot(direction);
-    const double squared_aside = to_center.squaredNorm() - along * along;
-    const double squared_half_chord = cylinder.radius_m * cylinder.radius_m - squared_aside;
-    if (squared_half_chord < 0.0) continue;
-    const double half_chord = std::sqrt(squared_half_chord);
-    const double front = along - half_chord;
-    const double distance = front >= 0.0 ? front : along + half_chord;
+std::optional<Crossing> cross(const Wall& wall, const Ray& ray) {
+  const Eigen::Vector2d span = wall.to - wall.from;
+  const double across = ray.direction.x() * span.y() - ray.direction.y() * span.x();
+  if (std::abs(across) < 1e-12) return std::nullopt;  // seen edge on
+  const Eigen::Vector2d to_wall = wall.from - ray.origin;
+  const double share = (to_wall.x() * ray.direction.y() - to_wall.y() * ray.direction.x()) / across;
+  if (share < 0.0 || share > 1.0) return std::nullopt;
+  const double distance = (to_wall.x() * span.y() - to_wall.y() * span.x()) / across;
+  return Crossing{distance, distance};
+}
+
+/// Place on the outline and normal where a ray enters.
+void describe(const Cylinder& cylinder, const Eigen::Vector2d& p, const Ray&, Hit& hit) {
+  hit.outward = (p - cylinder.center) / cylinder.radius_m;
+  // Its own place in the tile, so that cylinders of one class are alike but not the same.
+  const double shift = 0.37 * cylinder.center.x() + 0.61 * cylinder.center.y();
+  hit.tile_u = std::atan2(hit.outward.y(), hit.outward.x()) / (2.0 * std::numbers::pi) + shift;
+  hit.tile_m = 2.0 * std::numbers::pi * cylinder.radius_m;
+}
+
+void describe(const Box& box, const Eigen::Vector2d& p, const Ray&, Hit& hit) {
+  const Eigen::Vector2d local = in_box(box, p - box.center);
+  const bool on_end = std::abs(std::abs(local.x()) - box.half_m.x()) < std::abs(std::abs(local.y()) - box.half_m.y());
+  const double c = std::cos(box.yaw_rad);
+  const double s = std::sin(box.yaw_rad);
+  hit.outward = on_end ? Eigen::Vector2d(std::copysign(1.0, local.x()) * Eigen::Vector2d(c, s))
+                       : Eigen::Vector2d(std::copysign(1.0, local.y()) * Eigen::Vector2d(-s, c));
+  hit.tile_u = (on_end ? local.y() : local.x()) / kBoxTile;
+  hit.tile_m = kBoxTile;
+}
+
+void describe(const Wall& wall, const Eigen::Vector2d& p, const Ray& ray, Hit& hit) {
+  const Eigen::Vector2d along = (wall.to - wall.from).normalized();
+  const Eigen::Vector2d normal(-along.y(), along.x());
+  hit.outward = normal.dot(ray.direction) < 0.0 ? normal : Eigen::Vector2d(-normal);
+  hit.tile_u = (p - wall.from).dot(along) / kWallTile;
+  hit.tile_m = kWallTile;
+}
+
+template <class Thing>
+double nearest_of(const std::vector<Thing>& things, const Ray& ray, double above_m, double nearest) {
+  for (const Thing& thing : things) {
+    if (thing.height_m <= above_m) continue;
+    const auto crossing = cross(thing, ray);
+    if (!crossing) continue;
+    const double distance = crossing->enter >= 0.0 ? crossing->enter : crossing->leave;
     if (distance >= 0.0) nearest = std::min(nearest, distance);
   }
   return nearest;
 }
 
-World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path, std::uint64_t default_seed) {
-  if (config.has("list_m") && config.has("count")) config.fail("count", "either count or list_m is expected, not both");
-  return config.has("list_m") ? listed(config, path) : drawn(config, path, default_seed);
+template <class Thing>
+void add_hits(const std::vector<Thing>& things, const Ray& ray, std::vector<Hit>& hits) {
+  for (const Thing& thing : things) {
+    const auto crossing = cross(thing, ray);
+    if (!crossing || crossing->enter <= 0.0) continue;
+    Hit hit{crossing->enter, crossing->leave, thing.height_m, thing.texture, 0.0, 1.0, {0.0, 0.0}};
+    describe(thing, ray.origin + crossing->enter * ray.direction, ray, hit);
+    hits.push_back(hit);
+  }
+}
+
+}  // namespace
+
+double World::cast(const Eigen::Vector3d& origin, double angle_rad) const {
+  const Ray beam = ray(origin.head<2>(), angle_rad);
+  double nearest = nearest_of(landmarks, beam, origin.z(), kNothing);
+  nearest = nearest_of(stones, beam, origin.z(), nearest);
+  nearest = nearest_of(boxes, beam, origin.z(), nearest);
+  return nearest_of(walls, beam, origin.z(), nearest);
+}
+
+void World::trace(const Eigen::Vector2d& origin, double angle_rad, std::vector<Hit>& hits) const {
+  hits.clear();
+  const Ray line = ray(origin, angle_rad);
+  add_hits(landmarks, line, hits);
+  add_hits(stones, line, hits);
+  add_hits(boxes, line, hits);
+  add_hits(walls, line, hits);
+  std::ranges::sort(hits, {}, &Hit::enter_m);
 }
 
 }  // namespace waymark::simulator

@@ -2,39 +2,70 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
-#include "waymark/config.hpp"
+#include "texture.hpp"
 
 namespace waymark::simulator {
 
-/// A vertical cylinder as a horizontal plane cuts it.
+/// A vertical cylinder that stands on the ground.
 struct Cylinder {
   Eigen::Vector2d center;  ///< in the map [m]
   double radius_m;
+  double height_m = 3.0;
+  std::size_t texture = 0;  ///< index into `World::textures`
 };
 
-/// What stands around the robot.
-class World {
- public:
+/// An upright box that stands on the ground.
+struct Box {
+  Eigen::Vector2d center;  ///< in the map [m]
+  Eigen::Vector2d half_m;  ///< half its length and half its width
+  double yaw_rad;          ///< of its length
+  double height_m;
+  std::size_t texture = 0;
+};
+
+/// A thin upright wall.
+struct Wall {
+  Eigen::Vector2d from;  ///< in the map [m]
+  Eigen::Vector2d to;
+  double height_m;
+  std::size_t texture = 0;
+};
+
+/// Where a horizontal ray meets a thing, seen from above.
+struct Hit {
+  double enter_m;           ///< along the ray
+  double leave_m;           ///< where the ray leaves the thing again
+  double height_m;          ///< of the thing
+  std::size_t texture;      ///< of its surface
+  double tile_u;            ///< place along its outline, in tiles
+  double tile_m;            ///< side of a tile on this surface
+  Eigen::Vector2d outward;  ///< unit normal at `enter_m`
+};
+
+/// What stands around the robot. The ground is z = 0.
+struct World {
   static constexpr double kNothing = std::numeric_limits<double>::infinity();
+  static constexpr std::size_t kSurroundings = 4;  ///< textures of stones, boxes, walls and ground
 
-  explicit World(std::vector<Cylinder> cylinders) : cylinders_(std::move(cylinders)) {}
+  std::vector<Cylinder> landmarks;  ///< the true landmarks, in the order of their names
+  std::vector<Cylinder> stones;     ///< this and what follows is no landmark
+  std::vector<Box> boxes;
+  std::vector<Wall> walls;
+  std::vector<Texture> textures;  ///< the landmarks' classes first, then those of the rest; the last is the ground's
+  std::vector<bool> metal;        ///< per texture
 
-  const std::vector<Cylinder>& cylinders() const { return cylinders_; }
+  /// Distance [m] in the plane from `origin` to the first surface in direction `angle_rad` (map frame,
+  /// counter-clockwise from east) that is higher than the origin, or `kNothing`. From inside a cylinder its wall is
+  /// seen.
+  double cast(const Eigen::Vector3d& origin, double angle_rad) const;
 
-  /// Distance [m] from `origin` to the first surface in direction `angle_rad` (map frame, counter-clockwise from east),
-  /// or `kNothing`. From inside a cylinder its wall is seen.
-  double cast(const Eigen::Vector2d& origin, double angle_rad) const;
-
- private:
-  std::vector<Cylinder> cylinders_;
+  /// All that a ray meets in front of `origin`, nearest first, in place of what `hits` held. What surrounds the origin
+  /// is not met.
+  void trace(const Eigen::Vector2d& origin, double angle_rad, std::vector<Hit>& hits) const;
 };
-
-/// The block `landmarks`: an explicit list, or a number of cylinders drawn at random that keep clear of `path` and of
-/// each other. Throws ConfigError, also if they do not fit.
-World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path, std::uint64_t default_seed);
 
 }  // namespace waymark::simulator

@@ -18,9 +18,13 @@ inline Rig rig_with(const Pose& T_base_lidar) {
               {.name = "lidar", .payload = "", .T_base_sensor = T_base_lidar}});
 }
 
-inline std::shared_ptr<Source> make(const std::string& yaml, const Pose& T_base_lidar = {}) {
+inline std::shared_ptr<Source> make_with(const Rig& rig, const std::string& yaml) {
   const PluginLoader loader({WAYMARK_PLUGIN_DIR});
-  return loader.create<Source>("simulator", Config::parse(yaml), rig_with(T_base_lidar));
+  return loader.create<Source>("simulator", Config::parse(yaml), rig);
+}
+
+inline std::shared_ptr<Source> make(const std::string& yaml, const Pose& T_base_lidar = {}) {
+  return make_with(rig_with(T_base_lidar), yaml);
 }
 
 inline std::vector<Measurement> read_all(Source& source) {

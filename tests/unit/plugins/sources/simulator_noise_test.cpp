@@ -121,6 +121,19 @@ TEST(Simulator, WheelNoiseHasTheStatedDensity) {
   }
 }
 
+TEST(Simulator, SpinningWheelsTurnFasterThanTheRobotMoves) {
+  const auto source = make(
+      "{ duration_s: 10, acceleration_mps2: 1000, course: { waypoints_m: [0, 0, 100, 0] }, wheels: { sensor: wheels,"
+      "  track_m: 0.5, noise_m_per_sqrt_s: 1e-9, scale_error_left: 0.1, spins_s: [2, 4], spin_ratio: 0.5 } }");
+  for (const Measurement& m : read_all(*source)) {
+    const double time = to_seconds(m.stamp.time_since_epoch());
+    const double spin = time >= 2.0 && time < 4.0 ? 1.5 : 1.0;
+    ASSERT_NEAR(m.as<WheelSpeeds>().left_mps, 1.1 * spin, 1e-6) << time;
+    ASSERT_NEAR(m.as<WheelSpeeds>().right_mps, spin, 1e-6) << time;
+  }
+  EXPECT_NEAR(source->reference()->trajectory.back().T_map_base.p.x(), 10.0, 0.1);  // the robot does not notice
+}
+
 TEST(Simulator, AStandingWheelSaysZero) {
   const auto all = read_all(*make(kShortDrive + ", duration_s: 10, wheels: { sensor: wheels, track_m: 0.5 } }"));
   EXPECT_NE(all[40].as<WheelSpeeds>().left_mps, 0.0);

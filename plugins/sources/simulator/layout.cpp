@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "clutter.hpp"
+#include "placing.hpp"
+#include "streams.hpp"
+
+namespace waymark::simulator {
+namespace {
+
+constexpr int kClassless = 1;  // textures when the YAML asks for none
+
+std::vector<Cylinder> listed(const Config& config, const Path& path) {
+  const std::vector<double> numbers = config.numbers("list_m");
+  if (numbers.size() % 3 != 0) {
+    config.fail("list_m", fmt::format("{} numbers; x, y, radius of each landmark are expected", numbers.size()));
+  }
+  std::vector<Cylinder> cylinders;
+  for (std::size_t i = 0; i < numbers.size(); i += 3) {
+    const Cylinder cylinder{{numbers[i], numbers[i + 1]}, numbers[i + 2]};
+    if (!(cylinder.radius_m > 0.0)) {
+      config.fail("list_m",
+                  fmt::format("landmark {} has radius {}; more than 0 is expected", i / 3 + 1, cylinder.radius_m));
+    }
+    if (clearance(cylinder.center, cylinder.radius_m, path) <= 0.0) {
+      config.fail("list_m", fmt::format("the course runs through landmark {} at ({}, {})", i / 3 + 1, numbers[i],
+                                        numbers[i + 1]));
+    }
+    cylinders.push_back(cylinder);
+  }
+  return cylinders;
+}
+
+std::vector<Cylinder> drawn(const Config& config, const Path& path, std::uint64_t seed) {
+  const auto count = config.integer_in("count", 0, 100000, 24);
+  const Area area = read_area(config);
+  const Range radius = read_range(config, "radius_m", {0.1, 0.3});
+  const double apart = config.non_negative("min_distance_m", 2.0);
+  const double clear = config.non_negative("course_clearance_m", 1.0);
+
+  std::vector<Cylinder> cylinders;
+  for (std::int64_t i = 0; i < count; ++i) {
+    Random random = stream(seed, Draw::landmarks, Duration{i});
+    int tries = 0;
+    for (; tries < kTriesPerThing; ++tries) {
+      Cylinder next{};
+      next.center = area.draw(random);
+      next.radius_m = radius.draw(random);
+      const bool crowded = std::ranges::any_of(cylinders, [&](const Cylinder& other) {
+        return (other.center - next.center).norm() < std::max(apart, other.radius_m + next.radius_m);
+      });
+      if (crowded || clearance(next.center, next.radius_m, path) < clear) continue;
+      cylinders.push_back(next);
+      break;
+    }
+    if (tries == kTriesPerThing) {
+      config.fail(
+          "count",
+          fmt::format("only {} of {} landmarks fit; enlarge area_m or lower min_distance_m or course_clearance_m", i,
+                      count));
+    }
+  }
+  return cylinders;
+}
+
+/// Which texture each landmark of an explicit list has: as the YAML says, else -1.
+std::vector<int> listed_textures(const Config& config, std::size_t landmarks, int textures) {
+  if (!config.has("list_m")) return std::vector<int>(landmarks, -1);
+  const std::vector<double> numbers = config.numbers("list_texture", -1, std::vector<double>{});
+  if (numbers.empty()) return std::vector<int>(landmarks, -1);
+  if (numbers.size() != landmarks) {
+    config.fail("list_texture", fmt::format("{} textures for {} landmarks", numbers.size(), landmarks));
+  }
+  std::vector<int> chosen;
+  for (const double number : numbers) {
+    if (number != std::floor(number) || number < 0.0 || number >= textures) {
+      config.fail("list_texture", fmt::format("{} is no texture; 0 to {} are expected", number, textures - 1));
+    }
+    chosen.push_back(static_cast<int>(number));
+  }
+  return chosen;
+}
+
+/// Heights and textures have their own random numbers, so they move no landmark.
+void dress(const Config& config, std::uint64_t seed, World& world) {
+  const Range height = read_range(config, "height_m", {3.0, 3.0});
+  const auto count = static_cast<int>(config.integer_in("textures", 1, 1000, kClassless));
+  world.textures = draw_textures(count, seed);
+  world.metal.assign(world.textures.size(), false);
+  for (const double number : config.numbers("metal_textures", -1, std::vector<double>{})) {
+    if (number != std::floor(number) || number < 0.0 || number >= count) {
+      config.fail("metal_textures", fmt::format("{} is no texture; 0 to {} are expected", number, count - 1));
+    }
+    world.metal[static_cast<std::size_t>(number)] = true;
+  }
+  const std::vector<int> chosen = listed_textures(config, world.landmarks.size(), count);
+  for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
+    Random random = stream(seed, Draw::looks, Duration{static_cast<std::int64_t>(i)});
+    world.landmarks[i].height_m = height.draw(random);
+    const double texture = std::floor(count * random.uniform());
+    world.landmarks[i].texture = static_cast<std::size_t>(chosen[i] >= 0 ? chosen[i] : texture);
+  }
+}
+
+std::vector<Wall> read_walls(const Config& config, const Path& path, double height_m) {
+  const std::vector<double> numbers = config.numbers("walls_m", -1, std::vector<double>{});
+  if (numbers.size() % 4 != 0) {
+    config.fail("walls_m", fmt::format("{} numbers; x1, y1, x2, y2 of each wall are expected", numbers.size()));
+  }
+  std::vector<Wall> walls;
+  for (std::size_t i = 0; i < numbers.size(); i += 4) {
+    const Wall wall{{numbers[i], numbers[i + 1]}, {numbers[i + 2], numbers[i + 3]}, height_m};
+    if ((wall.to - wall.from).norm() < 0.01) {
+      config.fail("walls_m", fmt::format("wall {} has no length", i / 4 + 1));
+    }
+    if (clearance(wall, path) < 0.1) {
+      config.fail("walls_m", fmt::format("the course runs through wall {}", i / 4 + 1));
+    }
+    walls.push_back(wall);
+  }
+  return walls;
+}
+
+/// Adds a texture that belongs to no landmark; returns its index.
+std::size_t add_texture(World& world, const Texture& texture) {
+  world.textures.push_back(texture);
+  world.metal.push_back(false);
+  return world.textures.size() - 1;
+}
+
+void dress_surroundings(World& world, std::uint64_t seed) {
+  const std::size_t stone = add_texture(world, {40.0, 0.06, 0.5, 0, 0.0, 0.3, seed + 1001});
+  const std::size_t box = add_texture(world, {28.0, 0.35, 0.6, 1, 0.1, 0.1, seed + 1002});
+  const std::size_t wall = add_texture(world, {35.0, 0.1, 0.72, 0, 0.0, 0.12, seed + 1003});
+  add_texture(world, {75.0, 0.25, 0.42, 0, 0.0, 0.25, seed + 1004});  // the ground's is the last
+  for (Cylinder& thing : world.stones) thing.texture = stone;
+  for (Box& thing : world.boxes) thing.texture = box;
+  for (Wall& thing : world.walls) thing.texture = wall;
+}
+
+}  // namespace
+
+World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path, std::uint64_t default_seed) {
+  World world;
+  std::uint64_t seed = default_seed;
+  if (config.has("landmarks")) {
+    const Config landmarks = config.child("landmarks");
+    if (landmarks.has("list_m") && landmarks.has("count")) {
+      landmarks.fail("count", "either count or list_m is expected, not both");
+    }
+    seed = static_cast<std::uint64_t>(landmarks.integer("seed", static_cast<std::int64_t>(default_seed)));
+    world.landmarks = landmarks.has("list_m") ? listed(landmarks, path) : drawn(landmarks, path, seed);
+    dress(landmarks, seed, world);
+  }
+  const double wall_height_m = config.positive("wall_height_m", 2.5);
+  world.walls = read_walls(config, path, wall_height_m);
+  if (config.has("clutter")) add_clutter(config.child("clutter"), path, wall_height_m, seed, world);
+  dress_surroundings(world, seed);
+  return world;
+}
+
+}  // namespace waymark::simulator

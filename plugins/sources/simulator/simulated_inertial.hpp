@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "magnetism.hpp"
+#include "simulated_sensors.hpp"
+#include "waymark/random.hpp"
+#include "waymark/rig.hpp"
+
+namespace waymark::simulator {
+
+/// Nine axes: gyroscopes, accelerometers and magnetometers, each with white noise, and the first two with biases that
+/// start at random and walk. The robot stays level.
+class SimulatedImu : public SimulatedSensor {
+ public:
+  /// `magnetism` must outlive the sensor.
+  SimulatedImu(const Config& config, const Rig& rig, const Magnetism& magnetism);
+
+ private:
+  /// The errors of three equal axes.
+  struct Axes {
+    double noise;       ///< density of the white noise [unit/√Hz]
+    double bias_start;  ///< sigma of the first bias [unit]
+    double bias_walk;   ///< density of its random walk [unit/√s]
+    Eigen::Vector3d bias{0.0, 0.0, 0.0};
+
+    void walk(bool first, double period_s, Random& random);
+  };
+
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  void save_state(OutArchive& archive) const override;
+  void load_state(InArchive& archive) override;
+
+  Pose T_base_sensor_;
+  const Magnetism& magnetism_;
+  Axes gyroscope_;
+  Axes accelerometer_;
+  bool has_magnetometer_;
+  double magnetometer_noise_t_;
+};
+
+/// A compass that knows only where the horizontal part of the field points.
+class SimulatedCompass : public SimulatedSensor {
+ public:
+  /// `magnetism` must outlive the sensor.
+  SimulatedCompass(const Config& config, const Rig& rig, const Magnetism& magnetism);
+
+ private:
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+
+  Pose T_base_sensor_;
+  const Magnetism& magnetism_;
+  double sigma_rad_;
+  double offset_rad_;
+};
+
+}  // namespace waymark::simulator

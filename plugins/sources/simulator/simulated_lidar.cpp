@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulated_lidar.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "streams.hpp"
+#include "waymark/payloads.hpp"
+
+namespace waymark::simulator {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kLidarPhase = 0.57;
+constexpr int kSubRays = 7;  // that stand for one beam of finite width
+
+}  // namespace
+
+SimulatedLidar::SimulatedLidar(const Config& config, const Rig& rig)
+    : SimulatedSensor(config, LaserScan::kType, 5.0, kLidarPhase),
+      T_base_sensor_(rig.T_base_sensor(channel().sensor)),
+      range_max_m_(config.positive("range_max_m", 30.0)),
+      start_rad_(kDegree * config.number_in("start_deg", -360.0, 360.0, -135.0)),
+      step_rad_(kDegree * config.positive("step_deg", 0.5)),
+      beams_(static_cast<int>(config.integer_in("beams", 1, 100000, 541))),
+      sigma_m_(config.positive("sigma_m", 0.02)),
+      miss_probability_(config.number_in("miss_probability", 0.0, 1.0, 0.0)),
+      clutter_per_scan_(config.number_in("clutter_per_scan", 0.0, 1000.0, 0.0)),
+      beam_width_rad_(kDegree * config.number_in("beam_width_deg", 0.0, 10.0, 0.0)),
+      mixed_probability_(config.number_in("mixed_probability", 0.0, 1.0, 0.5)),
+      edge_m_(config.positive("edge_m", 0.3)) {
+  const Eigen::Vector3d rpy = so3::to_rpy(T_base_sensor_.q);
+  if (std::hypot(rpy.x(), rpy.y()) > 1e-9) {
+    config.fail("sensor", fmt::format("base_T_sensor of '{}' has roll or pitch; the simulated scanner is horizontal",
+                                      channel().sensor));
+  }
+}
+
+/// The world of one scan: without the cylinders that it misses, with its clutter.
+World SimulatedLidar::seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const {
+  World world = truth.world;
+  Random misses = stream(truth.seed, Draw::misses, stamp);
+  std::erase_if(world.landmarks, [&](const Cylinder&) { return misses.uniform() < miss_probability_; });
+  // Poisson by counting exponential waiting times.
+  Random clutter = stream(truth.seed, Draw::clutter, stamp);
+  constexpr double kNearest = 1.0;
+  for (double sum = -std::log1p(-clutter.uniform()); sum < clutter_per_scan_; sum -= std::log1p(-clutter.uniform())) {
+    const double range = kNearest + (range_max_m_ - kNearest) * clutter.uniform();
+    const double bearing = start_rad_ + step_rad_ * (beams_ - 1) * clutter.uniform();
+    const Eigen::Vector3d p = T_map_sensor * Eigen::Vector3d(range * std::cos(bearing), range * std::sin(bearing), 0.0);
+    world.stones.push_back({p.head<2>(), 0.05 + 0.25 * clutter.uniform(), World::kNothing});
+  }
+  return world;
+}
+
+/// True range of one beam. A wide beam that meets surfaces in one piece shows their mean; at an edge it shows the
+/// nearer one or, as time-of-flight scanners do, something between both.
+double SimulatedLidar::measured(const World& world, const Eigen::Vector3d& origin, double angle_rad,
+                                Random& mixing) const {
+  if (beam_width_rad_ == 0.0) return world.cast(origin, angle_rad);
+  std::array<double, kSubRays> ranges{};
+  for (int i = 0; i < kSubRays; ++i) {
+    const double offset = beam_width_rad_ * ((i + 0.5) / kSubRays - 0.5);
+    ranges[static_cast<std::size_t>(i)] = world.cast(origin, angle_rad + offset);
+  }
+  // Drawn for every beam, so that what one beam meets does not change the others.
+  const bool mixed = mixing.uniform() < mixed_probability_;
+  const double share = mixing.uniform();
+
+  const double foreground = std::ranges::min(ranges);
+  double sum = 0.0;
+  int near = 0;
+  double background = World::kNothing;
+  for (const double range : ranges) {
+    if (range > range_max_m_) continue;
+    if (range <= foreground + edge_m_) {
+      sum += range;
+      ++near;
+    } else {
+      background = std::min(background, range);
+    }
+  }
+  if (near == 0) return World::kNothing;
+  const double front = sum / near;
+  return mixed && background < World::kNothing ? front + share * (background - front) : front;
+}
+
+std::shared_ptr<const Payload> SimulatedLidar::sample(const Truth& truth, Duration stamp) {
+  const Pose T_map_sensor = truth.trajectory.at(stamp).pose() * T_base_sensor_;
+  const bool as_it_is = miss_probability_ == 0.0 && clutter_per_scan_ == 0.0;
+  const World disturbed = as_it_is ? World{} : seen(truth, stamp, T_map_sensor);
+  const World& world = as_it_is ? truth.world : disturbed;
+  Random random = stream(truth.seed, Draw::lidar, stamp);
+  Random mixing = stream(truth.seed, Draw::mixing, stamp);
+  auto scan = std::make_shared<LaserScan>();
+  scan->start_rad = start_rad_;
+  scan->step_rad = step_rad_;
+  scan->ranges_m.reserve(static_cast<std::size_t>(beams_));
+  for (int beam = 0; beam < beams_; ++beam) {
+    const double noise = sigma_m_ * random.normal();
+    const double range = measured(world, T_map_sensor.p, T_map_sensor.yaw() + start_rad_ + beam * step_rad_, mixing);
+    const double shown = range > range_max_m_ ? range_max_m_ + 1.0 : std::clamp(range + noise, 0.0, range_max_m_);
+    scan->ranges_m.push_back(static_cast<float>(shown));
+  }
+  return scan;
+}
+
+}  // namespace waymark::simulator

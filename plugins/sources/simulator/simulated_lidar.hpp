@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "simulated_sensors.hpp"
+#include "waymark/random.hpp"
+#include "waymark/rig.hpp"
+#include "world.hpp"
+
+namespace waymark::simulator {
+
+/// A horizontal laser scanner that sees the cylinders, all beams at one instant. In each scan a cylinder may be
+/// missing, and things may stand there that the next scan does not see again. A beam has a width, so at an edge it
+/// meets fore- and background at once.
+class SimulatedLidar : public SimulatedSensor {
+ public:
+  SimulatedLidar(const Config& config, const Rig& rig);
+
+ private:
+  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  World seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const;
+  double measured(const World& world, const Eigen::Vector3d& origin, double angle_rad, Random& mixing) const;
+
+  Pose T_base_sensor_;
+  double range_max_m_;
+  double start_rad_;
+  double step_rad_;
+  int beams_;
+  double sigma_m_;
+  double miss_probability_;
+  double clutter_per_scan_;
+  double beam_width_rad_;
+  double mixed_probability_;
+  double edge_m_;
+};
+
+}  // namespace waymark::simulator

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "waymark/config.hpp"
+#include "waymark/time.hpp"
+
+namespace waymark::simulator {
+
+/// Spans of time in which something is the case, such as outages.
+class Windows {
+ public:
+  /// Reads a flat list: begin and end [s] of one window after the other; none if the key is absent. Throws ConfigError.
+  Windows(const Config& config, std::string_view key);
+
+  /// Whether `time` lies in a window; the end does not belong to it.
+  bool contain(Duration time) const;
+
+ private:
+  std::vector<std::pair<Duration, Duration>> spans_;
+};
+
+}  // namespace waymark::simulator
