@@ -60,6 +60,9 @@ AssociationSettings read_association(const Config& config, int dimension) {
   s.merge = config.boolean("merge", false);
   s.radius_range = config.positive("radius_range_m", 1.0);
   s.signature_lambda = config.non_negative("signature_lambda", 20.0);
+  s.signature_fusion = config.choice("signature_fusion", {"product", "dirichlet"}, "product") == "dirichlet"
+                           ? SignatureFusion::dirichlet
+                           : SignatureFusion::product;
   s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, 0.01);
   s.new_landmark_signature_distance = config.has("new_landmark_signature_distance")
                                           ? config.number_in("new_landmark_signature_distance", 0.0, 1.0)

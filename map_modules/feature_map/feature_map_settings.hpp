@@ -49,6 +49,12 @@ enum class AssociationMethod {
   joint     ///< joint compatibility, branch and bound
 };
 
+/// How a landmark's signature takes in another view.
+enum class SignatureFusion {
+  product,   ///< discrete Bayes filter (4.10), with a floor
+  dirichlet  ///< mean of a Dirichlet distribution that counts views: their running mean
+};
+
 /// How detections and landmarks find each other.
 struct AssociationSettings {
   AssociationMethod method;
@@ -62,7 +68,8 @@ struct AssociationSettings {
   bool merge;                       ///< merge landmarks that have come closer than that and agree
   double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
   double signature_lambda;          ///< λ of (4.7)
-  double signature_floor;           ///< no bin falls below this
+  SignatureFusion signature_fusion;
+  double signature_floor;  ///< no bin falls below this (of the product)
   /// D of a new landmark in p₀; NaN: the running mean of D between detections and other landmarks
   double new_landmark_signature_distance;
 };
