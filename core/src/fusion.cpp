@@ -232,6 +232,7 @@ class Fusion::Impl::View final : public Snapshot {
       result.emplace_back();
       result.back().module = host_.maps_[i].name;
       best().maps[i]->describe(result.back());
+      if (host_.maps_[i].module) host_.maps_[i].module->describe(result.back().figures);
       if (host_.filter_.georeference()) place_on_earth(result.back());
     }
     return result;
