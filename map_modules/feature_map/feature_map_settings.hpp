@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,20 @@ struct ExtractionSettings {
   double isolation;     ///< no other return within this distance of the centre [m]; 0: not asked
   int min_beams;
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
+};
+
+/// What the camera adds (§4.1).
+struct CameraSettings {
+  int hue_bins;
+  int saturation_bins;
+  double value_min;          ///< darker pixels have no colour, 0..1
+  double edge_min_contrast;  ///< [grey levels of 255]
+  double edge_height;        ///< rows this far above and below the scan are looked at [m]
+  double edge_search;        ///< about each border that the scan predicts [rad]
+  double edge_sigma_px;      ///< noise of one edge, σ [px]
+  double width_ratio_min;    ///< of the width in the image to that in the scan
+  double width_ratio_max;
+  bool drop_outside;  ///< candidates that the image does not show; otherwise they stay as the scan has them
 };
 
 /// Noise of one detection in the scanner's frame, σ.
@@ -95,12 +110,13 @@ struct FeatureMapSettings {
   IdentityUse identity = IdentityUse::unused;
   IdentitySignature identity_signature;
   ExtractionSettings extraction;
+  std::optional<CameraSettings> camera;  ///< if an input is one
   DetectionNoise noise;
   AssociationSettings association;
   ExistenceSettings existence;
 
-  /// Reads the map's node of the YAML. Throws ConfigError.
-  static FeatureMapSettings read(const Config& config);
+  /// Reads the map's node of the YAML; its key `camera` only if one of its inputs is a camera. Throws ConfigError.
+  static FeatureMapSettings read(const Config& config, bool with_camera = false);
 };
 
 }  // namespace waymark
