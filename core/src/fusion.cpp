@@ -170,6 +170,7 @@ class Fusion::Impl {
   bool settle_motion(SensorState& state, const Measurement& m);
   void reacquire(SensorState& state, const Update& model, const MixtureOutcome& outcome, Time stamp);
   Fate map(const Measurement& m, Fate fate);
+  bool is_companion(std::uint32_t sensor) const;
   void count(const Measurement& m, Fate fate);
   void out_of_service(SensorState& state, Time stamp, std::string_view why);
 
@@ -232,6 +233,7 @@ class Fusion::Impl::View final : public Snapshot {
       result.emplace_back();
       result.back().module = host_.maps_[i].name;
       best().maps[i]->describe(result.back());
+      if (host_.maps_[i].module) host_.maps_[i].module->describe(result.back().figures);
       if (host_.filter_.georeference()) place_on_earth(result.back());
     }
     return result;
@@ -313,6 +315,14 @@ void Fusion::Impl::begin(const Start& start) {
   }
 }
 
+/// True if a map in service takes this sensor's measurements along with those of its first input.
+bool Fusion::Impl::is_companion(std::uint32_t sensor) const {
+  return std::ranges::any_of(maps_, [&](const MapSlot& map) {
+    return map.module &&
+           std::find(map.inputs.begin() + 1, map.inputs.end(), static_cast<int>(sensor)) != map.inputs.end();
+  });
+}
+
 /// One measurement on the committed side: predict, update, map, show.
 void Fusion::Impl::take_in(const Measurement& m) {
   SensorState& state = sensors_[m.sensor];
@@ -326,8 +336,9 @@ void Fusion::Impl::take_in(const Measurement& m) {
   } else {
     if (state.slot.sensor) fate = update(state, m);
     if (state.triggers_map) fate = map(m, fate);
+    newest_[m.sensor] = m;
+    if (fate == Fate::unheard && is_companion(m.sensor)) fate = Fate::paired;
   }
-  newest_[m.sensor] = m;
   if (maps_.empty()) filter_.record_path();
 
   if (fate == Fate::unheard && !state.told_unheard) {
@@ -347,6 +358,7 @@ void Fusion::Impl::count(const Measurement& m, Fate fate) {
       ++report.gated;
       break;
     case Fate::mapped:
+    case Fate::paired:
       ++report.mapped;
       break;
     case Fate::held_out:

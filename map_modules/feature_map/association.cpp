@@ -45,11 +45,9 @@ void collect_pairs(const FeatureMapSettings& settings, double log_p0, const Eige
       settings.association.gate, pose, P, observation, association,
       [](const Detection&, const StoredLandmark&) { return true; },
       [&](std::size_t d, std::size_t n, double distance, double determinant) {
-        const double log_signature = settings.use_signature
-                                         ? -settings.association.signature_lambda *
-                                               signature_distance(observation.detections[d].signature,
-                                                                  association.nearby[n].landmark.signature())
-                                         : 0.0;
+        const double log_signature =
+            log_signature_likelihood(settings, observation.detections[d].signature,
+                                     association.nearby[n].landmark.signature(), association.signature_distance_of_new);
         const double log_likelihood = log_pd + log_normal<D>(distance, determinant) + log_signature;
         if (log_likelihood >= log_p0)
           association.pairs.push_back({log_likelihood, log_signature, static_cast<int>(d), static_cast<int>(n)});

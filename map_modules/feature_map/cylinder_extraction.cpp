@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "camera_extraction.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -136,9 +137,7 @@ std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s
     candidate.mean_range = sum / count;
     candidate.bearing = view.start + 0.5 * (first + last) * view.step;
     candidate.radius = candidate.mean_range * half_width / (1.0 - half_width);
-    // Beams hit a round front: on the average a little behind its nearest point.
-    constexpr double kFront = 1.0 - std::numbers::pi / 4.0;
-    candidate.surface_range = candidate.mean_range - (count > 2 ? kFront * candidate.radius : 0.0);
+    candidate.surface_range = front_range(candidate, candidate.radius);
     candidate.verdict = judge(view, candidate, 2.0 * candidate.mean_range * half_width, s);
     candidates.push_back(candidate);
     first = last + 1;
@@ -146,28 +145,48 @@ std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s
   return candidates;
 }
 
-FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
-                                     const FeatureMapSettings& settings) {
-  const ExtractionSettings& s = settings.extraction;
-  FeatureObservation observation;
-  observation.view = view_of(scan, T_base_sensor, s);
-  // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind
-  // the surface.
-  DetectionNoise noise = settings.noise;
-  if (!settings.use_radius) noise.radius = 0.0;
+double front_range(const Candidate& candidate, double radius) {
+  constexpr double kFront = 1.0 - std::numbers::pi / 4.0;
+  const int count = candidate.last_beam - candidate.first_beam + 1;
+  return candidate.mean_range - (count > 2 ? kFront * radius : 0.0);
+}
 
-  for (const Candidate& candidate : examine(observation.view, s)) {
+FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vector<Candidate>& candidates,
+                           const ImageLook* look, const Pose& T_base_sensor, const FeatureMapSettings& settings) {
+  FeatureObservation observation;
+  observation.view = std::move(view);
+  auto next_look = look != nullptr ? look->looks.begin() : std::vector<CandidateLook>::const_iterator{};
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& candidate = candidates[i];
+    const CandidateLook* seen = nullptr;
+    if (look != nullptr && next_look != look->looks.end() && next_look->candidate == i) seen = &*next_look++;
     if (candidate.verdict != Verdict::accepted) continue;
+    DetectionNoise noise = settings.noise;
+    if (seen != nullptr) noise.radius = seen->radius_sigma;
+    // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind
+    // the surface.
+    if (!settings.use_radius) noise.radius = 0.0;
     Detection detection =
         make_detection(candidate.surface_range, candidate.bearing, candidate.radius, T_base_sensor, noise);
     detection.first_beam = candidate.first_beam;
     detection.last_beam = candidate.last_beam;
-    detection.signature =
-        reflectivity(scan, candidate.first_beam, candidate.last_beam, s, settings.association.signature_floor);
+    if (look == nullptr) {
+      detection.signature = reflectivity(scan, candidate.first_beam, candidate.last_beam, settings.extraction,
+                                         settings.association.signature_floor);
+    } else if (seen != nullptr) {
+      detection.signature = seen->signature;
+    }
     observation.max_range = std::max(observation.max_range, detection.xyr.head<2>().norm());
     observation.detections.push_back(detection);
   }
   return observation;
+}
+
+FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
+                                     const FeatureMapSettings& settings) {
+  ScanView view = view_of(scan, T_base_sensor, settings.extraction);
+  const std::vector<Candidate> candidates = examine(view, settings.extraction);
+  return observe(scan, std::move(view), candidates, nullptr, T_base_sensor, settings);
 }
 
 }  // namespace waymark

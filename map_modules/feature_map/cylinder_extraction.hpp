@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "feature_map_settings.hpp"
@@ -17,8 +18,11 @@ enum class Verdict {
   too_few_beams,  ///< fewer than `min_beams`
   hidden,         ///< at the border of the scan or next to a blind beam: its surroundings cannot be told
   no_background,  ///< the scan does not recede by `background_m` on both sides
-  crowded         ///< another return lies within `isolation_m` of its centre: a bush, grass, rising ground
+  crowded,        ///< another return lies within `isolation_m` of its centre: a bush, grass, rising ground
+  no_edges,       ///< the image shows no pair of vertical edges where its borders should be
+  off_image       ///< the image does not show it, and `camera.outside` is drop
 };
+inline constexpr std::size_t kVerdicts = 9;
 
 /// A segment: neighbouring beams that differ by at most `segment_jump_m`, taken as the front of a cylinder.
 struct Candidate {
@@ -36,6 +40,16 @@ ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const Extract
 
 /// All segments of a scan in the order of its beams, each with the verdict of the criteria.
 std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& settings);
+
+/// Range to the nearest point of a round front of this radius: beams hit it a little behind, on the average.
+double front_range(const Candidate& candidate, double radius);
+
+struct ImageLook;
+
+/// The accepted candidates as detections. `look` is null without a camera; with one, what it measured replaces the
+/// scanner's radius and reflectivity, and without a usable image the signature is unknown.
+FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vector<Candidate>& candidates,
+                           const ImageLook* look, const Pose& T_base_sensor, const FeatureMapSettings& settings);
 
 /// Finds upright cylinders in a planar scan (estimation.md §4, extraction (a) and (c)): the accepted candidates of
 /// `examine`, which stand out in front of their surroundings on both sides. Throws DataError if the scan has no beams.

@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 
+#include "camera_picture.hpp"
 #include "waymark/error.hpp"
 #include "waymark/output_file.hpp"
 
@@ -26,8 +27,8 @@ struct Look {
   cv::Scalar color;
 };
 
-const std::array<Look, 7>& looks() {
-  static const std::array<Look, 7> all{{
+const std::array<Look, kVerdicts>& looks() {
+  static const std::array<Look, kVerdicts> all{{
       {Verdict::accepted, "accepted", {60, 140, 20}},
       {Verdict::crowded, "crowded", {40, 40, 210}},
       {Verdict::no_background, "no background", {20, 140, 240}},
@@ -35,6 +36,8 @@ const std::array<Look, 7>& looks() {
       {Verdict::too_few_beams, "too few beams", {200, 170, 30}},
       {Verdict::too_wide, "too wide", {200, 90, 40}},
       {Verdict::too_far, "too far", {170, 170, 170}},
+      {Verdict::no_edges, "no edges", {110, 30, 110}},
+      {Verdict::off_image, "off the image", {120, 120, 60}},
   }};
   return all;
 }
@@ -181,14 +184,19 @@ ExtractionPictures::ExtractionPictures(const Config& config) : times_s_(config.n
   if (failure) config.fail("folder", "cannot make \"" + folder_.string() + "\": " + failure.message());
 }
 
-void ExtractionPictures::take(Time stamp, const ScanView& view, const ExtractionSettings& settings) {
+void ExtractionPictures::take(const ExtractionFrame& frame, const FeatureMapSettings& settings) {
   if (next_ == times_s_.size()) return;
-  if (!first_) first_ = stamp;
-  const double elapsed_s = to_seconds(stamp - *first_);
+  if (!first_) first_ = frame.stamp;
+  const double elapsed_s = to_seconds(frame.stamp - *first_);
   for (; next_ < times_s_.size() && elapsed_s >= times_s_[next_]; ++next_) {
-    write_file(folder_ / fmt::format("scan_{:g}s.png", times_s_[next_]),
-               draw_extraction(view, examine(view, settings), settings,
+    const double asked_s = times_s_[next_];
+    write_file(folder_ / fmt::format("scan_{:g}s.png", asked_s),
+               draw_extraction(frame.view, frame.candidates, settings.extraction,
                                fmt::format("scan {:.2f} s after the first", elapsed_s)));
+    if (frame.look == nullptr || frame.look->image.bgr.empty() || !settings.camera) continue;
+    write_file(folder_ / fmt::format("camera_{:g}s.png", asked_s),
+               draw_look(frame.view, frame.T_base_scanner, frame.candidates, *frame.look, *settings.camera,
+                         fmt::format("image of the scan {:.2f} s after the first", elapsed_s)));
   }
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cylinder_extraction.hpp"
+#include "camera_extraction.hpp"
 #include "waymark/config.hpp"
 #include "waymark/time.hpp"
 
@@ -19,7 +19,17 @@ namespace waymark {
 std::string draw_extraction(const ScanView& view, const std::vector<Candidate>& candidates,
                             const ExtractionSettings& settings, const std::string& title);
 
-/// Draws the scans at given times, one file each: `extraction_pictures: { times_s: [10, 500], folder: "out/scans" }`.
+/// What was extracted from one scan, for a picture.
+struct ExtractionFrame {
+  Time stamp;
+  const ScanView& view;
+  const std::vector<Candidate>& candidates;
+  Pose T_base_scanner = {};
+  const ImageLook* look = nullptr;  ///< null without a camera
+};
+
+/// Draws the scans at given times, one file each: `extraction_pictures: { times_s: [10, 500], folder: "out/scans" }`;
+/// with a camera also the image that belongs to it (camera_picture.hpp).
 class ExtractionPictures {
  public:
   /// Reads the node; an empty one asks for no picture. Times count from the first scan, ascending; `folder`, relative
@@ -27,7 +37,7 @@ class ExtractionPictures {
   explicit ExtractionPictures(const Config& config);
 
   /// Draws the first scan not earlier than each time. Throws Error if the file cannot be written.
-  void take(Time stamp, const ScanView& view, const ExtractionSettings& settings);
+  void take(const ExtractionFrame& frame, const FeatureMapSettings& settings);
 
  private:
   std::vector<double> times_s_;

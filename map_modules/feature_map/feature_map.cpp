@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "cylinder_extraction.hpp"
+#include "camera_extraction.hpp"
+#include "extraction_counts.hpp"
 #include "extraction_pictures.hpp"
 #include "particle_feature_map.hpp"
 #include "waymark/error.hpp"
@@ -17,21 +20,32 @@ namespace {
 /// Map module 1 of Fig. 2.1: landmark extraction, data association and localisation, feature-based map.
 class FeatureMap final : public MapModule {
  public:
-  FeatureMap(const Config& config, const Rig& rig)
-      : settings_(std::make_shared<FeatureMapSettings>(FeatureMapSettings::read(config))),
-        T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
-        pictures_(config.child_or_empty("extraction_pictures")) {}
+  FeatureMap(const Config& config, const Rig& rig) : FeatureMap(config, rig, camera_of(config, rig)) {}
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleFeatureMap>(settings_); }
 
-  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
-                                             const MotionWindow&) override {
+  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
+                                             const MotionWindow& motion) override {
     if (trigger.payload->type() == LandmarkObservations::kType) return ready_made(trigger.as<LandmarkObservations>());
-    auto observation =
-        std::make_shared<FeatureObservation>(extract_cylinders(trigger.as<LaserScan>(), T_base_sensor_, *settings_));
-    pictures_.take(trigger.stamp, observation->view, settings_->extraction);
-    return observation;
+    const auto& scan = trigger.as<LaserScan>();
+    ScanView view = view_of(scan, T_base_sensor_, settings_->extraction);
+    std::vector<Candidate> candidates = examine(view, settings_->extraction);
+    std::optional<ImageLook> look;
+    if (camera_) {
+      const Measurement* image = companions.empty() ? nullptr : companions.front().measurement;
+      look = camera_->look(image, trigger.stamp, motion, T_base_sensor_, candidates);
+      counts_.add(*look, candidates);
+    }
+    counts_.add(candidates);
+    const ImageLook* seen = look ? &*look : nullptr;
+    pictures_.take({trigger.stamp, view, candidates, T_base_sensor_, seen}, *settings_);
+    return std::make_shared<FeatureObservation>(
+        observe(scan, std::move(view), candidates, seen, T_base_sensor_, *settings_));
   }
+
+  void describe(std::vector<MapFigure>& figures) const override { counts_.describe(camera_.has_value(), figures); }
+  void save(OutArchive& out) const override { counts_.save(out); }
+  void load(InArchive& in) override { counts_.load(in); }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
     auto map = std::make_unique<ParticleFeatureMap>(settings_);
@@ -40,6 +54,28 @@ class FeatureMap final : public MapModule {
   }
 
  private:
+  FeatureMap(const Config& config, const Rig& rig, const std::string& camera)
+      : settings_(std::make_shared<FeatureMapSettings>(FeatureMapSettings::read(config, !camera.empty()))),
+        T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
+        pictures_(config.child_or_empty("extraction_pictures")) {
+    if (camera.empty()) return;
+    camera_.emplace(rig.intrinsics(camera), rig.T_base_sensor(camera), *settings_->camera, settings_->noise.range);
+  }
+
+  /// Name of the second input, which must be a camera; empty if there is none.
+  static std::string camera_of(const Config& config, const Rig& rig) {
+    const std::vector<std::string> inputs = config.texts("inputs");
+    if (inputs.size() < 2) return {};
+    const int index = rig.find(inputs[1]);
+    const bool is_camera = index >= 0 && rig.mountings()[static_cast<std::size_t>(index)].payload == Image::kType;
+    if (inputs.size() > 2 || !is_camera) {
+      config.fail("inputs",
+                  "a feature map takes a scanner and, second, at most one camera, a sensor with `payload: "
+                  "Image`");
+    }
+    return inputs[1];
+  }
+
   /// Landmarks that the device detected by itself: range is to the centre.
   std::shared_ptr<const Observation> ready_made(const LandmarkObservations& seen) const {
     auto observation = std::make_shared<FeatureObservation>();
@@ -73,7 +109,9 @@ class FeatureMap final : public MapModule {
 
   std::shared_ptr<const FeatureMapSettings> settings_;
   Pose T_base_sensor_;
+  std::optional<CameraExtraction> camera_;
   ExtractionPictures pictures_;
+  ExtractionCounts counts_;
 };
 
 }  // namespace

@@ -29,6 +29,26 @@ ExtractionSettings read_extraction(const Config& config) {
   return s;
 }
 
+CameraSettings read_camera(const Config& config) {
+  CameraSettings s;
+  constexpr auto kMost = static_cast<std::int64_t>(Signature::kMaxBins);
+  s.hue_bins = static_cast<int>(config.integer_in("hue_bins", 1, kMost, 16));
+  s.saturation_bins = static_cast<int>(config.integer_in("saturation_bins", 1, kMost, 4));
+  if (s.hue_bins * s.saturation_bins > kMost) {
+    config.fail("hue_bins", "hue_bins times saturation_bins must be at most " + std::to_string(kMost) + ", not " +
+                                std::to_string(s.hue_bins * s.saturation_bins));
+  }
+  s.value_min = config.number_in("value_min", 0.0, 1.0, 0.15);
+  s.edge_min_contrast = config.number_in("edge_min_contrast", 1.0, 255.0, 12.0);
+  s.edge_height = config.positive("edge_height_m", 0.3);
+  s.edge_search = kRadPerDeg * config.number_in("edge_search_deg", 0.05, 20.0, 1.5);
+  s.edge_sigma_px = config.positive("edge_sigma_px", 1.0);
+  s.width_ratio_min = config.number_in("width_ratio_min", 0.0, 1.0, 0.5);
+  s.width_ratio_max = config.number_in("width_ratio_max", 1.0, 100.0, 2.0);
+  s.drop_outside = config.choice("outside", {"keep", "drop"}, "keep") == "drop";
+  return s;
+}
+
 DetectionNoise read_noise(const Config& config) {
   return {config.positive("range_m", 0.05), kRadPerDeg * config.positive("bearing_deg", 0.35),
           config.non_negative("tangential_m", 0.05), config.positive("radius_m", 0.1)};
@@ -44,7 +64,7 @@ AssociationMethod read_method(const Config& config) {
                              : AssociationMethod::greedy;
 }
 
-AssociationSettings read_association(const Config& config, int dimension) {
+AssociationSettings read_association(const Config& config, int dimension, const std::optional<CameraSettings>& camera) {
   AssociationSettings s;
   s.method = read_method(config);
   s.joint_max_nodes = static_cast<int>(config.integer_in("joint_max_nodes", 1, 100000000, 1000));
@@ -60,7 +80,12 @@ AssociationSettings read_association(const Config& config, int dimension) {
   s.merge = config.boolean("merge", false);
   s.radius_range = config.positive("radius_range_m", 1.0);
   s.signature_lambda = config.non_negative("signature_lambda", 20.0);
-  s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, 0.01);
+  s.signature_fusion = config.choice("signature_fusion", {"product", "dirichlet"}, "product") == "dirichlet"
+                           ? SignatureFusion::dirichlet
+                           : SignatureFusion::product;
+  s.signature_floor = config.number_in("signature_floor", 1e-9, 0.4, camera ? 0.001 : 0.01);
+  if (camera && s.signature_floor * camera->hue_bins * camera->saturation_bins >= 0.5)
+    config.fail("signature_floor", "must lie well below one over the number of bins, hue_bins times saturation_bins");
   s.new_landmark_signature_distance = config.has("new_landmark_signature_distance")
                                           ? config.number_in("new_landmark_signature_distance", 0.0, 1.0)
                                           : std::numeric_limits<double>::quiet_NaN();
@@ -96,7 +121,7 @@ ExistenceSettings read_existence(const Config& config) {
 
 }  // namespace
 
-FeatureMapSettings FeatureMapSettings::read(const Config& config) {
+FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_camera) {
   FeatureMapSettings s;
   for (const std::string& attribute : config.texts("attributes", std::vector<std::string>{})) {
     if (attribute == "radius") {
@@ -112,8 +137,14 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config) {
   s.identity_signature = read_identity_signature(config.child_or_empty("signature"));
   if (s.identity == IdentityUse::signature) s.use_signature = true;
   s.extraction = read_extraction(config.child_or_empty("extraction"));
+  if (with_camera) {
+    s.camera = read_camera(config.child_or_empty("camera"));
+    if (s.identity != IdentityUse::unused) config.fail("identity", "must be unused with a camera: scans read none");
+  } else if (config.has("camera")) {
+    config.fail("camera", "none of the inputs is a camera, a sensor with `payload: Image`");
+  }
   s.noise = read_noise(config.child_or_empty("noise"));
-  s.association = read_association(config.child_or_empty("association"), s.use_radius ? 3 : 2);
+  s.association = read_association(config.child_or_empty("association"), s.use_radius ? 3 : 2, s.camera);
   s.existence = read_existence(config.child_or_empty("existence"));
   return s;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,20 @@ struct ExtractionSettings {
   double isolation;     ///< no other return within this distance of the centre [m]; 0: not asked
   int min_beams;
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
+};
+
+/// What the camera adds (§4.1).
+struct CameraSettings {
+  int hue_bins;
+  int saturation_bins;
+  double value_min;          ///< darker pixels have no colour, 0..1
+  double edge_min_contrast;  ///< [grey levels of 255]
+  double edge_height;        ///< rows this far above and below the scan are looked at [m]
+  double edge_search;        ///< about each border that the scan predicts [rad]
+  double edge_sigma_px;      ///< noise of one edge, σ [px]
+  double width_ratio_min;    ///< of the width in the image to that in the scan
+  double width_ratio_max;
+  bool drop_outside;  ///< candidates that the image does not show; otherwise they stay as the scan has them
 };
 
 /// Noise of one detection in the scanner's frame, σ.
@@ -49,6 +64,12 @@ enum class AssociationMethod {
   joint     ///< joint compatibility, branch and bound
 };
 
+/// How a landmark's signature takes in another view.
+enum class SignatureFusion {
+  product,   ///< discrete Bayes filter (4.10), with a floor
+  dirichlet  ///< mean of a Dirichlet distribution that counts views: their running mean
+};
+
 /// How detections and landmarks find each other.
 struct AssociationSettings {
   AssociationMethod method;
@@ -62,7 +83,8 @@ struct AssociationSettings {
   bool merge;                       ///< merge landmarks that have come closer than that and agree
   double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
   double signature_lambda;          ///< λ of (4.7)
-  double signature_floor;           ///< no bin falls below this
+  SignatureFusion signature_fusion;
+  double signature_floor;  ///< no bin falls below this (of the product)
   /// D of a new landmark in p₀; NaN: the running mean of D between detections and other landmarks
   double new_landmark_signature_distance;
 };
@@ -88,12 +110,13 @@ struct FeatureMapSettings {
   IdentityUse identity = IdentityUse::unused;
   IdentitySignature identity_signature;
   ExtractionSettings extraction;
+  std::optional<CameraSettings> camera;  ///< if an input is one
   DetectionNoise noise;
   AssociationSettings association;
   ExistenceSettings existence;
 
-  /// Reads the map's node of the YAML. Throws ConfigError.
-  static FeatureMapSettings read(const Config& config);
+  /// Reads the map's node of the YAML; its key `camera` only if one of its inputs is a camera. Throws ConfigError.
+  static FeatureMapSettings read(const Config& config, bool with_camera = false);
 };
 
 }  // namespace waymark

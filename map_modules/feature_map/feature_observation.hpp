@@ -13,8 +13,9 @@
 
 namespace waymark {
 
-/// The discrete distribution that describes how a landmark looks (4.7): reflectivity in two bins (dark, bright), an
-/// identity in one bin each. Its storage lies inside, so that no detection needs the heap.
+/// The discrete distribution that describes how a landmark looks (4.7): hue and saturation in an image, reflectivity in
+/// two bins (dark, bright), an identity in one bin each. Without bins it is unknown: nothing has looked. Its storage
+/// lies inside, so that no detection needs the heap.
 class Signature {
  public:
   static constexpr std::size_t kMaxBins = 128;
@@ -42,6 +43,7 @@ class Signature {
   }
 
   constexpr std::size_t size() const { return size_; }
+  constexpr bool empty() const { return size_ == 0; }  ///< unknown
   constexpr float operator[](std::size_t bin) const { return bins_[bin]; }
   constexpr float& operator[](std::size_t bin) { return bins_[bin]; }
   const float* begin() const { return bins_.data(); }

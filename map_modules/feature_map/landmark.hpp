@@ -14,7 +14,8 @@ struct Landmark {
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   Eigen::Matrix2d P_floor = Eigen::Matrix2d::Zero();  ///< what the position can never be known better than: the pose's
                                                       ///< own covariance when it was written
-  Signature signature;
+  Signature signature;                                ///< empty until something has looked at it
+  std::int32_t signature_views = 0;                   ///< how many views it is made of
   std::int32_t identity = -1;  ///< the one that made it, where devices read identities; -1: unknown
   float log_odds = 0.0f;
   std::int32_t sightings = 0;

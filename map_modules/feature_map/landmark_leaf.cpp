@@ -68,6 +68,7 @@ void LandmarkLeaf::put(int place, const Landmark& landmark) {
   sightings[i] = landmark.sightings;
   identity[i] = landmark.identity;
   bins[i] = static_cast<std::uint8_t>(landmark.signature.size());
+  views[i] = landmark.signature_views;
   if (landmark.signature.size() > bins_reserved) {
     const std::size_t wider = landmark.signature.size();
     std::vector<float> block(kSize * wider, 0.0f);
@@ -92,6 +93,7 @@ Landmark LandmarkLeaf::get(int place) const {
   const std::span<const float> histogram = signature(place);
   if (!histogram.empty()) landmark.signature = Signature::uniform(histogram.size());
   std::copy(histogram.begin(), histogram.end(), landmark.signature.begin());
+  landmark.signature_views = views[i];
   landmark.identity = identity[i];
   landmark.log_odds = log_odds[i];
   landmark.sightings = sightings[i];

@@ -58,7 +58,8 @@ struct LandmarkLeaf {
   Column<float> log_odds{};
   Column<std::int32_t> sightings{};
   Column<std::int32_t> identity{};
-  Column<std::uint8_t> bins{};      ///< of each signature; 0: none
+  Column<std::uint8_t> bins{};      ///< of each signature; 0: unknown
+  Column<std::int32_t> views{};     ///< that each signature is made of
   std::uint32_t bins_reserved = 0;  ///< room per place in `signatures`
   std::vector<float> signatures;    ///< bins_reserved floats per place; empty if no landmark has a signature
 

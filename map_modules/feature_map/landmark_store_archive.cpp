@@ -26,6 +26,7 @@ void save_leaf(const LandmarkLeaf& leaf, OutArchive& out) {
     out.value(landmark.P_floor);
     out.value(static_cast<std::uint32_t>(landmark.signature.size()));
     for (const float bin : landmark.signature) out.value(bin);
+    out.value(landmark.signature_views);
     out.value(landmark.identity);
     out.value(landmark.log_odds);
     out.value(landmark.sightings);
@@ -48,6 +49,8 @@ void load_leaf(InArchive& in, std::int64_t next_id, LandmarkLeaf& leaf) {
     check(bins <= Signature::kMaxBins, "a signature with too many bins");
     if (bins > 0) landmark.signature = Signature::uniform(bins);
     for (float& bin : landmark.signature) in.value(bin);
+    in.value(landmark.signature_views);
+    check(landmark.signature_views >= 0, "a signature of a negative number of views");
     in.value(landmark.identity);
     in.value(landmark.log_odds);
     in.value(landmark.sightings);
@@ -69,7 +72,7 @@ struct LandmarkStore::Loaded {
 };
 
 void LandmarkStore::save(OutArchive& out) const {
-  out.section("landmarks", 2);
+  out.section("landmarks", 3);
   out.value(static_cast<std::uint64_t>(count_));
   out.value(next_id_);
   out.value(static_cast<std::int32_t>(height_));
@@ -93,7 +96,7 @@ void LandmarkStore::save_node(const Node& node, OutArchive& out) {
 }
 
 void LandmarkStore::load(InArchive& in) {
-  check(in.section("landmarks", 2) == 2, "written by a version whose maps are not read any more");
+  check(in.section("landmarks", 3) == 3, "written by a version whose maps are not read any more");
   LandmarkStore store;
   std::uint64_t count = 0;
   std::int32_t height = 0;

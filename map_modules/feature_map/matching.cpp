@@ -129,10 +129,22 @@ double log_new_landmark(const FeatureMapSettings& settings, double mean_signatur
   double log_p0 = std::log(settings.association.new_landmark_density);
   if (settings.use_radius) log_p0 -= std::log(settings.association.radius_range);
   if (settings.use_signature) {
-    const double fixed = settings.association.new_landmark_signature_distance;
-    log_p0 -= settings.association.signature_lambda * (std::isfinite(fixed) ? fixed : mean_signature_distance);
+    log_p0 -=
+        settings.association.signature_lambda * new_landmark_signature_distance(settings, mean_signature_distance);
   }
   return log_p0;
+}
+
+double new_landmark_signature_distance(const FeatureMapSettings& settings, double mean_signature_distance) {
+  const double fixed = settings.association.new_landmark_signature_distance;
+  return std::isfinite(fixed) ? fixed : mean_signature_distance;
+}
+
+double log_signature_likelihood(const FeatureMapSettings& settings, const Signature& detection,
+                                std::span<const float> landmark, double distance_of_new) {
+  if (!settings.use_signature) return 0.0;
+  const bool unknown = detection.empty() || landmark.empty();
+  return -settings.association.signature_lambda * (unknown ? distance_of_new : signature_distance(detection, landmark));
 }
 
 template <int D>
@@ -143,6 +155,7 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   const double log_p0 = log_new_landmark(settings, mean_signature_distance);
   const double log_pd = std::log(settings.association.detection_probability);
   const Eigen::Vector3d start(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw());
+  association.signature_distance_of_new = new_landmark_signature_distance(settings, mean_signature_distance);
   gather(store, settings, prior, observation, association);
   associate<D>(store, settings, log_p0, start, prior.P, observation, association);
   count_ambiguous(log_p0, association);
@@ -151,6 +164,10 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
   Eigen::Matrix3d P = prior.P;
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
     const LandmarkRef ref = association.match[d];
+    // What looked at nothing has no density of looks: both p₀ and p_v hold the same share, which differs from particle
+    // to particle and must not weigh them.
+    if (settings.use_signature && observation.detections[d].signature.empty())
+      out.log_evidence += settings.association.signature_lambda * association.signature_distance_of_new;
     if (ref.chunk < 0) {
       out.log_evidence += log_p0;
       continue;
@@ -167,10 +184,8 @@ void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& sett
 
     if (landmark.sightings() >= settings.existence.min_observations) {
       double log_likelihood = log_pd + log_normal<D>(squared_mahalanobis, S.determinant());
-      if (settings.use_signature) {
-        log_likelihood -= settings.association.signature_lambda *
-                          signature_distance(observation.detections[d].signature, landmark.signature());
-      }
+      log_likelihood += log_signature_likelihood(settings, observation.detections[d].signature, landmark.signature(),
+                                                 association.signature_distance_of_new);
       out.log_evidence += std::max(log_likelihood, log_p0);
     } else {
       out.log_evidence += log_p0;  // a provisional landmark may guide the pose, but it proves nothing yet

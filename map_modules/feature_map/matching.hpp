@@ -31,9 +31,10 @@ class FeatureAssociation final : public Association {
   };
   std::vector<float> missed_log_odds;  ///< of those that are confirmed
   NearbyLandmarks nearby;
-  std::vector<Pair> pairs;  ///< detections and landmarks that fit
-  int matched = 0;          ///< detections with a landmark
-  int ambiguous = 0;        ///< of those: another landmark, or none, was at least a tenth as likely
+  std::vector<Pair> pairs;                 ///< detections and landmarks that fit
+  double signature_distance_of_new = 0.0;  ///< D in p₀
+  int matched = 0;                         ///< detections with a landmark
+  int ambiguous = 0;                       ///< of those: another landmark, or none, was at least a tenth as likely
   AssociationWorkspace workspace;
 };
 
@@ -68,6 +69,14 @@ double log_new_landmark(const FeatureMapSettings& settings, double mean_signatur
 /// D of (4.7), 1 − Σ √(a b): the squared Hellinger distance, 0..1.
 double signature_distance(const Signature& a, const Signature& b);
 double signature_distance(const Signature& a, std::span<const float> b);
+
+/// D of a landmark that is none of the map's: as configured, or else the mean that was learnt.
+double new_landmark_signature_distance(const FeatureMapSettings& settings, double mean_signature_distance);
+
+/// log p_v of (4.7), −λ D; 0 where the map uses no signatures. If the detection's or the landmark's signature is
+/// unknown, D is that of a new landmark, so that the pair is neither likelier nor less likely for it.
+double log_signature_likelihood(const FeatureMapSettings& settings, const Signature& detection,
+                                std::span<const float> landmark, double distance_of_new);
 
 /// Associates (association.hpp), refines the pose by every associated
 /// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every

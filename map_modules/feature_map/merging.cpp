@@ -55,6 +55,11 @@ Landmark merged(const Landmark& a, const Landmark& b, const FeatureMapSettings& 
   Landmark result = a_stays ? a : b;
   result.sightings = a.sightings + b.sightings;
   result.log_odds = std::min(a.log_odds + b.log_odds, static_cast<float>(settings.existence.log_odds_max));
+  const Landmark& other = a_stays ? b : a;
+  if (result.signature.empty()) {
+    result.signature = other.signature;
+    result.signature_views = other.signature_views;
+  }
   if (result.identity < 0) result.identity = std::max(a.identity, b.identity);
   return result;
 }

@@ -21,14 +21,34 @@ Eigen::Matrix2d at_least(const Eigen::Matrix2d& P, const Eigen::Matrix2d& floor)
          solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
 }
 
-/// (4.10) with a floor: q⁺(b) ∝ z(b) q(b), and no bin dies for ever.
-void fuse_signature(Signature& q, const Signature& z, double floor) {
+/// (4.10) with a floor: q⁺(b) ∝ z(b) q(b), and no bin dies for ever. The floor is under the view too, or one that
+/// shares no bin with those before would replace them all.
+void multiply(Signature& q, const Signature& z, double floor) {
+  const auto least = static_cast<float>(floor);
   float sum = 0.0f;
-  for (std::size_t b = 0; b < q.size(); ++b) sum += q[b] *= z[b];
-  for (float& bin : q) bin = std::max(bin / sum, static_cast<float>(floor));
+  for (std::size_t b = 0; b < q.size(); ++b) sum += q[b] *= std::max(z[b], least);
+  for (float& bin : q) bin = std::max(bin / sum, least);
   sum = 0.0f;
   for (const float bin : q) sum += bin;
   for (float& bin : q) bin /= sum;
+}
+
+/// Mean of a Dirichlet distribution whose counts are the views: q⁺ = q + (z − q)/(n + 1) after n of them.
+void average(Signature& q, const Signature& z, int views) {
+  for (std::size_t b = 0; b < q.size(); ++b) q[b] += (z[b] - q[b]) / static_cast<float>(views + 1);
+}
+
+/// Takes in what one detection looks like; an unknown look changes nothing.
+void fuse_signature(Landmark& landmark, const Signature& seen, const AssociationSettings& s) {
+  if (seen.empty()) return;
+  if (landmark.signature.empty()) {
+    landmark.signature = seen;
+  } else if (s.signature_fusion == SignatureFusion::dirichlet) {
+    average(landmark.signature, seen, landmark.signature_views);
+  } else {
+    multiply(landmark.signature, seen, s.signature_floor);
+  }
+  ++landmark.signature_views;
 }
 
 }  // namespace
@@ -49,9 +69,11 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
   if (std::isfinite(settings_->association.new_landmark_signature_distance)) return;  // nobody asks for the mean
+  if (detection.signature.empty()) return;
   for (const NearbyLandmarks::Entry& nearby : association.nearby) {
-    if (nearby.ref == own) continue;
-    signature_distance_sum_ += signature_distance(detection.signature, landmarks_.stored(nearby.ref).signature());
+    const std::span<const float> other = landmarks_.stored(nearby.ref).signature();
+    if (nearby.ref == own || other.empty()) continue;
+    signature_distance_sum_ += signature_distance(detection.signature, other);
     signature_distance_count_ += 1.0;
   }
 }
@@ -91,8 +113,7 @@ void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureOb
       landmark.mean.z() += (detection.xyr.z() - landmark.mean.z()) / landmark.sightings;
       landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius / landmark.sightings;
     }
-    if (settings_->use_signature)
-      fuse_signature(landmark.signature, detection.signature, settings_->association.signature_floor);
+    if (settings_->use_signature) fuse_signature(landmark, detection.signature, settings_->association);
     landmark.log_odds = std::min(landmark.log_odds + static_cast<float>(settings_->existence.log_odds_hit),
                                  static_cast<float>(settings_->existence.log_odds_max));
     landmarks_.write(ref, landmark);
@@ -116,7 +137,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     landmark.P.topLeftCorner<D, D>() = model.R + kept;
     if (D == 2) landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius;
     landmark.P_floor = kept.template topLeftCorner<2, 2>();
-    if (settings_->use_signature) landmark.signature = detection.signature;
+    if (settings_->use_signature) fuse_signature(landmark, detection.signature, settings_->association);
     landmark.identity = detection.identity;
     landmark.sightings = 1;
     figures_.born += settings_->existence.min_observations == 1;

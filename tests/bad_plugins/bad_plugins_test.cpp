@@ -45,7 +45,8 @@ std::string file_of(std::string_view name) { return (kFolder / ("waymark_" + std
 
 TEST(BadPlugins, WrongAbiNamesBothNumbers) {
   EXPECT_THAT(error_of<PluginError>("wrong_abi"),
-              EndsWith(file_of("wrong_abi") + ": built for plugin ABI 999, this program has 1; rebuild the plugin"));
+              EndsWith(file_of("wrong_abi") + ": built for plugin ABI 999, this program has " +
+                       std::to_string(kPluginAbi) + "; rebuild the plugin"));
 }
 
 TEST(BadPlugins, WrongBuildKeyShowsBothKeys) {

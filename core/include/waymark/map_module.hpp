@@ -112,6 +112,9 @@ class WAYMARK_TYPE MapModule {
 
   /// Reads what `ParticleMap::save` wrote.
   virtual std::unique_ptr<ParticleMap> load_map(InArchive&) const = 0;
+  /// Numbers about the module itself, over all particles, for reports: what it found in its measurements so far. Called
+  /// between measurements, on their thread. Shown with those of the best particle's map, so names must differ.
+  virtual void describe(std::vector<MapFigure>&) const {}
   /// The module's own state, if it has any.
   virtual void save(OutArchive&) const {}
   virtual void load(InArchive&) {}

@@ -36,7 +36,8 @@ enum class Fate {
   late,          ///< older than the commit horizon
   before_start,  ///< the filter had not started
   unusable,      ///< the plugin could not read it, or it held no finite value
-  unheard        ///< no plugin in service listens to it
+  unheard,       ///< no plugin in service listens to it
+  paired         ///< kept for a map module, which takes it with a measurement of its first input
 };
 
 /// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made when asked for.

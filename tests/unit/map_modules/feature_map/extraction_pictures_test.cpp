@@ -38,10 +38,12 @@ class ExtractionPicturesTest : public ::testing::Test {
 
   std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() / ("waymark_pictures_" + std::to_string(::getpid()));
-  ExtractionSettings settings_ = settings_of("{ extraction: { range_max_m: 20, isolation_m: 2 } }").extraction;
+  FeatureMapSettings all_settings_ = settings_of("{ extraction: { range_max_m: 20, isolation_m: 2 } }");
+  ExtractionSettings settings_ = all_settings_.extraction;
   // One trunk that is accepted, and a pair that is crowded.
   ScanView view_ =
       view_of(scan_of(World{{{{8.0, 4.0}, 0.2}, {{8.0, -4.0}, 0.2}, {{8.0, -5.5}, 0.2}}, {}}), {}, settings_);
+  std::vector<Candidate> candidates_ = examine(view_, settings_);
 };
 
 /// How many pixels have about this colour (red, green, blue).
@@ -58,17 +60,17 @@ int count_pixels(const cv::Mat& image, const Eigen::Vector3i& color) {
 
 TEST_F(ExtractionPicturesTest, DrawsTheFirstScanNotEarlierThanEachTime) {
   ExtractionPictures taken = pictures("[0, 2.5]");
-  taken.take(at(0.0), view_, settings_);
+  taken.take({at(0.0), view_, candidates_}, all_settings_);
   EXPECT_EQ(files(), (std::vector<std::string>{"scan_0s.png"}));
-  taken.take(at(2.0), view_, settings_);
+  taken.take({at(2.0), view_, candidates_}, all_settings_);
   EXPECT_EQ(files().size(), 1u);
-  taken.take(at(3.0), view_, settings_);
+  taken.take({at(3.0), view_, candidates_}, all_settings_);
   EXPECT_EQ(files(), (std::vector<std::string>{"scan_0s.png", "scan_2.5s.png"}));
 }
 
 TEST_F(ExtractionPicturesTest, WithoutTimesNothingIsWritten) {
   ExtractionPictures none = pictures("[]");
-  none.take(at(0.0), view_, settings_);
+  none.take({at(0.0), view_, candidates_}, all_settings_);
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
+#include <sstream>
 
 #include "feature_map_bench.hpp"
 #include "waymark/gaussian.hpp"
@@ -138,6 +139,11 @@ class SignatureFusion : public ::testing::Test {
     ASSERT_EQ(map_.landmarks().size(), 1u);
   }
   Signature signature() const { return only(map_).signature; }
+  int views() const { return only(map_).signature_views; }
+  void use(const std::string& association) {
+    map_ = map_with("{ attributes: [signature], negative_information: false, association: { signature_lambda: 0, " +
+                    association + " } }");
+  }
 
   static constexpr Signature kDark{0.9f, 0.1f};
   static constexpr Signature kBright{0.1f, 0.9f};
@@ -170,6 +176,78 @@ TEST_F(SignatureFusion, AFewViewsCorrectAWrongSignature) {
   see(kDark, 1000);
   see(kBright, 4);
   EXPECT_GT(signature()[1], 0.9f);
+}
+
+TEST_F(SignatureFusion, AnUnknownLookChangesNothingAndIsNoView) {
+  see({0.6f, 0.4f}, 1);
+  const Signature before = signature();
+  see(Signature{}, 5);
+  EXPECT_EQ(only(map_).sightings, 6);
+  EXPECT_EQ(views(), 1);
+  EXPECT_EQ(signature()[0], before[0]);
+  see({0.7f, 0.3f}, 1);
+  EXPECT_NEAR(signature()[0], 0.42 / (0.42 + 0.12), 1e-5);
+}
+
+TEST_F(SignatureFusion, TheFirstLookAfterUnknownOnesIsTaken) {
+  for (const char* rule : {"signature_fusion: product", "signature_fusion: dirichlet"}) {
+    use(rule);
+    see(Signature{}, 10);
+    EXPECT_TRUE(signature().empty()) << rule;
+    see({0.7f, 0.3f}, 1);
+    EXPECT_NEAR(signature()[0], 0.7, 1e-6) << rule;
+    EXPECT_EQ(views(), 1) << rule;
+  }
+}
+
+TEST_F(SignatureFusion, UnderDirichletIsTheMeanOfTheViews) {
+  use("signature_fusion: dirichlet");
+  see({1.0f, 0.0f}, 1);
+  see({0.5f, 0.5f}, 1);
+  see({0.3f, 0.7f}, 1);
+  EXPECT_NEAR(signature()[0], 0.6, 1e-6);
+  EXPECT_NEAR(signature()[1], 0.4, 1e-6);
+}
+
+// What the product does and the mean does not: many slightly uneven views collapse to one bin.
+TEST_F(SignatureFusion, ManyUnevenViewsCollapseTheProductButNotTheMean) {
+  see({0.6f, 0.4f}, 50);
+  EXPECT_GT(signature()[0], 0.98f);
+  use("signature_fusion: dirichlet");
+  see({0.6f, 0.4f}, 50);
+  EXPECT_NEAR(signature()[0], 0.6, 1e-5);
+}
+
+TEST_F(SignatureFusion, AViewThatSharesNoBinIsOutvotedByThoseBefore) {
+  use("signature_floor: 0.001");
+  see({0.0f, 1.0f, 0.0f, 0.0f}, 3);
+  see({0.0f, 0.0f, 0.0f, 1.0f}, 1);
+  EXPECT_NEAR(signature()[1], signature()[3], 0.01);  // one against a signature that the floor has capped
+  see({0.0f, 1.0f, 0.0f, 0.0f}, 1);
+  EXPECT_GT(signature()[1], 0.9f);
+}
+
+TEST_F(SignatureFusion, ComesBackFromAnArchiveWithTheNumberOfViews) {
+  use("signature_fusion: dirichlet");
+  see({0.6f, 0.4f}, 2);
+  see(Signature{}, 1);
+  std::stringstream stream;
+  OutArchive out(stream);
+  map_.save(out);
+  InArchive in(stream);
+  ParticleFeatureMap loaded = map_with("{ attributes: [signature] }");
+  loaded.load(in);
+  EXPECT_EQ(only(loaded).signature_views, 2);
+  EXPECT_EQ(only(loaded).sightings, 3);
+  EXPECT_EQ(only(loaded).signature[0], signature()[0]);
+}
+
+TEST_F(SignatureFusion, ACopyThatLearnsALookLeavesTheOriginalUnknown) {
+  see(Signature{}, 1);
+  const ParticleFeatureMap original = map_;
+  see({0.6f, 0.4f}, 1);
+  EXPECT_TRUE(only(original).signature.empty());
+  EXPECT_EQ(signature().size(), 2u);
 }
 
 }  // namespace

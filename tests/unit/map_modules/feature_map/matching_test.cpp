@@ -261,6 +261,54 @@ TEST(Matching, TheSignatureTellsNeighboursApart) {
   EXPECT_EQ(id_of(store, association, 0), bright_id);
 }
 
+/// Evidence of a detection 3 cm beside a landmark, with these looks.
+double log_evidence_of(const Signature& seen, const Signature& known, const std::string& yaml) {
+  LandmarkStore store;
+  Landmark landmark = landmark_at(5.0, 0.03);
+  landmark.signature = known;
+  store.add(landmark);
+  Detection detection = detection_of({5.0, 0.0}, kPose);
+  detection.signature = seen;
+  FeatureAssociation association;
+  const double log_evidence = matched(store, settings_of("{ negative_information: false, " + yaml), prior_covariance(),
+                                      observation_of({detection}), association)
+                                  .log_evidence;
+  EXPECT_EQ(id_of(store, association, 0), 0);
+  return log_evidence;
+}
+
+TEST(UnknownSignature, OfADetectionWeighsAsIfThereWereNoSignatures) {
+  const double without = log_evidence_of({}, {}, "}");
+  const Signature look{0.9f, 0.1f};
+  for (const char* distance : {"0.2", "0.8"}) {
+    const std::string yaml =
+        std::string("attributes: [signature], association: { new_landmark_signature_distance: ") + distance + " } }";
+    EXPECT_NEAR(log_evidence_of({}, look, yaml), without, 1e-9);
+    EXPECT_NEAR(log_evidence_of({}, {}, yaml), without, 1e-9);
+  }
+}
+
+TEST(UnknownSignature, OfALandmarkIsWorthWhatAnyOtherLandmarksIs) {
+  const std::string yaml = "attributes: [signature], association: { new_landmark_signature_distance: 0.3 } }";
+  EXPECT_NEAR(log_evidence_of({0.9f, 0.1f}, {}, yaml), log_evidence_of({}, {}, "}") - 20.0 * 0.3, 1e-9);
+}
+
+TEST(UnknownSignature, NeitherAttractsNorRepels) {
+  LandmarkStore store;
+  Landmark far = landmark_at(5.0, 0.2);
+  far.signature = {0.9f, 0.1f};
+  Landmark near = landmark_at(5.0, -0.1);
+  near.signature = {0.1f, 0.9f};
+  store.add(far);
+  const auto near_id = store.add(near);
+  Detection detection = detection_of({5.0, 0.0}, kPose);
+  detection.signature = {};
+  FeatureAssociation association;
+  const auto settings = settings_of("{ attributes: [signature], negative_information: false }");
+  matched(store, settings, prior_covariance(), observation_of({detection}), association);
+  EXPECT_EQ(id_of(store, association, 0), near_id);  // place alone
+}
+
 TEST(NewLandmarkLikelihood, IsADensityOverAllThatTakesPart) {
   const std::string association =
       "association: { new_landmark_density_per_m2: 0.02, radius_range_m: 0.5, signature_lambda: 20 } }";
