@@ -42,7 +42,7 @@ SimulatedCamera::SimulatedCamera(const Config& config, const Rig& rig, const Wor
   brightness_sigma_ = lighting.number_in("brightness_sigma", 0.0, 3.0, 0.15);
   colour_sigma_ = lighting.number_in("colour_sigma", 0.0, 1.0, 0.05);
   lighting_time_s_ = lighting.positive("time_s", 60.0);
-  sun_azimuth_rad_ = lighting.number_in("sun_azimuth_deg", -360.0, 360.0, -120.0) * std::numbers::pi / 180.0;
+  sun_azimuth_rad_ = lighting.number_in("sun_azimuth_deg", -360.0, 360.0, -120.0) * kDegree;
   shading_ = lighting.number_in("shading", 0.0, 1.0, 0.4);
   const Config exposure = config.child_or_empty("exposure");
   exposure_gain_ = exposure.positive("gain", 1.0);

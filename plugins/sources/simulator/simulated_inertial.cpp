@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "streams.hpp"
 #include "waymark/payloads.hpp"
@@ -11,7 +10,6 @@
 namespace waymark::simulator {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kGravity = 9.80665;  // [m/s²]
 constexpr double kImuPhase = 0.13;
 constexpr double kCompassPhase = 0.71;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "streams.hpp"
@@ -15,7 +14,6 @@
 namespace waymark::simulator {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLidarPhase = 0.57;
 constexpr int kSubRays = 7;  // that stand for one beam of finite width
 

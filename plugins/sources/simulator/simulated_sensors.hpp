@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include "course.hpp"
@@ -15,6 +16,9 @@
 #include "world.hpp"
 
 namespace waymark::simulator {
+
+/// One degree in radians, for keys that end in `_deg`.
+inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// What every simulated sensor looks at. Kept by the source; never null.
 struct Truth {
