@@ -14,7 +14,8 @@ Signature hue_saturation(const cv::Mat& bgr, const CameraSettings& settings) {
   cv::Mat hsv;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   const int value_min = static_cast<int>(255.0 * settings.value_min);
-  Signature histogram = Signature::uniform(static_cast<std::size_t>(settings.hue_bins * settings.saturation_bins));
+  const auto saturations = static_cast<std::size_t>(settings.saturation_bins);
+  Signature histogram = Signature::uniform(static_cast<std::size_t>(settings.hue_bins) * saturations);
   for (float& bin : histogram) bin = 0.0f;
   int counted = 0;
   for (int y = 0; y < hsv.rows; ++y) {
@@ -23,7 +24,7 @@ Signature hue_saturation(const cv::Mat& bgr, const CameraSettings& settings) {
       if (row[x][2] < value_min) continue;
       const int hue = (row[x][0] * settings.hue_bins + kHues / 2) / kHues % settings.hue_bins;
       const int saturation = row[x][1] * settings.saturation_bins / kSaturations;
-      histogram[static_cast<std::size_t>(hue * settings.saturation_bins + saturation)] += 1.0f;
+      histogram[static_cast<std::size_t>(hue) * saturations + static_cast<std::size_t>(saturation)] += 1.0f;
       ++counted;
     }
   }
