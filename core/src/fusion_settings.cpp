@@ -97,7 +97,7 @@ namespace {
 
 Intrinsics read_intrinsics(const Config& entry) {
   const auto positive = [&](std::string_view key) {
-    const auto values = entry.numbers(key, 2);
+    std::vector<double> values = entry.numbers(key, 2);
     if (!(values[0] > 0.0) || !(values[1] > 0.0)) entry.fail(key, "two numbers > 0 are expected");
     return values;
   };

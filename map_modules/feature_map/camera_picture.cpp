@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "picture_colors.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -17,12 +18,10 @@ namespace {
 const cv::Scalar kGreen(60, 200, 40);  // (blue, green, red)
 const cv::Scalar kRed(40, 40, 230);
 const cv::Scalar kOther(220, 200, 60);
-const cv::Scalar kInk(60, 52, 45);
-const cv::Scalar kGrid(228, 224, 220);
-constexpr int kTop = 40;
+constexpr int kTitleHeight = 40;
 constexpr int kPanel = 330;  // width of the histograms
 constexpr int kRowHeight = 74;
-constexpr int kMargin = 12;
+constexpr int kPanelMargin = 12;
 
 void text(cv::Mat& picture, const cv::Point& at, const std::string& words, double size, const cv::Scalar& color) {
   cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
@@ -74,8 +73,8 @@ void draw_histogram(cv::Mat& picture, const cv::Point& corner, const Signature& 
                     const CameraSettings& settings) {
   constexpr int kHeight = 44;
   const int bins = settings.hue_bins * settings.saturation_bins;
-  const double width = static_cast<double>(kPanel - 2 * kMargin) / bins;
-  cv::line(picture, corner + cv::Point(0, kHeight), corner + cv::Point(kPanel - 2 * kMargin, kHeight), kGrid);
+  const double width = static_cast<double>(kPanel - 2 * kPanelMargin) / bins;
+  cv::line(picture, corner + cv::Point(0, kHeight), corner + cv::Point(kPanel - 2 * kPanelMargin, kHeight), kGrid);
   if (signature.empty()) {
     text(picture, corner + cv::Point(0, kHeight - 4), "unknown: too dark", 0.45, kInk);
     return;
@@ -99,24 +98,24 @@ std::string draw_look(const ScanView& view, const Pose& T_base_scanner, const st
                       const ImageLook& look, const CameraSettings& settings, const std::string& title) {
   const cv::Mat& image = look.image.bgr;
   const auto accepted = static_cast<int>(std::ranges::count(look.looks, true, &CandidateLook::has_edges));
-  const int height = kTop + std::max(image.rows, accepted * kRowHeight + kMargin);
+  const int height = kTitleHeight + std::max(image.rows, accepted * kRowHeight + kPanelMargin);
   cv::Mat picture(height, image.cols + kPanel, CV_8UC3, cv::Scalar(255, 255, 255));
-  cv::Mat area = picture(cv::Rect(0, kTop, image.cols, image.rows));
+  cv::Mat area = picture(cv::Rect(0, kTitleHeight, image.cols, image.rows));
   image.copyTo(area);
   if (look.camera) draw_returns(area, view, T_base_scanner, candidates, *look.camera);
 
   int number = 0;
-  int row = kTop;
+  int row = kTitleHeight;
   for (const CandidateLook& one : look.looks) {
     draw_region(area, one, ++number);
     if (!one.has_edges) continue;
-    text(picture, {image.cols + kMargin, row + 16},
+    text(picture, {image.cols + kPanelMargin, row + 16},
          fmt::format("{}: radius {:.3f} m, sigma {:.3f} m", number, candidates[one.candidate].radius, one.radius_sigma),
          0.45, kInk);
-    draw_histogram(picture, {image.cols + kMargin, row + 22}, one.signature, settings);
+    draw_histogram(picture, {image.cols + kPanelMargin, row + 22}, one.signature, settings);
     row += kRowHeight;
   }
-  text(picture, {kMargin, 26},
+  text(picture, {kPanelMargin, 26},
        fmt::format("{}: {} with edges, {} without", title, accepted, static_cast<int>(look.looks.size()) - accepted),
        0.6, kInk);
 

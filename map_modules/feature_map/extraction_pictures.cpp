@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "camera_picture.hpp"
+#include "picture_colors.hpp"
 #include "waymark/error.hpp"
 #include "waymark/output_file.hpp"
 
@@ -46,8 +47,6 @@ const Look& look_of(Verdict verdict) {
   return *std::find_if(looks().begin(), looks().end(), [&](const Look& look) { return look.verdict == verdict; });
 }
 
-const cv::Scalar kInk(60, 52, 45);
-const cv::Scalar kGrid(228, 224, 220);
 constexpr int kWidth = 1200;
 constexpr int kLegend = 210;
 constexpr int kMargin = 24;
