@@ -45,17 +45,21 @@ NavState Georeference::in_enu(const NavState& state) const {
 }
 
 EarthJacobian Georeference::jacobian(const NavState& state) const {
-  const Pose T = T_enu_map(state);
+  return jacobian(T_enu_map(state), state.T_map_base.p);
+}
+
+EarthJacobian Georeference::jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const {
   EarthJacobian jacobian;
-  jacobian.R_enu_map = T.q.toRotationMatrix();
-  jacobian.lever_enu = jacobian.R_enu_map * state.T_map_base.p;
+  jacobian.R_enu_map = T_enu_map.q.toRotationMatrix();
+  jacobian.lever_enu = jacobian.R_enu_map * p_map_base;
   jacobian.first_state = first_;
   jacobian.has_height = has_height_;
   return jacobian;
 }
 
 void Georeference::to_enu(Belief& belief) const {
-  const EarthJacobian earth = jacobian(belief.mean);
+  const Pose T = T_enu_map(belief.mean);
+  const EarthJacobian earth = jacobian(T, belief.mean.T_map_base.p);
   const int n = layout_.size();
   const int yaw = first_ + yaw_;
   ErrorMatrix& P = belief.P;
@@ -90,7 +94,7 @@ void Georeference::to_enu(Belief& belief) const {
   };
   compose([&](int i) { return P.row(i).transpose(); }, [&](int i, const auto& line) { P.row(i) = line.transpose(); });
   compose([&](int i) { return P.col(i); }, [&](int i, const auto& line) { P.col(i) = line; });
-  belief.mean.T_map_base = T_enu_map(belief.mean) * belief.mean.T_map_base;
+  belief.mean.T_map_base = T * belief.mean.T_map_base;
 }
 
 void Georeference::take_over_start(Belief& prior) const {
@@ -103,16 +107,12 @@ void Georeference::take_over_start(Belief& prior) const {
   prior.mean.block[offset_ + yaw_] = yaw;
   prior.mean.T_map_base = T_enu_map(prior.mean).inverse() * start;
 
-  const std::array<int, 3> block = {first_, first_ + 1, first_ + yaw_};
   const Eigen::Matrix3d P = pose_covariance(prior, layout_);
   for (std::size_t i = 0; i < 3; ++i) {
     prior.P.row(pose[i]).setZero();
     prior.P.col(pose[i]).setZero();
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j)
-      prior.P(block[i], block[j]) = P(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  }
+  prior.P(planar_states(), planar_states()) = P;
 }
 
 void Georeference::inflate(Belief& belief, double position_variance, double yaw_variance) const {
@@ -126,12 +126,7 @@ Eigen::Matrix2d Georeference::point_covariance(const Belief& belief, const Eigen
   const Eigen::Vector2d lever = (T.q * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0)).head<2>();
   Eigen::Matrix<double, 2, 3> J;
   J << 1.0, 0.0, -lever.y(), 0.0, 1.0, lever.x();
-  const std::array<int, 3> block = {first_, first_ + 1, first_ + yaw_};
-  Eigen::Matrix3d P;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j)
-      P(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = belief.P(block[i], block[j]);
-  }
+  const Eigen::Matrix3d P = belief.P(planar_states(), planar_states());
   return J * P * J.transpose();
 }
 

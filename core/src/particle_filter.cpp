@@ -95,15 +95,16 @@ MixtureOutcome ParticleFilter::update(const Update& model, const UpdatePolicy& p
     Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
     scratch.failed_input = -1;
     try {
-      if (georeference_ && policy.absolute) {
+      const bool through_earth = georeference_ && policy.absolute;
+      EarthJacobian earth;
+      if (through_earth) {
         scratch.enu = georeference_->in_enu(belief.mean);
-        const EarthJacobian earth = georeference_->jacobian(belief.mean);
-        model.linearize({scratch.enu, scratch.enu.block.data() + offset}, scratch.model);
-        ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation, &earth);
-      } else {
-        model.linearize({belief.mean, belief.mean.block.data() + offset}, scratch.model);
-        ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation);
+        earth = georeference_->jacobian(belief.mean);
       }
+      const NavState& state = through_earth ? scratch.enu : belief.mean;
+      model.linearize({state, state.block.data() + offset}, scratch.model);
+      ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation,
+                    through_earth ? &earth : nullptr);
     } catch (const std::exception& error) {
       scratch.failed_input = 0;
       scratch.failure = error.what();

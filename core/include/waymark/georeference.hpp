@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string_view>
 
 #include "waymark/api.hpp"
@@ -55,6 +56,10 @@ class WAYMARK_API Georeference {
   Eigen::Matrix2d point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const;
 
  private:
+  EarthJacobian jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const;
+  /// Error states of the block's x, y and yaw.
+  std::array<int, 3> planar_states() const { return {first_, first_ + 1, first_ + yaw_}; }
+
   const StateLayout& layout_;
   int offset_;  // within NavState::block
   int first_;   // among the error states
