@@ -66,6 +66,11 @@ void innovate(const Belief& belief, const StateLayout& layout, int owner, const 
   gather(layout, owner, model, earth, H);
   const int rows = model.rows();
   out.nu = model.residual;
+  out.considered = 0;
+  if (model.uses_block() && !model.estimates_block()) {
+    out.considered = static_cast<int>(model.get_block().cols());
+    out.first_considered = layout.core_size() + layout.block_offset(owner);
+  }
   out.PHt.setZero(layout.size(), rows);
   for (int k = 0; k < H.count; ++k) {
     const int state = H.states[static_cast<std::size_t>(k)];
@@ -89,8 +94,21 @@ void apply(Belief& belief, const StateLayout& layout, const Innovation& innovati
   gaussian::divide_by_factor(W, innovation.L);
   gaussian::Vector white = innovation.nu;
   innovation.L.triangularView<Eigen::Lower>().solveInPlace(white);
-  boxplus(belief.mean, W.lazyProduct(white), layout);
+  const int n = innovation.considered;
+  if (n == 0) {
+    boxplus(belief.mean, W.lazyProduct(white), layout);
+    belief.P -= W.lazyProduct(W.transpose());
+    return;
+  }
+  // Schmidt's update is the optimal one but for the considered states: their gain is zero, their covariance stays.
+  const int first = innovation.first_considered;
+  ErrorVector delta = W.lazyProduct(white);
+  delta.segment(first, n).setZero();
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxBlockStates, kMaxBlockStates> kept =
+      belief.P.block(first, first, n, n);
+  boxplus(belief.mean, delta, layout);
   belief.P -= W.lazyProduct(W.transpose());
+  belief.P.block(first, first, n, n) = kept;
 }
 
 namespace {

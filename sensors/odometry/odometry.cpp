@@ -71,7 +71,9 @@ class TwistUpdate final : public Update {
     velocity(1, 1) = 1.0;
     out.angular_rate()(2, 2) = 1.0;
     if (systematic_.block.empty()) return;
-    // The states correct the measurement, so their Jacobian is that of −z.
+    // The states correct the measurement, so their Jacobian is that of −z. Odometry alone knows nothing of its own
+    // scale: estimated here, it would follow the noise of z.
+    out.consider_block();
     auto& block = out.block();
     if (const int k = systematic_.index[Systematic::kSpeedScale]; k >= 0) {
       block(0, k) = -twist_.v_x;

@@ -14,10 +14,12 @@ namespace waymark::ekf {
 /// One update prepared for one belief: what is expected, how uncertain that is, and the gain's ingredients.
 struct Innovation {
   using Gain = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxUpdateRows>;
-  gaussian::Vector nu;          ///< ν = z ⊟ h(x)
-  gaussian::Matrix S;           ///< H P Hᵀ + R
-  gaussian::Matrix L;           ///< its Cholesky factor, in the lower half
-  Gain PHt;                     ///< P Hᵀ, size × rows
+  gaussian::Vector nu;  ///< ν = z ⊟ h(x)
+  gaussian::Matrix S;   ///< H P Hᵀ + R
+  gaussian::Matrix L;   ///< its Cholesky factor, in the lower half
+  Gain PHt;             ///< P Hᵀ, size × rows
+  int considered = 0;   ///< this many states, from `first_considered` on, are not estimated
+  int first_considered = 0;
   bool finite = false;          ///< false: the model gave NaN or infinity, or S is not positive definite
   gaussian::Density density{};  ///< NIS and log N(ν; 0, S)
 };

@@ -32,6 +32,7 @@ class Linearization {
     R.setZero(rows, rows);
     used_ = 0;
     block_used_ = false;
+    block_estimated_ = true;
     block_size_ = block_size;
   }
 
@@ -49,10 +50,16 @@ class Linearization {
     return block_;
   }
 
+  /// The block's uncertainty counts in S, and its covariances with the other states are kept up, but this update does
+  /// not estimate it: other sensors do, through those covariances (S. F. Schmidt, 1966, "consider states"). For states
+  /// that correct the very reading they would be estimated from: the reading's noise would be taken for information.
+  void consider_block() { block_estimated_ = false; }
+
   bool uses(Part p) const { return (used_ & (1u << p)) != 0; }
   bool uses_block() const { return block_used_; }
   const Jacobian3& get(Part p) const { return parts_[p]; }
   const JacobianBlock& get_block() const { return block_; }
+  bool estimates_block() const { return block_estimated_; }
 
  private:
   Jacobian3& part(Part p) {
@@ -68,6 +75,7 @@ class Linearization {
   int block_size_ = 0;
   unsigned used_ = 0;
   bool block_used_ = false;
+  bool block_estimated_ = true;
 };
 
 /// A state as a sensor model sees it: the navigation state and the sensor's own block.

@@ -180,6 +180,68 @@ TEST(Ekf, CovarianceStaysPositiveOverManyUpdatesOfExtremeNoise) {
   }
 }
 
+/// A speedometer whose reading z is too small by an unknown share, its state: v = (1 + s) z.
+Linearization speedometer(const NavState& state, double z, double variance, bool considered) {
+  Linearization model;
+  model.reset(1, 1);
+  model.residual << (1.0 + state.block[0]) * z - state.v_base.x();
+  model.R << variance;
+  model.velocity()(0, 0) = 1.0;
+  model.block()(0, 0) = -z;
+  if (considered) model.consider_block();
+  return model;
+}
+
+// The speed is known from the speedometer alone, so there is nothing that could tell its scale.
+TEST(Ekf, AConsideredBlockDoesNotLearnFromTheNoiseOfItsOwnReading) {
+  const StateLayout layout(Motion::planar, {{"speedometer", test::block_of(1)}});
+  const ProcessModel process(layout, {{1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}});
+  const auto scale_after_noise = [&](bool considered) {
+    Random random = test::stream(21);
+    Belief belief;
+    belief.mean.block.setZero(1);
+    belief.P = ErrorMatrix::Zero(7, 7);
+    belief.P.diagonal() << 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.01;
+    ekf::Innovation innovation;
+    for (int k = 1; k <= 3000; ++k) {
+      process.predict(belief, belief.stamp + from_seconds(0.01), false);
+      const double z = 1.0 + 0.1 * random.normal();
+      ekf::innovate(belief, layout, 0, speedometer(belief.mean, z, 0.01, considered), innovation);
+      ekf::apply(belief, layout, innovation);
+    }
+    if (considered) {
+      EXPECT_EQ(belief.P(6, 6), 0.01);
+      EXPECT_GT(test::smallest_eigenvalue(belief.P), -1e-12);
+    }
+    return belief.mean.block[0];
+  };
+  EXPECT_EQ(scale_after_noise(true), 0.0);
+  EXPECT_LT(scale_after_noise(false), -0.02);  // why it must be considered
+}
+
+TEST(Ekf, AConsideredBlockLearnsFromOtherMeasurements) {
+  const StateLayout layout(Motion::planar, {{"speedometer", test::block_of(1)}});
+  const ProcessModel process(layout, {{1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}});
+  Random random = test::stream(22);
+  Belief belief;
+  belief.mean.block.setZero(1);
+  belief.P = ErrorMatrix::Zero(7, 7);
+  belief.P.diagonal() << 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.01;
+  ekf::Innovation innovation;
+  constexpr double kSpeed = 1.1;  // the speedometer reads 1 m/s
+  for (int k = 1; k <= 3000; ++k) {
+    process.predict(belief, belief.stamp + from_seconds(0.01), false);
+    ekf::innovate(belief, layout, 0, speedometer(belief.mean, 1.0 + 0.1 * random.normal(), 0.01, true), innovation);
+    ekf::apply(belief, layout, innovation);
+    if (k % 100 != 0) continue;
+    LinearMeasurement fix{Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Zero(), {0.01 * k * kSpeed, 0.0}, 1e-4};
+    ekf::innovate(belief, layout, -1, fix.at(belief.mean), innovation);
+    ekf::apply(belief, layout, innovation);
+  }
+  EXPECT_NEAR(belief.mean.block[0], 0.1, 3.0 * std::sqrt(belief.P(6, 6)));
+  EXPECT_LT(std::sqrt(belief.P(6, 6)), 0.01);
+}
+
 TEST(Ekf, StopAndReleaseTouchTheTwistOnly) {
   const StateLayout layout(Motion::planar, {{"gps", test::block_of(1)}});
   Random random = test::stream(14);
