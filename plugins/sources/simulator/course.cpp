@@ -98,7 +98,9 @@ Trajectory drive(const Course& course, const DriveLimits& limits, Duration durat
 
     double speed = std::min(now.v_x + limits.acceleration_mps2 * dt, limits.speed_mps);
     if (ending) speed = std::min(speed, std::sqrt(2.0 * limits.acceleration_mps2 * ahead));
-    const double curvature = 2.0 * aside / std::max(to_target.squaredNorm(), 1e-9);
+    // The end of the course comes nearer than any other target, but no robot turns on the spot for its last centimetre.
+    const double reach = std::max(to_target.norm(), limits.lookahead_m);
+    const double curvature = 2.0 * aside / (reach * reach);
     now.v_x = speed;
     now.v_y = 0.0;
     now.w = std::clamp(curvature * speed, -limits.turn_rate_radps, limits.turn_rate_radps);
