@@ -179,6 +179,7 @@ void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std:
   Particle& particle = particles_[static_cast<std::size_t>(slot)];
   Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
   scratch.log_evidence = 0.0;
+  scratch.writes = false;
   scratch.failed_input = -1;
   scratch.refinements.resize(std::max(scratch.refinements.size(), inputs.size()));
   for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -189,6 +190,7 @@ void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std:
     refinement.information.setZero();
     refinement.gradient.setZero();
     refinement.log_evidence = 0.0;
+    refinement.writes = true;
     const PoseGaussian prior{particle.belief.mean.T_map_base, pose_covariance(particle.belief, layout())};
     Random stream = random(slot, kPriorDraw + sensor);
     const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
@@ -198,6 +200,7 @@ void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std:
     try {
       map->refine(prior, from, *input.observation, refinement);
       if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
+      scratch.writes = scratch.writes || refinement.writes;
       if (!input.localize) continue;
       if (!ekf::apply_pose_information(particle.belief, layout(), input.share * refinement.information,
                                        input.share * refinement.gradient)) {
@@ -275,6 +278,7 @@ std::vector<std::pair<int, std::string>> ParticleFilter::map(std::span<const Map
   workers_.for_each(
       count,
       [&](int slot) {
+        if (!scratch_[static_cast<std::size_t>(slot)].writes) return;
         Random stream = random(slot, sensor);
         ekf::sample_pose(particles_[static_cast<std::size_t>(slot)].belief, layout(), settings_.sampling_fraction,
                          stream);

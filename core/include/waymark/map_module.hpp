@@ -38,6 +38,9 @@ struct Refinement {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< Λ ⪰ 0, may be singular
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();     ///< η
   double log_evidence = 0.0;                              ///< log p(observation | particle's past): the weight's factor
+  /// False: `insert` will write nothing at a place that the pose decides. If no map writes, the host does not sample
+  /// the pose: nothing is conditioned on it, and the particle keeps its uncertainty until it meets the map again.
+  bool writes = true;
   std::unique_ptr<Association> association;  ///< kept by the host from step to step, so a map can reuse its storage
 };
 
@@ -52,6 +55,14 @@ struct LandmarkView {
   bool confirmed = false;
 };
 
+/// A detection that went into a landmark, for scores of the data association.
+struct Sighting {
+  Time stamp{};
+  Eigen::Vector2d p_base = Eigen::Vector2d::Zero();  ///< where the base saw it [m]
+  std::int64_t landmark = -1;                        ///< `LandmarkView::id`, in this line of descent
+  bool is_first = false;                             ///< it made that landmark
+};
+
 /// A number that a map tells about itself, for reports: "merged", 3.
 struct MapFigure {
   std::string name;
@@ -63,6 +74,7 @@ struct MapDescription {
   std::string module;  ///< name of the map in the YAML
   std::vector<LandmarkView> landmarks;
   std::vector<MapFigure> figures = {};
+  std::vector<Sighting> sightings = {};  ///< of the particle and its ancestors, if the map keeps them
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.

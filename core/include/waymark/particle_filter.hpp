@@ -137,6 +137,7 @@ class WAYMARK_API ParticleFilter {
     NavState enu;  // the mean with its pose in ENU
     std::vector<Refinement> refinements;
     double log_evidence = 0.0;
+    bool writes = false;  // some map will write where the pose says
     std::string failure;
     int failed_input = -1;
   };
