@@ -60,7 +60,7 @@ ImageLook CameraExtraction::look(const Measurement* image, Time stamp, const Mot
     if (look_at(candidate, T_base_scanner, result, look)) {
       if (!look.has_edges) candidate.verdict = Verdict::no_edges;
       result.looks.push_back(look);
-    } else if (settings_.drop_outside) {
+    } else if (settings_.unseen == Unseen::drop) {
       candidate.verdict = Verdict::off_image;
     }
   }
@@ -75,12 +75,12 @@ bool CameraExtraction::look_at(Candidate& candidate, const Pose& T_base_scanner,
   const double half_width = std::tan(std::asin(candidate.radius / distance));
   const double reach = std::tan(settings_.edge_search);
   const double kernel = 4.0 / intrinsics_.fx;  // the contrast of a column looks two columns to either side
-  const auto patch =
-      sample_patch(image.image.bgr, *image.camera, axis, half_width + reach + kernel, settings_.edge_height);
+  const auto patch = sample_patch(image.image.bgr, *image.camera, axis, half_width + reach + kernel,
+                                  settings_.edge_below, settings_.edge_above);
   if (!patch) return false;
 
   const EdgePair predicted{patch->column(-half_width), patch->column(half_width)};
-  const auto found = find_edge_pair(vertical_contrast(patch->bgr), predicted,
+  const auto found = find_edge_pair(vertical_contrast(patch->bgr, settings_.edge_min_cover), predicted,
                                     {std::max(2.0, reach / patch->slope_step), settings_.edge_min_contrast,
                                      settings_.width_ratio_min, settings_.width_ratio_max});
   look.has_edges = found.has_value();

@@ -123,10 +123,14 @@ std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s
       continue;
     }
     double sum = start_range;
+    float nearest = start_range;
+    float farthest = start_range;
     while (last + 1 < beams) {
       const float next = range_of(last + 1);
       if (next == kBlind || next == kFree || std::abs(next - range_of(last)) > s.segment_jump) break;
       sum += next;
+      nearest = std::min(nearest, next);
+      farthest = std::max(farthest, next);
       ++last;
     }
     const int count = last - first + 1;
@@ -138,7 +142,9 @@ std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s
     candidate.bearing = view.start + 0.5 * (first + last) * view.step;
     candidate.radius = candidate.mean_range * half_width / (1.0 - half_width);
     candidate.surface_range = front_range(candidate, candidate.radius);
-    candidate.verdict = judge(view, candidate, 2.0 * candidate.mean_range * half_width, s);
+    // A wall seen along its length looks narrow, but it is deep.
+    const double extent = std::max(2.0 * candidate.mean_range * half_width, static_cast<double>(farthest - nearest));
+    candidate.verdict = judge(view, candidate, extent, s);
     candidates.push_back(candidate);
     first = last + 1;
   }
@@ -175,6 +181,8 @@ FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vect
                                          settings.association.signature_floor);
     } else if (seen != nullptr) {
       detection.signature = seen->signature;
+    } else {
+      detection.may_be_new = settings.camera->unseen == Unseen::keep;
     }
     observation.max_range = std::max(observation.max_range, detection.xyr.head<2>().norm());
     observation.detections.push_back(detection);

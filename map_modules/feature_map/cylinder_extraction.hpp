@@ -14,13 +14,13 @@ namespace waymark {
 enum class Verdict {
   accepted,
   too_far,        ///< mean range above `range_max_m`
-  too_wide,       ///< wider than `width_max_m`, or than a quarter of a turn
+  too_wide,       ///< wider or deeper than `width_max_m`, or wider than a quarter of a turn
   too_few_beams,  ///< fewer than `min_beams`
   hidden,         ///< at the border of the scan or next to a blind beam: its surroundings cannot be told
   no_background,  ///< the scan does not recede by `background_m` on both sides
   crowded,        ///< another return lies within `isolation_m` of its centre: a bush, grass, rising ground
   no_edges,       ///< the image shows no pair of vertical edges where its borders should be
-  off_image       ///< the image does not show it, and `camera.outside` is drop
+  off_image       ///< the image does not show it, and `camera.unseen` is drop
 };
 inline constexpr std::size_t kVerdicts = 9;
 

@@ -2,7 +2,9 @@
 #include "edge_pair.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
 namespace waymark {
@@ -12,7 +14,7 @@ namespace {
 constexpr int kMaxColumns = 600;
 constexpr int kMaxRows = 48;
 constexpr int kMinRows = 4;
-constexpr int kBands = 4;
+constexpr int kBands = 8;
 
 struct Edge {
   double column;  ///< with a fraction
@@ -45,7 +47,8 @@ Eigen::Vector3d UprightPatch::p_base(double column, double row) const {
 }
 
 std::optional<UprightPatch> sample_patch(const cv::Mat& bgr, const CameraView& camera,
-                                         const Eigen::Vector3d& p_base_axis, double half_slope, double half_height) {
+                                         const Eigen::Vector3d& p_base_axis, double half_slope, double below,
+                                         double above) {
   constexpr double kNearest = 0.1;  // [m]
   const Eigen::Vector2d towards = (p_base_axis - camera.p_base_camera()).head<2>();
   UprightPatch patch;
@@ -55,15 +58,15 @@ std::optional<UprightPatch> sample_patch(const cv::Mat& bgr, const CameraView& c
   patch.p_base_axis = p_base_axis;
   patch.slope_step = std::max(1.0 / camera.intrinsics().fx, 2.0 * half_slope / kMaxColumns);
   patch.first_slope = -half_slope;
-  patch.height_step = std::max(patch.distance / camera.intrinsics().fy, 2.0 * half_height / kMaxRows);
+  patch.height_step = std::max(patch.distance / camera.intrinsics().fy, (below + above) / kMaxRows);
   const int columns = 1 + static_cast<int>(2.0 * half_slope / patch.slope_step);
-  const int rows = 1 + static_cast<int>(2.0 * half_height / patch.height_step);
+  const int rows = 1 + static_cast<int>((below + above) / patch.height_step);
 
   // A camera sees a convex piece of the plane (nearly: lenses bend it), so the rows that it shows follow each other.
   cv::Mat map(rows, columns, CV_32FC2);
   int shown = 0;
   for (int row = 0; row < rows; ++row) {
-    const double height = half_height - row * patch.height_step;
+    const double height = above - row * patch.height_step;
     if (shown == 0) patch.top = height;
     auto* places = map.ptr<cv::Vec2f>(shown);
     int column = 0;
@@ -83,20 +86,26 @@ std::optional<UprightPatch> sample_patch(const cv::Mat& bgr, const CameraView& c
   return patch;
 }
 
-std::vector<float> vertical_contrast(const cv::Mat& bgr) {
+std::vector<float> vertical_contrast(const cv::Mat& bgr, double min_cover) {
   std::vector<float> contrast(static_cast<std::size_t>(bgr.cols), 0.0f);
   cv::Mat real;
   bgr.convertTo(real, CV_32FC3);
   cv::Mat bands;
   cv::resize(real, bands, {bgr.cols, std::min(kBands, bgr.rows)}, 0.0, 0.0, cv::INTER_AREA);
-  for (int band = 0; band < bands.rows; ++band) {
-    const auto* row = bands.ptr<cv::Vec3f>(band);
-    for (int c = 2; c + 2 < bands.cols; ++c) {
+  const auto covered = static_cast<int>(std::ceil(min_cover * bands.rows));
+  std::array<float, kBands> steps{};
+  const auto begin = steps.begin();
+  const auto end = begin + bands.rows;
+  const auto least_covered = begin + std::max(0, covered - 1);
+  for (int c = 2; c + 2 < bands.cols; ++c) {
+    for (int band = 0; band < bands.rows; ++band) {
       // Centred on column c, which itself is left out: an edge lies in a column, and its fraction is interpolated.
+      const auto* row = bands.ptr<cv::Vec3f>(band);
       const cv::Vec3f step = 0.5f * (row[c + 1] + row[c + 2] - row[c - 1] - row[c - 2]);
-      const float most = std::max({std::abs(step[0]), std::abs(step[1]), std::abs(step[2])});
-      contrast[static_cast<std::size_t>(c)] += most / static_cast<float>(bands.rows);
+      steps[static_cast<std::size_t>(band)] = std::max({std::abs(step[0]), std::abs(step[1]), std::abs(step[2])});
     }
+    std::nth_element(begin, least_covered, end, std::greater<>());
+    contrast[static_cast<std::size_t>(c)] = *least_covered;
   }
   return contrast;
 }

@@ -28,15 +28,17 @@ struct UprightPatch {
   Eigen::Vector3d p_base(double column, double row) const;
 };
 
-/// The rows within `half_height` [m] of the scan that the image shows over the whole width, `half_slope` to both sides.
+/// The rows from `below` to `above` the scan [m] that the image shows over the whole width, `half_slope` to both sides.
 /// Nothing if it shows too few, or the camera stands on the spot.
 std::optional<UprightPatch> sample_patch(const cv::Mat& bgr, const CameraView& camera,
-                                         const Eigen::Vector3d& p_base_axis, double half_slope, double half_height);
+                                         const Eigen::Vector3d& p_base_axis, double half_slope, double below,
+                                         double above);
 
 /// Contrast of every column's vertical edge: the step of brightness [grey levels] between the two columns before and
-/// the two after it, in the channel with most of it; the mean over four bands of rows, each averaged first, since
-/// texture averages out and a silhouette does not.
-std::vector<float> vertical_contrast(const cv::Mat& bgr);
+/// the two after it, in the channel with most of it, in eight bands of rows, each averaged first, since texture
+/// averages out and a silhouette does not; of these the one that a share `min_cover` of the bands reaches, since what
+/// ends within the height, a stone or a box, is no pole.
+std::vector<float> vertical_contrast(const cv::Mat& bgr, double min_cover);
 
 /// The borders of a candidate in a patch, in columns (with fractions).
 struct EdgePair {

@@ -26,7 +26,8 @@ class FeatureMap final : public MapModule {
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                              const MotionWindow& motion) override {
-    if (trigger.payload->type() == LandmarkObservations::kType) return ready_made(trigger.as<LandmarkObservations>());
+    if (trigger.payload->type() == LandmarkObservations::kType)
+      return ready_made(trigger.stamp, trigger.as<LandmarkObservations>());
     const auto& scan = trigger.as<LaserScan>();
     ScanView view = view_of(scan, T_base_sensor_, settings_->extraction);
     std::vector<Candidate> candidates = examine(view, settings_->extraction);
@@ -39,8 +40,9 @@ class FeatureMap final : public MapModule {
     counts_.add(candidates);
     const ImageLook* seen = look ? &*look : nullptr;
     pictures_.take({trigger.stamp, view, candidates, T_base_sensor_, seen}, *settings_);
-    return std::make_shared<FeatureObservation>(
-        observe(scan, std::move(view), candidates, seen, T_base_sensor_, *settings_));
+    FeatureObservation seen_now = observe(scan, std::move(view), candidates, seen, T_base_sensor_, *settings_);
+    seen_now.stamp = trigger.stamp;
+    return std::make_shared<FeatureObservation>(std::move(seen_now));
   }
 
   void describe(std::vector<MapFigure>& figures) const override { counts_.describe(camera_.has_value(), figures); }
@@ -77,8 +79,9 @@ class FeatureMap final : public MapModule {
   }
 
   /// Landmarks that the device detected by itself: range is to the centre.
-  std::shared_ptr<const Observation> ready_made(const LandmarkObservations& seen) const {
+  std::shared_ptr<const Observation> ready_made(Time stamp, const LandmarkObservations& seen) const {
     auto observation = std::make_shared<FeatureObservation>();
+    observation->stamp = stamp;
     observation->view.p_base_sensor = T_base_sensor_.p.head<2>();
     observation->view.yaw_base_sensor = T_base_sensor_.yaw();
     DetectionNoise noise = settings_->noise;

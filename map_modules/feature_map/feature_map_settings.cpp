@@ -40,12 +40,15 @@ CameraSettings read_camera(const Config& config) {
   }
   s.value_min = config.number_in("value_min", 0.0, 1.0, 0.15);
   s.edge_min_contrast = config.number_in("edge_min_contrast", 1.0, 255.0, 12.0);
-  s.edge_height = config.positive("edge_height_m", 0.3);
+  s.edge_min_cover = config.number_in("edge_min_cover", 0.0, 1.0, 0.75);
+  s.edge_below = config.non_negative("edge_below_m", 0.3);
+  s.edge_above = config.positive("edge_above_m", 0.3);
   s.edge_search = kRadPerDeg * config.number_in("edge_search_deg", 0.05, 20.0, 1.5);
   s.edge_sigma_px = config.positive("edge_sigma_px", 1.0);
   s.width_ratio_min = config.number_in("width_ratio_min", 0.0, 1.0, 0.5);
   s.width_ratio_max = config.number_in("width_ratio_max", 1.0, 100.0, 2.0);
-  s.drop_outside = config.choice("outside", {"keep", "drop"}, "keep") == "drop";
+  const std::string unseen = config.choice("unseen", {"keep", "match", "drop"}, "match");
+  s.unseen = unseen == "keep" ? Unseen::keep : unseen == "match" ? Unseen::match : Unseen::drop;
   return s;
 }
 
@@ -76,6 +79,7 @@ AssociationSettings read_association(const Config& config, int dimension, const 
       config.number_in("identity_gate_probability", 0.5, 1.0 - 1e-9, 0.999996), dimension);
   s.new_landmark_density = config.positive("new_landmark_density_per_m2", 0.01);
   s.detection_probability = config.number_in("detection_probability", 0.01, 0.999, 0.9);
+  s.log_min_likelihood_ratio = std::log(config.number_in("min_likelihood_ratio", 1.0, 1e9, 1.0));
   s.min_separation = config.non_negative("min_separation_m", 0.5);
   s.merge = config.boolean("merge", false);
   s.radius_range = config.positive("radius_range_m", 1.0);
@@ -133,6 +137,7 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_came
     }
   }
   s.use_negative_information = config.boolean("negative_information", true);
+  s.keep_sightings = config.boolean("keep_sightings", false);
   s.identity = read_identity(config);
   s.identity_signature = read_identity_signature(config.child_or_empty("signature"));
   if (s.identity == IdentityUse::signature) s.use_signature = true;

@@ -22,18 +22,27 @@ struct ExtractionSettings {
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
 };
 
+/// What becomes of a candidate of the scan that no good image shows.
+enum class Unseen {
+  keep,   ///< it is as good as any other
+  match,  ///< it may be a landmark of the map, but it makes no new one
+  drop
+};
+
 /// What the camera adds (§4.1).
 struct CameraSettings {
   int hue_bins;
   int saturation_bins;
   double value_min;          ///< darker pixels have no colour, 0..1
   double edge_min_contrast;  ///< [grey levels of 255]
-  double edge_height;        ///< rows this far above and below the scan are looked at [m]
+  double edge_min_cover;     ///< share of the height on which an edge must have that contrast
+  double edge_below;         ///< rows this far below the scan are looked at [m]
+  double edge_above;         ///< and above it [m]
   double edge_search;        ///< about each border that the scan predicts [rad]
   double edge_sigma_px;      ///< noise of one edge, σ [px]
   double width_ratio_min;    ///< of the width in the image to that in the scan
   double width_ratio_max;
-  bool drop_outside;  ///< candidates that the image does not show; otherwise they stay as the scan has them
+  Unseen unseen;
 };
 
 /// Noise of one detection in the scanner's frame, σ.
@@ -79,6 +88,7 @@ struct AssociationSettings {
   double identity_gate;             ///< the same where the identity is known, wide: only an outlier fails it
   double new_landmark_density;      ///< ρ_new [1/m²]
   double detection_probability;     ///< P_D
+  double log_min_likelihood_ratio;  ///< a match must be this much likelier than with any other landmark; 0: not asked
   double min_separation;            ///< two landmarks cannot stand closer [m]
   bool merge;                       ///< merge landmarks that have come closer than that and agree
   double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
@@ -107,6 +117,7 @@ struct FeatureMapSettings {
   bool use_radius = false;
   bool use_signature = false;
   bool use_negative_information = true;
+  bool keep_sightings = false;  ///< which detection went into which landmark, over the whole run
   IdentityUse identity = IdentityUse::unused;
   IdentitySignature identity_signature;
   ExtractionSettings extraction;

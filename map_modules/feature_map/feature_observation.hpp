@@ -62,8 +62,9 @@ struct Detection {
   Eigen::Vector3d xyr = Eigen::Vector3d::Zero();  ///< [m]; r is meaningless where the map does not use it
   Eigen::Matrix3d R = Eigen::Matrix3d::Zero();    ///< noise covariance [m²]
   Signature signature;
-  int identity = -1;    ///< what a device read off it (a barcode, a tag); -1: nothing
-  int first_beam = -1;  ///< of the scan, for pictures
+  bool may_be_new = true;  ///< if it fits no landmark; false: nothing but the scan speaks for it
+  int identity = -1;       ///< what a device read off it (a barcode, a tag); -1: nothing
+  int first_beam = -1;     ///< of the scan, for pictures
   int last_beam = -1;
 };
 
@@ -80,6 +81,7 @@ struct ScanView {
 /// What the feature map found in one measurement.
 class FeatureObservation final : public Observation {
  public:
+  Time stamp{};
   std::vector<Detection> detections;
   ScanView view;           ///< without ranges if the detections did not come from a scan
   double max_range = 0.0;  ///< farthest detection from the base [m]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "association.hpp"
@@ -71,12 +72,17 @@ void count_ambiguous(double log_p0, FeatureAssociation& association) {
 }
 
 /// A detection that fits no landmark but lies closer to one than two landmarks can stand is an outlier of that one, a
-/// double echo, or a glimpse of its neighbour: a new landmark there would compete with the old one from now on.
+/// double echo, or a glimpse of its neighbour: a new landmark there would compete with the old one from now on. Nor
+/// does a candidate make one that the camera has not confirmed.
 void mark_ambiguous(const FeatureMapSettings& settings, const Pose& T_map_base, const FeatureObservation& observation,
                     FeatureAssociation& association) {
   const double separation = settings.association.min_separation;
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
     if (association.match[d].chunk != FeatureAssociation::kNew) continue;
+    if (!observation.detections[d].may_be_new) {
+      association.match[d].chunk = FeatureAssociation::kAmbiguous;
+      continue;
+    }
     const Eigen::Vector3d& xyr = observation.detections[d].xyr;
     const Eigen::Vector2d p = (T_map_base * Eigen::Vector3d(xyr.x(), xyr.y(), 0.0)).head<2>();
     const auto near = association.nearby.within(p, separation * separation, 0.0);
@@ -147,61 +153,146 @@ double log_signature_likelihood(const FeatureMapSettings& settings, const Signat
   return -settings.association.signature_lambda * (unknown ? distance_of_new : signature_distance(detection, landmark));
 }
 
+namespace {
+
+/// Detections one after the other against the pose as the ones before have refined it.
+template <int D>
+class Refiner {
+ public:
+  using Model = DetectionModel<D>;
+
+  Refiner(const LandmarkStore& store, const FeatureMapSettings& settings, double log_p0, const PoseGaussian& prior,
+          const FeatureObservation& observation, FeatureAssociation& association, Refinement& out)
+      : store_(store),
+        settings_(settings),
+        log_p0_(log_p0),
+        observation_(observation),
+        association_(association),
+        out_(out),
+        start_(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw()),
+        pose_(start_),
+        P_(prior.P) {}
+
+  const Eigen::Vector3d& start() const { return start_; }
+
+  /// The evidence of a matched detection, and its information unless it is ambiguous.
+  void take(std::size_t d, bool refines) {
+    const StoredLandmark landmark = store_.stored(association_.match[d]);
+    const Comparison c = compare(d, landmark);
+    // A provisional landmark may guide the pose, but it proves nothing yet.
+    const bool proves = landmark.sightings() >= settings_.existence.min_observations;
+    out_.log_evidence += proves ? std::max(c.log_likelihood, log_p0_) : log_p0_;
+    if (!refines) return;
+    const typename Model::Matrix S_landmark_inverse = c.S_landmark.inverse();
+    out_.information += c.H.transpose() * S_landmark_inverse * c.H;
+    out_.gradient += c.H.transpose() * (S_landmark_inverse * (c.nu + c.H * (pose_ - start_)));
+    const Eigen::Matrix<double, 3, D> K = P_ * c.H.transpose() * c.S_inverse;
+    pose_ += K * c.nu;
+    P_ -= K * c.S * K.transpose();
+  }
+
+  /// True if some other landmark is nearly as likely as the chosen one, by the pairs' likelihoods at the prior.
+  bool is_ambiguous(std::size_t d) const {
+    double chosen = -std::numeric_limits<double>::infinity();
+    double other = chosen;
+    for (const FeatureAssociation::Pair& pair : association_.pairs) {
+      if (static_cast<std::size_t>(pair.detection) != d) continue;
+      const bool is_match = association_.nearby[static_cast<std::size_t>(pair.nearby)].ref == association_.match[d];
+      double& likelihood = is_match ? chosen : other;
+      likelihood = std::max(likelihood, pair.log_likelihood);
+    }
+    return other > chosen - settings_.association.log_min_likelihood_ratio;
+  }
+
+  /// Decides about an ambiguous detection again, at the refined pose: true if its match is clear now.
+  bool is_clear_now(std::size_t d) const {
+    const double chosen = compare(d, store_.stored(association_.match[d])).log_likelihood;
+    return std::ranges::none_of(association_.pairs, [&](const FeatureAssociation::Pair& pair) {
+      const NearbyLandmarks::Entry& nearby = association_.nearby[static_cast<std::size_t>(pair.nearby)];
+      if (static_cast<std::size_t>(pair.detection) != d || nearby.ref == association_.match[d]) return false;
+      return compare(d, nearby.landmark).log_likelihood > chosen - settings_.association.log_min_likelihood_ratio;
+    });
+  }
+
+  Pose refined(const Pose& T_map_base) const {
+    Pose refined = T_map_base;
+    refined.p.head<2>() = pose_.template head<2>();
+    refined.q = (so3::exp({0.0, 0.0, pose_.z() - start_.z()}) * refined.q).normalized();
+    return refined;
+  }
+
+ private:
+  struct Comparison {
+    typename Model::Vector nu;
+    typename Model::PoseJacobian H;
+    typename Model::Matrix S_landmark;
+    typename Model::Matrix S;
+    typename Model::Matrix S_inverse;
+    double log_likelihood;  ///< of place and signature
+  };
+
+  Comparison compare(std::size_t d, const StoredLandmark& landmark) const {
+    const Model model(observation_.detections[d], pose_);
+    const Eigen::Vector3d mean = landmark.mean();
+    Comparison c;
+    c.nu = model.z - mean.head<D>();
+    c.H = model.jacobian(mean.head<2>());
+    c.S_landmark = landmark.covariance().template topLeftCorner<D, D>() + model.R;
+    c.S = c.H * P_ * c.H.transpose() + c.S_landmark;
+    c.S_inverse = c.S.inverse();
+    c.log_likelihood = std::log(settings_.association.detection_probability) +
+                       log_normal<D>(c.nu.dot(c.S_inverse * c.nu), c.S.determinant());
+    c.log_likelihood += log_signature_likelihood(settings_, observation_.detections[d].signature, landmark.signature(),
+                                                 association_.signature_distance_of_new);
+    return c;
+  }
+
+  const LandmarkStore& store_;
+  const FeatureMapSettings& settings_;
+  double log_p0_;
+  const FeatureObservation& observation_;
+  FeatureAssociation& association_;
+  Refinement& out_;
+  Eigen::Vector3d start_;
+  Eigen::Vector3d pose_;
+  Eigen::Matrix3d P_;
+};
+
+}  // namespace
+
 template <int D>
 void match_and_refine(const LandmarkStore& store, const FeatureMapSettings& settings, double mean_signature_distance,
                       const PoseGaussian& prior, const FeatureObservation& observation, FeatureAssociation& association,
                       Refinement& out) {
-  using Model = DetectionModel<D>;
   const double log_p0 = log_new_landmark(settings, mean_signature_distance);
-  const double log_pd = std::log(settings.association.detection_probability);
-  const Eigen::Vector3d start(prior.T_map_base.p.x(), prior.T_map_base.p.y(), prior.T_map_base.yaw());
   association.signature_distance_of_new = new_landmark_signature_distance(settings, mean_signature_distance);
   gather(store, settings, prior, observation, association);
-  associate<D>(store, settings, log_p0, start, prior.P, observation, association);
+  Refiner<D> refiner(store, settings, log_p0, prior, observation, association, out);
+  associate<D>(store, settings, log_p0, refiner.start(), prior.P, observation, association);
   count_ambiguous(log_p0, association);
 
-  Eigen::Vector3d pose = start;
-  Eigen::Matrix3d P = prior.P;
+  const bool asks_for_ratio = settings.association.log_min_likelihood_ratio > 0.0;
+  association.undecided.clear();
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
-    const LandmarkRef ref = association.match[d];
     // What looked at nothing has no density of looks: both p₀ and p_v hold the same share, which differs from particle
     // to particle and must not weigh them.
     if (settings.use_signature && observation.detections[d].signature.empty())
       out.log_evidence += settings.association.signature_lambda * association.signature_distance_of_new;
-    if (ref.chunk < 0) {
+    if (association.match[d].chunk < 0) {
       out.log_evidence += log_p0;
-      continue;
-    }
-    const StoredLandmark landmark = store.stored(ref);
-    const Model model(observation.detections[d], pose);
-    const Eigen::Vector3d mean = landmark.mean();
-    const typename Model::Vector nu = model.z - mean.template head<D>();
-    const typename Model::PoseJacobian H = model.jacobian(mean.template head<2>());
-    const typename Model::Matrix S_landmark = landmark.covariance().template topLeftCorner<D, D>() + model.R;
-    const typename Model::Matrix S = H * P * H.transpose() + S_landmark;
-    const typename Model::Matrix S_inverse = S.inverse();
-    const double squared_mahalanobis = nu.dot(S_inverse * nu);
-
-    if (landmark.sightings() >= settings.existence.min_observations) {
-      double log_likelihood = log_pd + log_normal<D>(squared_mahalanobis, S.determinant());
-      log_likelihood += log_signature_likelihood(settings, observation.detections[d].signature, landmark.signature(),
-                                                 association.signature_distance_of_new);
-      out.log_evidence += std::max(log_likelihood, log_p0);
+    } else if (asks_for_ratio && refiner.is_ambiguous(d)) {
+      association.undecided.push_back(d);
     } else {
-      out.log_evidence += log_p0;  // a provisional landmark may guide the pose, but it proves nothing yet
+      refiner.take(d, true);
     }
-
-    const typename Model::Matrix S_landmark_inverse = S_landmark.inverse();
-    out.information += H.transpose() * S_landmark_inverse * H;
-    out.gradient += H.transpose() * (S_landmark_inverse * (nu + H * (pose - start)));
-    const Eigen::Matrix<double, 3, D> K = P * H.transpose() * S_inverse;
-    pose += K * nu;
-    P -= K * S * K.transpose();
+  }
+  for (const std::size_t d : association.undecided) {
+    const bool clear = refiner.is_clear_now(d);
+    refiner.take(d, clear);
+    if (!clear) association.match[d].chunk = FeatureAssociation::kAmbiguous;
   }
 
-  Pose refined = prior.T_map_base;
-  refined.p.head<2>() = pose.head<2>();
-  refined.q = (so3::exp({0.0, 0.0, pose.z() - start.z()}) * refined.q).normalized();
+  const Pose refined = refiner.refined(prior.T_map_base);
   if (settings.identity == IdentityUse::unused) mark_ambiguous(settings, refined, observation, association);
   out.log_evidence += judge_misses(settings, refined, observation, association);
 }

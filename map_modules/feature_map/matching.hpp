@@ -33,6 +33,7 @@ class FeatureAssociation final : public Association {
   NearbyLandmarks nearby;
   std::vector<Pair> pairs;                 ///< detections and landmarks that fit
   double signature_distance_of_new = 0.0;  ///< D in p₀
+  std::vector<std::size_t> undecided;      ///< detections for which another landmark is nearly as likely
   int matched = 0;                         ///< detections with a landmark
   int ambiguous = 0;                       ///< of those: another landmark, or none, was at least a tenth as likely
   AssociationWorkspace workspace;

@@ -64,6 +64,8 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
   } else {
     match_and_refine<2>(landmarks_, *settings_, distance, prior, features, association, out);
   }
+  out.writes = std::ranges::any_of(association.match,
+                                   [](LandmarkRef ref) { return ref.chunk != FeatureAssociation::kAmbiguous; });
 }
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
@@ -117,6 +119,7 @@ void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureOb
     landmark.log_odds = std::min(landmark.log_odds + static_cast<float>(settings_->existence.log_odds_hit),
                                  static_cast<float>(settings_->existence.log_odds_max));
     landmarks_.write(ref, landmark);
+    if (settings_->keep_sightings) sightings_.append({observation.stamp, detection.xyr.head<2>(), landmark.id, false});
   }
 }
 
@@ -141,7 +144,8 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     landmark.identity = detection.identity;
     landmark.sightings = 1;
     figures_.born += settings_->existence.min_observations == 1;
-    landmarks_.add(landmark);
+    const std::int64_t id = landmarks_.add(landmark);
+    if (settings_->keep_sightings) sightings_.append({observation.stamp, detection.xyr.head<2>(), id, true});
   }
 }
 
@@ -201,20 +205,28 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
                  {"merged", static_cast<double>(figures_.merged)},
                  {"ambiguous_share", static_cast<double>(figures_.ambiguous) /
                                          static_cast<double>(std::max<std::uint64_t>(1, figures_.matched))}};
+  out.sightings = sightings_.items();
 }
 
 void ParticleFeatureMap::save(OutArchive& out) const {
-  out.section("feature_map", 2);
+  out.section("feature_map", 3);
   for (const std::uint64_t count :
        {figures_.born, figures_.deleted, figures_.merged, figures_.matched, figures_.ambiguous})
     out.value(count);
   out.value(signature_distance_sum_);
   out.value(signature_distance_count_);
   landmarks_.save(out);
+  sightings_.save(out, [](const Sighting& sighting, OutArchive& to) {
+    to.value(sighting.stamp.time_since_epoch().count());
+    to.value(sighting.p_base);
+    to.value(sighting.landmark);
+    to.value(sighting.is_first);
+  });
 }
 
 void ParticleFeatureMap::load(InArchive& in) {
-  if (in.section("feature_map", 2) >= 2) {
+  const std::uint32_t version = in.section("feature_map", 3);
+  if (version >= 2) {
     for (std::uint64_t* count :
          {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.matched, &figures_.ambiguous})
       in.value(*count);
@@ -222,6 +234,15 @@ void ParticleFeatureMap::load(InArchive& in) {
   in.value(signature_distance_sum_);
   in.value(signature_distance_count_);
   landmarks_.load(in);
+  if (version < 3) return;
+  sightings_.load(in, [](Sighting& sighting, InArchive& from) {
+    std::int64_t stamp = 0;
+    from.value(stamp);
+    sighting.stamp = Time{Duration{stamp}};
+    from.value(sighting.p_base);
+    from.value(sighting.landmark);
+    from.value(sighting.is_first);
+  });
 }
 
 }  // namespace waymark

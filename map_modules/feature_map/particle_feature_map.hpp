@@ -7,6 +7,7 @@
 #include "feature_map_settings.hpp"
 #include "landmark_store.hpp"
 #include "matching.hpp"
+#include "waymark/lineage.hpp"
 
 namespace waymark {
 
@@ -45,6 +46,7 @@ class ParticleFeatureMap final : public ParticleMap {
 
   std::shared_ptr<const FeatureMapSettings> settings_;
   LandmarkStore landmarks_;
+  Lineage<Sighting> sightings_;  // empty unless the YAML asks for them
   Figures figures_;
   // Running mean of D between detections and *other* landmarks: what a chance match looks like (p₀).
   double signature_distance_sum_ = 0.5;

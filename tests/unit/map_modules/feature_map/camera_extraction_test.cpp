@@ -106,6 +106,18 @@ TEST(CameraExtraction, ContrastBelowTheThresholdIsNoEdge) {
   EXPECT_EQ(looked_at(scene, "edge_min_contrast: 10").candidates.at(0).verdict, Verdict::accepted);
 }
 
+// The scan is at 0.6 m; a share of 0.75 of the rows from 0.35 to 1.35 m must show the edge.
+TEST(CameraExtraction, WhatEndsWithinTheHeightIsNoPole) {
+  const auto verdict_of = [](double height, const std::string& cover) {
+    const auto seen =
+        looked_at({{{{4.0, 0.3}, 0.15, kRedPaint, height}}}, "edge_below_m: 0.25, edge_above_m: 0.75" + cover);
+    return seen.candidates.at(0).verdict;
+  };
+  EXPECT_EQ(verdict_of(2.0, ""), Verdict::accepted);
+  EXPECT_EQ(verdict_of(0.8, ""), Verdict::no_edges);
+  EXPECT_EQ(verdict_of(0.8, ", edge_min_cover: 0.3"), Verdict::accepted);
+}
+
 TEST(CameraExtraction, TakesTheLensDistortionIntoAccount) {
   for (const double k1 : {-0.30, 0.15}) {
     CameraScene scene{{{{4.0, 1.7}, 0.2, kRedPaint}, {{4.0, -1.6}, 0.2, kBluePaint}}};
@@ -141,8 +153,11 @@ TEST(CameraExtraction, OutsideOfTheImageTheScanHasTheLastWordUnlessTold) {
   EXPECT_TRUE(kept.observation.detections[1].signature.empty());
   EXPECT_EQ(kept.observation.detections[1].xyr.z(), kept.by_scan.at(1).radius);
   EXPECT_NEAR(kept.observation.detections[1].R(2, 2), 0.01, 1e-9);
+  EXPECT_TRUE(kept.observation.detections[0].may_be_new);
+  EXPECT_FALSE(kept.observation.detections[1].may_be_new);
+  EXPECT_TRUE(looked_at(scene, "unseen: keep").observation.detections[1].may_be_new);
 
-  const auto dropped = looked_at(scene, "outside: drop");
+  const auto dropped = looked_at(scene, "unseen: drop");
   EXPECT_EQ(dropped.observation.detections.size(), 1u);
   EXPECT_EQ(dropped.candidates.at(1).verdict, Verdict::off_image);
 }

@@ -122,8 +122,8 @@ TEST_F(CameraModule, RefusesAConfigurationThatCannotWork) {
   expect_config_error("{ inputs: [lidar, front, front] }", "at most one camera");
   expect_config_error("{ inputs: [lidar, front] }", "intrinsics", false);
   expect_config_error("{ inputs: [lidar, front], camera: { hue_bins: 64, saturation_bins: 4 } }", "at most 128");
-  expect_config_error("{ inputs: [lidar, front], camera: { outside: maybe } }", "outside");
-  expect_config_error("{ inputs: [lidar, front], camera: { edge_height: 1 } }", "unknown key");
+  expect_config_error("{ inputs: [lidar, front], camera: { unseen: maybe } }", "unseen");
+  expect_config_error("{ inputs: [lidar, front], camera: { edge_hight_m: 1 } }", "unknown key");
   expect_config_error("{ inputs: [lidar, front], identity: known }", "identity");
   expect_config_error("{ inputs: [lidar, front], association: { signature_floor: 0.02 } }", "signature_floor");
   expect_config_error("{ inputs: [lidar, front], association: { signature_fusion: sum } }", "signature_fusion");

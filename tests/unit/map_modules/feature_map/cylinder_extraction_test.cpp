@@ -174,6 +174,12 @@ TEST(Examine, EverySegmentHasItsVerdict) {
   EXPECT_EQ(verdict_of(scan_of(World{{trunk}, {}})), Verdict::accepted);
   EXPECT_EQ(verdict_of(scan_of(World{{{{25.0, 0.0}, 0.4}}, {}})), Verdict::too_far);
   EXPECT_EQ(verdict_of(scan_of(World{{{{8.0, 0.0}, 0.8}}, {}})), Verdict::too_wide);
+  // Narrow, but its five beams lie up to 1.6 m behind each other.
+  LaserScan wall = scan_of(World{{{{8.0, 0.0}, 0.15}}, {}});
+  const auto middle = static_cast<std::ptrdiff_t>(wall.ranges_m.size()) / 2;
+  for (std::ptrdiff_t k = -2; k <= 2; ++k)
+    wall.ranges_m[static_cast<std::size_t>(middle + k)] = 8.0f + 0.4f * static_cast<float>(k);
+  EXPECT_EQ(verdict_of(wall), Verdict::too_wide);
   EXPECT_EQ(verdict_of(scan_of(World{{trunk}, {}}), ", min_beams: 20"), Verdict::too_few_beams);
   EXPECT_EQ(verdict_of(scan_of(World{{{{0.0, 8.0}, 0.2}}, {}})), Verdict::hidden);
   EXPECT_EQ(verdict_at(0.0, World{{trunk}, {{{8.6, -20.0}, {8.6, 20.0}}}}), Verdict::no_background);
