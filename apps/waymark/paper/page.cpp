@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/paper/page.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace waymark::paper {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+/// The trials of one scenario at one noise level.
+std::vector<Trial> of_scenario(const std::vector<std::vector<Trial>>& by_seed, std::size_t scenario) {
+  std::vector<Trial> trials;
+  for (const std::vector<Trial>& seed : by_seed) trials.push_back(seed[scenario]);
+  return trials;
+}
+
+using Quantity = std::function<double(const Trial&)>;
+
+std::vector<double> values_of(const std::vector<Trial>& trials, const Quantity& quantity) {
+  std::vector<double> values;
+  for (const Trial& trial : trials) values.push_back(quantity(trial));
+  return values;
+}
+
+std::string spread(const std::vector<Trial>& trials, const Quantity& quantity, int digits) {
+  const std::vector<double> values = values_of(trials, quantity);
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return fmt::format("{:.{}f} / **{:.{}f}** / {:.{}f}", *least, digits, median(values), digits, *most, digits);
+}
+
+using Condition = std::function<bool(const Trial&)>;
+
+std::string count(const std::vector<Trial>& trials, const Condition& condition) {
+  const auto good = std::count_if(trials.begin(), trials.end(), condition);
+  return fmt::format("{} of {} ({:.0f} %)", good, trials.size(),
+                     100.0 * static_cast<double>(good) / static_cast<double>(trials.size()));
+}
+
+bool is_exact(const Trial& trial) { return trial.has_exact_map(); }
+bool is_free_of_errors(const Trial& trial) { return trial.associations.wrong == 0; }
+bool is_right(const Trial& trial) { return is_exact(trial) && is_free_of_errors(trial); }
+
+/// One row of the table of scenarios.
+struct Row {
+  std::string name;
+  std::function<std::string(const std::vector<Trial>&)> cell;
+};
+
+std::vector<Row> rows() {
+  const auto shares = [](const char* name, const Condition& condition) {
+    return Row{name, [condition](const std::vector<Trial>& trials) { return count(trials, condition); }};
+  };
+  const auto spreads = [](const char* name, const Quantity& quantity, int digits) {
+    return Row{name, [quantity, digits](const std::vector<Trial>& trials) { return spread(trials, quantity, digits); }};
+  };
+  const auto number = [](std::size_t value) { return static_cast<double>(value); };
+  return {
+      shares("every cylinder once, nothing else, no wrong association", is_right),
+      shares("every cylinder once, nothing else", is_exact),
+      shares("no wrong association", is_free_of_errors),
+      spreads(
+          "landmarks", [=](const Trial& t) { return number(t.landmarks.counted); }, 0),
+      spreads(
+          "duplicates", [=](const Trial& t) { return number(t.landmarks.duplicates); }, 0),
+      spreads(
+          "where there is no cylinder", [=](const Trial& t) { return number(t.landmarks.others); }, 0),
+      spreads(
+          "cylinders missed", [=](const Trial& t) { return number(t.landmarks.missed.size()); }, 0),
+      spreads(
+          "wrong associations", [=](const Trial& t) { return number(t.associations.wrong); }, 0),
+      spreads(
+          "association precision [%]", [](const Trial& t) { return 100.0 * t.associations.precision(); }, 1),
+      spreads(
+          "association recall [%]", [](const Trial& t) { return 100.0 * t.associations.recall(); }, 1),
+      spreads(
+          "pose, RMS [m]", [](const Trial& t) { return t.position_rms_m; }, 3),
+      spreads(
+          "pose, RMS [°]", [](const Trial& t) { return t.yaw_rms_rad * kDegrees; }, 2),
+      spreads(
+          "path of the best particle, RMS [m]", [](const Trial& t) { return t.path_rms_m; }, 3),
+      spreads(
+          "pose at the end [m]", [](const Trial& t) { return t.position_end_m; }, 3),
+      spreads(
+          "landmarks that match, RMS [m]",
+          [](const Trial& t) { return t.landmarks.position_m ? t.landmarks.position_m->rms : 0.0; }, 3),
+      spreads(
+          "their radius, RMS [m]",
+          [](const Trial& t) { return t.landmarks.radius_m ? t.landmarks.radius_m->rms : 0.0; }, 4),
+      spreads(
+          "NEES of (x, y, yaw), mean (3 is right)", [](const Trial& t) { return t.nees_mean; }, 1),
+      spreads(
+          "largest 3 sigma of the position [m]", [](const Trial& t) { return 3.0 * t.widest_sigma_m; }, 2),
+  };
+}
+
+std::string header(const std::vector<Scenario>& scenarios) {
+  std::string line = "| |";
+  std::string rule = "|---|";
+  for (const Scenario& scenario : scenarios) {
+    line += fmt::format(" {}: {} |", scenario.number, scenario.title);
+    rule += "---|";
+  }
+  return line + "\n" + rule + "\n";
+}
+
+std::string world_text(const std::vector<evaluation::Landmark>& world) {
+  std::string text =
+      "| cylinder, texture | x [m] | y [m] | radius [m] | to its neighbour [m] |\n|---|---|---|---|---|\n";
+  for (const evaluation::Landmark& one : world) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const evaluation::Landmark& other : world) {
+      if (&other != &one) nearest = std::min(nearest, (other.p_map - one.p_map).norm());
+    }
+    text += fmt::format("| {} | {:.2f} | {:.2f} | {:.3f} | {:.2f} |\n", one.name, one.p_map.x(), one.p_map.y(),
+                        one.radius_m, nearest);
+  }
+  return text;
+}
+
+std::string table(const Results& results, std::size_t noise) {
+  std::string text = header(results.scenarios);
+  for (const Row& row : rows()) {
+    text += "| " + row.name + " |";
+    for (std::size_t s = 0; s < results.scenarios.size(); ++s)
+      text += " " + row.cell(of_scenario(results.trials[noise], s)) + " |";
+    text += "\n";
+  }
+  return text;
+}
+
+std::string sweep(const Results& results) {
+  std::string text = header(results.scenarios);
+  for (std::size_t n = 0; n < results.noises.size(); ++n) {
+    text += fmt::format("| × {:g} |", results.noises[n]);
+    for (std::size_t s = 0; s < results.scenarios.size(); ++s) {
+      const std::vector<Trial> trials = of_scenario(results.trials[n], s);
+      text += fmt::format(" {}; {} m |", count(trials, is_right),
+                          spread(
+                              trials, [](const Trial& t) { return t.position_rms_m; }, 2));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string to_page(const Results& results, const std::string& pictures) {
+  const auto base = std::find(results.noises.begin(), results.noises.end(), 1.0);
+  const auto shown =
+      base == results.noises.end() ? std::size_t{0} : static_cast<std::size_t>(base - results.noises.begin());
+  std::string text = "# The paper's experiment\n\n";
+  text += fmt::format(
+      "§4.4 of the paper: {} cylinders, three loop closures, the robot drives from left to right and back. Made by\n\n"
+      "    {}\n\n"
+      "from `{}`: {} seeds of noise and light in one world, the same measurements for all four scenarios. Cells are "
+      "min / **median** / max over the seeds.{}\n\n",
+      results.world.size(), results.command, results.config, results.seeds.size(),
+      results.overrides.empty() ? std::string() : fmt::format(" Changed: `{}`.", fmt::join(results.overrides, "`, `")));
+  text += "## Figures\nSeed " + std::to_string(results.seeds.front()) +
+          ". Blue arrow: weighted mean of the pose. Numbered: landmarks of the particle with the highest weight, with "
+          "3-sigma ellipses. Red: the truth. Orange dots: particles.\n\n";
+  for (const Scenario& scenario : results.scenarios) {
+    text += fmt::format("![Scenario {0}]({1}/scenario_{0}.png)\n\n*Scenario {0}: {2}.*\n\n", scenario.number, pictures,
+                        scenario.title);
+  }
+  text += fmt::format("## Scenarios\nOdometry noise × {:g}.\n\n", results.noises[shown]) + table(results, shown);
+  text +=
+      "\nA landmark counts once it was seen three times; it matches a cylinder within half the least distance between "
+      "two cylinders. A detection shows the "
+      "cylinder that stands where the true pose puts it; a landmark stands for what its first detection showed. "
+      "Precision: detections that went into a landmark of the same cylinder, of all that went into one. Recall: "
+      "detections that went into their cylinder's own landmark, not into a duplicate or a new one. All of the particle "
+      "that has the highest weight at the end, and of its ancestors.\n";
+  text += "\n## Odometry noise\nEvery cylinder once, nothing else, no wrong association; RMS of the pose.\n\n" +
+          sweep(results);
+  text += "\n## World\n" + world_text(results.world);
+  return text;
+}
+
+std::string to_json(const Results& results) {
+  nlohmann::ordered_json json;
+  json["command"] = results.command;
+  json["trials"] = nlohmann::ordered_json::array();
+  for (std::size_t n = 0; n < results.noises.size(); ++n) {
+    for (std::size_t k = 0; k < results.seeds.size(); ++k) {
+      for (std::size_t s = 0; s < results.scenarios.size(); ++s) {
+        const Trial& t = results.trials[n][k][s];
+        nlohmann::ordered_json one;
+        one["noise"] = results.noises[n];
+        one["seed"] = results.seeds[k];
+        one["scenario"] = results.scenarios[s].number;
+        one["exact_map"] = t.has_exact_map();
+        one["landmarks"] = t.landmarks.counted;
+        one["matched"] = t.landmarks.matched;
+        one["duplicates"] = t.landmarks.duplicates;
+        one["others"] = t.landmarks.others;
+        one["missed"] = t.landmarks.missed;
+        one["wrong_associations"] = t.associations.wrong;
+        one["precision"] = t.associations.precision();
+        one["recall"] = t.associations.recall();
+        one["position_rms_m"] = t.position_rms_m;
+        one["yaw_rms_deg"] = t.yaw_rms_rad * kDegrees;
+        one["path_rms_m"] = t.path_rms_m;
+        one["position_end_m"] = t.position_end_m;
+        one["landmark_rms_m"] = t.landmarks.position_m ? t.landmarks.position_m->rms : 0.0;
+        one["nees_mean"] = t.nees_mean;
+        one["widest_sigma_m"] = t.widest_sigma_m;
+        json["trials"].push_back(std::move(one));
+      }
+    }
+  }
+  return json.dump(1) + "\n";
+}
+
+}  // namespace waymark::paper

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include "apps/waymark/paper/page.hpp"
+#include "commands.hpp"
+#include "waymark/error.hpp"
+#include "waymark/output_file.hpp"
+
+namespace waymark {
+
+namespace {
+
+struct PaperOptions {
+  std::filesystem::path config = "config/paper.yaml";
+  std::filesystem::path out = "out/paper";
+  std::vector<std::string> overrides;
+  std::vector<double> noises{0.5, 1.0, 2.0, 4.0};
+  int seeds = 30;
+  int jobs = 0;
+};
+
+std::string command_of(const PaperOptions& options) {
+  std::string text = fmt::format("waymark paper {} --seeds {} --noise {:g}", options.config.string(), options.seeds,
+                                 fmt::join(options.noises, ","));
+  for (const std::string& one : options.overrides) text += fmt::format(" --set '{}'", one);
+  return text;
+}
+
+/// Courses one after the other on each of `jobs` threads; where a result goes does not depend on which thread was
+/// sooner. The first error ends all.
+class Courses {
+ public:
+  Courses(const PaperOptions& options, paper::Results& results) : options_(options), results_(results) {}
+
+  void run() {
+    {
+      std::vector<std::jthread> threads;
+      for (int i = 0; i < options_.jobs; ++i) threads.emplace_back([this] { work(); });
+    }
+    std::fputc('\n', stderr);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::size_t count() const { return results_.noises.size() * results_.seeds.size(); }
+
+  void work() {
+    for (std::size_t i = next_++; i < count(); i = next_++) {
+      const std::size_t noise = i / results_.seeds.size();
+      const std::size_t seed = i % results_.seeds.size();
+      const bool pictures = seed == 0 && results_.noises[noise] == 1.0;
+      try {
+        results_.trials[noise][seed] = paper::run(
+            options_.config, options_.overrides,
+            {results_.seeds[seed], results_.noises[noise], pictures ? options_.out / "paper" : std::filesystem::path()},
+            results_.scenarios);
+      } catch (...) {
+        const std::scoped_lock lock(mutex_);
+        if (!failure_) failure_ = std::current_exception();
+        next_ = count();
+      }
+      const std::scoped_lock lock(mutex_);
+      fmt::print(stderr, "\r{} of {} courses", ++done_, count());
+      std::fflush(stderr);
+    }
+  }
+
+  const PaperOptions& options_;
+  paper::Results& results_;
+  std::atomic<std::size_t> next_{0};
+  std::mutex mutex_;
+  std::size_t done_ = 0;
+  std::exception_ptr failure_;
+};
+
+int run(PaperOptions options) {
+  if (options.jobs == 0) options.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  std::error_code error;
+  std::filesystem::create_directories(options.out / "paper", error);
+  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", options.out.string(), error.message()));
+
+  paper::Results results;
+  results.command = command_of(options);
+  results.config = options.config.string();
+  results.overrides = options.overrides;
+  results.world = paper::surveyed(options.config, options.overrides);
+  results.scenarios = paper::scenarios();
+  results.noises = options.noises;
+  for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
+  results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
+  Courses(options, results).run();
+
+  write_file(options.out / "paper.json", paper::to_json(results));
+  write_file(options.out / "paper.md", paper::to_page(results, "paper"));
+  fmt::print(stderr, "results in {}\n", (options.out / "paper.md").string());
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_paper_command(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<PaperOptions>();
+  CLI::App* command =
+      app.add_subcommand("paper", "The experiment of the paper: four scenarios over seeds, with figures and tables");
+  command->footer("Example:\n  waymark paper --out out/paper --seeds 5 --noise 1");
+  command->add_option("config", options->config, "the YAML of scenario 3, on the simulator")->capture_default_str();
+  command->add_option("--out", options->out, "folder for paper.md, paper.json and paper/*.png")->capture_default_str();
+  command->add_option("--seeds", options->seeds, "seeds 1 to N")->check(CLI::Range(1, 100000))->capture_default_str();
+  command->add_option("--noise", options->noises, "factors on the odometry's noise, in simulator and filter")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--set", options->overrides, "key=value: overrides a key of the YAML in all runs");
+  command->add_option("--jobs", options->jobs, "courses at the same time (default: one per core)")
+      ->check(CLI::Range(1, 1024));
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace waymark
