@@ -151,6 +151,34 @@ TEST_F(LogReplay, RecordingsGiveTheSameBytes) {
   }
 }
 
+TEST_F(LogReplay, AnInterruptedRunLeavesAWholeLog) {
+  const std::filesystem::path scans = log() / "lidar.csv.partial";
+  const Outcome outcome =
+      Command({"run", (folder_ / "robot.yaml").string(), "--out", (folder_ / "first").string(), "--quiet", "--set",
+               "source.duration_s=1800", "--set", "sensors.camera.enabled=false"})
+          .send(SIGINT,
+                [&] {
+                  std::error_code error;
+                  const auto size = std::filesystem::file_size(scans, error);
+                  return !error && size > 100'000;
+                })
+          .run();
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_TRUE(has_no_partial_file(log()));
+  // Only the note that the run was interrupted is another.
+  const std::set<std::string> left_out{"config.yaml", "log", "diagnostics.json"};
+  Files second = replay();
+  second.erase("diagnostics.json");
+  EXPECT_TRUE(same_bytes(contents(folder_ / "first", left_out), second));
+}
+
+TEST_F(LogReplay, ASensorThatSaysNothingIsSwitchedOff) {
+  // A scanner that first speaks after the end.
+  first_run({"--set", "source.lidar.rate_hz=0.001", "--set", "sensors.camera.enabled=false"});
+  EXPECT_FALSE(std::filesystem::exists(log() / "lidar.csv"));
+  replay();
+}
+
 TEST_F(LogReplay, AFullDiskIsOneLineAndKeepsWhatFits) {
   // A file may grow to 200 kB; the IMU's needs more.
   const Outcome outcome =

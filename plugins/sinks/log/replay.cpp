@@ -79,7 +79,16 @@ std::string replay_config(std::string_view config, std::string_view source, cons
                           const std::vector<std::size_t>& silent) {
   const Config given = Config::parse(config, "effective configuration");
   std::vector<Config::Override> overrides{"source=" + std::string(source)};
-  for (const std::size_t sensor : silent) overrides.push_back(fmt::format("sensors.{}.enabled=false", sensor));
+  const std::vector<Config> sensors = given.items("sensors");
+  const std::vector<Config> maps = given.items_or_empty("maps");
+  for (const std::size_t sensor : silent) {
+    overrides.push_back(fmt::format("sensors.{}.enabled=false", sensor));
+    const std::string name = sensors.at(sensor).text("name");
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      // A map without its first input is refused.
+      if (maps[i].texts("inputs").front() == name) overrides.push_back(fmt::format("maps.{}.enabled=false", i));
+    }
+  }
   const std::vector<Config> sinks = given.items_or_empty("sinks");
   for (std::size_t i = 0; i < sinks.size(); ++i) {
     if (sinks[i].text("plugin", "") == "log") overrides.push_back(fmt::format("sinks.{}.enabled=false", i));

@@ -18,7 +18,8 @@ std::string in_quotes(std::string_view text);
 /// `indent`; empty if there is nothing to write. Throws Error.
 std::string write_reference(const Reference& reference, const std::filesystem::path& folder, std::string_view indent);
 
-/// The run's configuration with another source, this log. Sinks that write logs are switched off.
+/// The run's configuration with another source, this log. Sinks that write logs are switched
+/// off, and so are maps whose first input is not in the log.
 /// `config`: the effective configuration; `source`: value of `source`, as YAML; `yaml_folder`: where the run's own YAML
 /// lies; `silent`: indices of the sensors that are not in the log. Throws ConfigError if `config` is no configuration.
 std::string replay_config(std::string_view config, std::string_view source, const std::filesystem::path& yaml_folder,

@@ -88,6 +88,9 @@ const std::string kRobot =
     "  - { name: front lidar, payload: LaserScan }\n"
     "  - { name: camera, payload: Image }\n"
     "  - { name: gps, plugin: dgps, base_p_antenna_m: [0, 0, 0.5] }\n"
+    "maps:\n"
+    "  - { name: pillars, plugin: feature_map, inputs: [gps, camera] }\n"
+    "  - { name: trees, plugin: feature_map, inputs: [front lidar] }\n"
     "sinks: [{ plugin: log }, { plugin: tum, path: \"$${x}\" }, { plugin: log, folder: other }]\n";
 
 TEST_F(LogSink, TheReplayIsTheRobotWithTheLogAsSource) {
@@ -106,6 +109,9 @@ TEST_F(LogSink, TheReplayIsTheRobotWithTheLogAsSource) {
   EXPECT_FALSE(sensors[2].boolean("enabled"));
   EXPECT_FALSE(sensors[3].has("enabled"));
   EXPECT_EQ(sensors[3].numbers("base_p_antenna_m"), (std::vector<double>{0.0, 0.0, 0.5}));
+  const auto maps = replay.items("maps");
+  EXPECT_FALSE(maps[0].has("enabled"));
+  EXPECT_FALSE(maps[1].boolean("enabled")) << "nothing triggers it";
   const auto sinks = replay.items("sinks");
   EXPECT_FALSE(sinks[0].boolean("enabled"));
   EXPECT_FALSE(sinks[1].has("enabled"));
