@@ -52,6 +52,9 @@ class Sinks {
   Sinks(std::vector<SinkSlot> slots, const RunInfo& info) : slots_(std::move(slots)) {
     call([&](Sink& sink) { sink.start(info); });
   }
+  void arrived(const Measurement& measurement) {
+    call([&](Sink& sink) { sink.arrived(measurement); });
+  }
   void write(const Snapshot& snapshot) {
     call([&](Sink& sink) { sink.write(snapshot); });
   }
@@ -103,11 +106,12 @@ int run(const RunOptions& options) {
   if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
   Assembly robot = Assembly::load(options.config, overrides);
   const std::filesystem::path out = prepare_output(options);
-  write_file(out / "config.yaml", robot.yaml.effective());
+  const std::string effective = robot.yaml.effective();
+  write_file(out / "config.yaml", effective);
 
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
-  Sinks sinks(std::move(robot.sinks), {out, &robot.rig, robot.source->reference()});
+  Sinks sinks(std::move(robot.sinks), {out, &robot.rig, robot.source->reference(), effective});
   Progress progress;
   Fusion fusion(robot.settings, robot.sensors, robot.maps, [&](const Snapshot& snapshot) {
     sinks.write(snapshot);
@@ -122,6 +126,7 @@ int run(const RunOptions& options) {
       const int sensor = robot.sensor_of_channel[measurement->sensor];
       if (sensor < 0) continue;
       measurement->sensor = static_cast<std::uint32_t>(sensor);
+      sinks.arrived(*measurement);
       fusion.add(std::move(*measurement));
     }
   } catch (const Error& error) {

@@ -25,12 +25,23 @@ class OurCsv : public ::testing::Test {
     std::ofstream wheels(folder_ / "wheels.csv");
     std::ofstream scans(folder_ / "scans.csv");
     std::ofstream seen(folder_ / "seen.csv");
+    std::ofstream inertial(folder_ / "inertial.csv");
+    std::ofstream headings(folder_ / "headings.csv");
+    std::ofstream images(folder_ / "images.csv");
+    std::ofstream(folder_ / "one.jpg") << "\xff\xd8 one";
+    std::ofstream(folder_ / "two.jpg") << "\xff\xd8 two";
     wheels << "t,left,right\n";
     scans << "t,r0,r1,r2\n";
     seen << "t,range,bearing,id\n";
+    inertial << "t,wx,wy,wz,mx,my,mz\n";
+    headings << "t,heading\n";
+    images << "t,file\n";
     for (int k = 0; k < 60; ++k) {
       wheels << 0.1 * k << "," << 1.0 + 0.01 * k << "," << (k == 17 ? "fault" : "1.1") << "\n";
       if (k % 3 == 0) scans << 0.1 * k << ",4.5," << 3.0 + 0.1 * k << ",81\n";
+      inertial << 0.1 * k << ",0.01,0.02," << 0.1 * k << (k % 5 == 0 ? ",1e-6,2e-6,-3e-6\n" : ",,,\n");
+      if (k % 6 == 1) headings << 0.1 * k << "," << 0.02 * k << "\n";
+      if (k % 5 == 2) images << 0.1 * k << (k % 2 == 0 ? ",one.jpg\n" : k == 17 ? ",nowhere.jpg\n" : ",two.jpg\n");
       if (k % 4 < 2) seen << 0.4 * (k / 4) << "," << 2.0 + 0.1 * k << ",0.2," << k % 4 << "\n";
     }
   }
@@ -38,14 +49,19 @@ class OurCsv : public ::testing::Test {
 
   std::shared_ptr<Source> source() const {
     const std::string yaml =
-        "max_bad_rows: 1\n"
+        "max_bad_rows: 2\n"
         "files:\n"
         "  - { path: wheels.csv, sensor: wheels, payload: WheelSpeeds, time: t, columns: { left_mps: left, right_mps: "
         "right } }\n"
         "  - { path: scans.csv, sensor: lidar, payload: LaserScan, time: t, arrival: { column: t, offset_s: 0.25 },"
         " columns: { ranges_m: { first: r0, last: r2 } }, scan: { start_deg: -1, step_deg: 1 } }\n"
         "  - { path: seen.csv, sensor: gps, payload: LandmarkObservations, time: t, group_by_time: true,"
-        " columns: { range_m: range, bearing_rad: bearing, identity: id } }\n";
+        " columns: { range_m: range, bearing_rad: bearing, identity: id } }\n"
+        "  - { path: inertial.csv, sensor: wheels, payload: ImuSample, time: t, empty_is_unknown: true,"
+        " columns: { w_x_radps: wx, w_y_radps: wy, w_z_radps: wz, m_x_t: mx, m_y_t: my, m_z_t: mz } }\n"
+        "  - { path: headings.csv, sensor: wheels, payload: CompassHeading, time: t,"
+        " columns: { heading_rad: heading } }\n"
+        "  - { path: images.csv, sensor: lidar, payload: Image, time: t, columns: { file: file } }\n";
     const Config config = Config::parse(yaml, (folder_ / "run.yaml").string());
     return PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("csv", config, rig());
   }

@@ -115,7 +115,9 @@ NumberColumn::NumberColumn(const Config& columns, std::string_view key, ColumnFi
 }
 
 double NumberColumn::read(Row row) const {
-  const double value = finite_number(row[column_.index], column_.label) * scale_ + offset_;
+  if (is_unknown(row)) return std::numeric_limits<double>::quiet_NaN();
+  double value = finite_number(row[column_.index], column_.label) * scale_;
+  if (offset_ != 0.0) value += offset_;  // -0 + 0 would lose its sign
   if (!std::isfinite(value)) throw BadRow(in_quotes(row[column_.index]) + " in " + column_.label + " is out of range");
   return value;
 }
@@ -130,7 +132,9 @@ int NumberColumn::read_integer(Row row) const {
 
 std::optional<NumberColumn> optional_number_column(const Config& columns, std::string_view key, ColumnFinder& finder) {
   if (!columns.has(key)) return std::nullopt;
-  return NumberColumn(columns, key, finder);
+  NumberColumn column(columns, key, finder);
+  if (finder.allows_empty()) column.allow_empty();
+  return column;
 }
 
 ColumnRange::ColumnRange(const Config& columns, std::string_view key, ColumnFinder& finder) : field_(key) {

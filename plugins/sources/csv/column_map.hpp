@@ -44,10 +44,15 @@ class ColumnFinder {
   /// Equal for two entries that read the same fields from the same columns.
   std::string signature() const;
 
+  /// From now on an empty field of an optional column is an unknown value, not a fault.
+  void allow_empty() { allows_empty_ = true; }
+  bool allows_empty() const { return allows_empty_; }
+
  private:
   std::vector<std::string> header_;
   std::size_t needed_ = 0;
   std::vector<std::string> used_;
+  bool allows_empty_ = false;
 };
 
 /// A number: raw · scale + offset.
@@ -56,19 +61,23 @@ class NumberColumn {
   /// Reads `key` of `columns`: a column, or {column, scale, offset}. Throws ConfigError.
   NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder);
 
-  /// Throws BadRow if the field is no finite number.
+  /// Throws BadRow if the field is no finite number. NaN if it is unknown.
   double read(Row row) const;
-  /// Throws BadRow if the value is no whole number within int.
+  /// Throws BadRow if the value is no whole number within int. Not to be asked for an unknown one.
   int read_integer(Row row) const;
+  /// True if the field is empty and may be.
+  bool is_unknown(Row row) const { return may_be_empty_ && row[column_.index].empty(); }
+  void allow_empty() { may_be_empty_ = true; }
   const Column& column() const { return column_; }
 
  private:
   Column column_;
+  bool may_be_empty_ = false;
   double scale_ = 1.0;
   double offset_ = 0.0;
 };
 
-/// Reads `key` if it is there.
+/// Reads `key` if it is there; its fields may be empty if the finder allows that.
 std::optional<NumberColumn> optional_number_column(const Config& columns, std::string_view key, ColumnFinder& finder);
 
 /// Neighbouring columns that form one list.

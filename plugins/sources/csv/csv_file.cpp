@@ -15,6 +15,12 @@ std::string seconds_text(Duration duration) {
   return text;
 }
 
+ColumnFinder make_finder(const Config& entry, const std::vector<std::string>& header) {
+  ColumnFinder finder(header);
+  if (entry.boolean("empty_is_unknown", false)) finder.allow_empty();
+  return finder;
+}
+
 }  // namespace
 
 void BadRows::add(std::string place, std::string reason) {
@@ -51,7 +57,7 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
     : sensor_(entry.text("sensor")),
       type_(csv::payload_type(entry)),
       reader_(readable_file(entry, "path"), read_format(entry)),
-      finder_(reader_.header()),
+      finder_(make_finder(entry, reader_.header())),
       time_(entry, "time", finder_),
       filter_(entry, finder_),
       builder_(make_payload_builder(type_, entry, finder_)),

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "image_builder.hpp"
 #include "number_text.hpp"
 #include "waymark/payloads.hpp"
 
@@ -17,9 +18,10 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-constexpr std::array<std::string_view, 6> kTypes = {WheelSpeeds::kType, WheelSteering::kType,
-                                                    BodyTwist::kType,   GnssFix::kType,
-                                                    LaserScan::kType,   LandmarkObservations::kType};
+constexpr std::array<std::string_view, 9> kTypes = {
+    WheelSpeeds::kType, WheelSteering::kType,  BodyTwist::kType,
+    GnssFix::kType,     LaserScan::kType,      Image::kType,
+    ImuSample::kType,   CompassHeading::kType, LandmarkObservations::kType};
 
 std::string_view short_name(std::string_view type) {
   type.remove_prefix(type.find('/') + 1);
@@ -47,13 +49,18 @@ class NumbersBuilder final : public PayloadBuilder {
     }
     check_fields(columns, valid, required, short_name(T::kType));
     for (const Field<T>& field : fields) {
-      if (columns.has(field.name)) columns_.emplace_back(NumberColumn(columns, field.name, finder), field.member);
+      if (!columns.has(field.name)) continue;
+      NumberColumn column(columns, field.name, finder);
+      if (!field.required && finder.allows_empty()) column.allow_empty();
+      columns_.emplace_back(std::move(column), field.member);
     }
   }
 
   std::shared_ptr<Payload> build(Row row) const override {
     auto payload = std::make_shared<T>();
-    for (const auto& [column, member] : columns_) (*payload).*member = column.read(row);
+    for (const auto& [column, member] : columns_) {
+      if (!column.is_unknown(row)) (*payload).*member = column.read(row);
+    }
     return payload;
   }
 
@@ -83,7 +90,7 @@ class GnssBuilder final : public PayloadBuilder {
          {"sigma_vertical_m", &GnssFix::sigma_vertical_m},
          {"hdop", &GnssFix::hdop}}};
     for (const auto& [name, member] : kOthers) {
-      if (columns.has(name)) others_.emplace_back(NumberColumn(columns, name, finder), member);
+      if (auto column = optional_number_column(columns, name, finder)) others_.emplace_back(std::move(*column), member);
     }
     satellites_ = optional_number_column(columns, "satellites", finder);
     if (columns.has("type")) read_type_map(columns, finder);
@@ -102,7 +109,7 @@ class GnssBuilder final : public PayloadBuilder {
       }
     }
     for (const auto& [column, member] : others_) (*fix).*member = column.read(row);
-    if (satellites_) fix->satellites = satellites_->read_integer(row);
+    if (satellites_ && !satellites_->is_unknown(row)) fix->satellites = satellites_->read_integer(row);
     if (type_) {
       const int code = type_->read_integer(row);
       for (const auto& [number, type] : types_) {
@@ -155,10 +162,12 @@ class ScanBuilder final : public PayloadBuilder {
       }
     }
     const Config scan = entry.child("scan");
-    start_rad_ = scan.number_in("start_deg", -360.0, 360.0) * kRadPerDeg;
-    step_rad_ = scan.number_in("step_deg", -360.0, 360.0) * kRadPerDeg;
-    if (step_rad_ == 0.0)
-      scan.fail("step_deg", "0 lets all beams point the same way; a number other than 0 is expected");
+    start_rad_ = read_angle(scan, "start_deg", "start_rad");
+    step_rad_ = read_angle(scan, "step_deg", "step_rad");
+    if (step_rad_ == 0.0) {
+      scan.fail(scan.has("step_rad") ? "step_rad" : "step_deg",
+                "0 lets all beams point the same way; a number other than 0 is expected");
+    }
     allow_non_finite_ = scan.boolean("allow_non_finite", false);
   }
 
@@ -175,11 +184,61 @@ class ScanBuilder final : public PayloadBuilder {
   bool wants_equal_rows() const override { return true; }
 
  private:
+  /// An angle in degrees, as people write it, or in radians, as it is used.
+  static double read_angle(const Config& scan, std::string_view degrees, std::string_view radians) {
+    if (!scan.has(radians)) return scan.number_in(degrees, -360.0, 360.0) * kRadPerDeg;
+    if (scan.has(degrees)) scan.fail(radians, "give it in degrees or in radians, not both");
+    return scan.number_in(radians, -360.0 * kRadPerDeg, 360.0 * kRadPerDeg);
+  }
+
   std::optional<ColumnRange> ranges_;
   std::optional<ColumnRange> intensities_;
   double start_rad_ = 0.0;
   double step_rad_ = 0.0;
   bool allow_non_finite_ = false;
+};
+
+class ImuBuilder final : public PayloadBuilder {
+ public:
+  ImuBuilder(const Config& columns, ColumnFinder& finder) {
+    check_fields(columns,
+                 {"w_x_radps", "w_y_radps", "w_z_radps", "f_x_mps2", "f_y_mps2", "f_z_mps2", "m_x_t", "m_y_t", "m_z_t"},
+                 {"w_x_radps", "w_y_radps", "w_z_radps"}, "ImuSample");
+    for (const std::string_view name : {"w_x_radps", "w_y_radps", "w_z_radps"}) w_.emplace_back(columns, name, finder);
+    f_ = optional_axes(columns, {"f_x_mps2", "f_y_mps2", "f_z_mps2"}, finder);
+    m_ = optional_axes(columns, {"m_x_t", "m_y_t", "m_z_t"}, finder);
+  }
+
+  std::shared_ptr<Payload> build(Row row) const override {
+    auto sample = std::make_shared<ImuSample>();
+    read(row, w_, sample->w_sensor);
+    read(row, f_, sample->f_sensor);
+    read(row, m_, sample->m_sensor);
+    return sample;
+  }
+
+ private:
+  using Axes = std::vector<NumberColumn>;  // x, y, z, or none
+
+  static Axes optional_axes(const Config& columns, std::array<std::string_view, 3> names, ColumnFinder& finder) {
+    Axes axes;
+    for (const std::string_view name : names) {
+      if (auto column = optional_number_column(columns, name, finder)) axes.push_back(std::move(*column));
+    }
+    if (!axes.empty() && axes.size() != names.size()) {
+      columns.fail("ImuSample needs " + in_quotes(names[0]) + ", " + in_quotes(names[1]) + " and " +
+                   in_quotes(names[2]) + ", or none of them");
+    }
+    return axes;
+  }
+
+  static void read(Row row, const Axes& axes, Eigen::Vector3d& vector) {
+    for (std::size_t i = 0; i < axes.size(); ++i) vector[static_cast<Eigen::Index>(i)] = axes[i].read(row);
+  }
+
+  Axes w_;
+  Axes f_;
+  Axes m_;
 };
 
 class LandmarksBuilder final : public PayloadBuilder {
@@ -191,15 +250,17 @@ class LandmarksBuilder final : public PayloadBuilder {
                "range_m", finder),
         bearing_(columns, "bearing_rad", finder),
         radius_(optional_number_column(columns, "radius_m", finder)),
-        identity_(optional_number_column(columns, "identity", finder)) {}
+        identity_(optional_number_column(columns, "identity", finder)),
+        sets_may_be_empty_(finder.allows_empty()) {}
 
   std::shared_ptr<Payload> build(Row row) const override {
     auto set = std::make_shared<LandmarkObservations>();
-    set->landmarks.push_back(read(row));
+    append(row, *set);
     return set;
   }
 
   void append(Row row, Payload& payload) const override {
+    if (sets_may_be_empty_ && row[range_.column().index].empty() && row[bearing_.column().index].empty()) return;
     static_cast<LandmarkObservations&>(payload).landmarks.push_back(read(row));
   }
 
@@ -211,7 +272,7 @@ class LandmarksBuilder final : public PayloadBuilder {
     one.range_m = range_.read(row);
     one.bearing_rad = bearing_.read(row);
     if (radius_) one.radius_m = radius_->read(row);
-    if (identity_) one.identity = identity_->read_integer(row);
+    if (identity_ && !identity_->is_unknown(row)) one.identity = identity_->read_integer(row);
     return one;
   }
 
@@ -219,6 +280,7 @@ class LandmarksBuilder final : public PayloadBuilder {
   NumberColumn bearing_;
   std::optional<NumberColumn> radius_;
   std::optional<NumberColumn> identity_;
+  bool sets_may_be_empty_;
 };
 
 }  // namespace
@@ -261,6 +323,14 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
   }
   if (type == GnssFix::kType) return std::make_unique<GnssBuilder>(columns, finder);
   if (type == LaserScan::kType) return std::make_unique<ScanBuilder>(entry, columns, finder);
+  if (type == ImuSample::kType) return std::make_unique<ImuBuilder>(columns, finder);
+  if (type == CompassHeading::kType) {
+    return std::make_unique<NumbersBuilder<CompassHeading>>(
+        columns, std::initializer_list<Field<CompassHeading>>{{"heading_rad", &CompassHeading::heading_rad}}, finder);
+  }
+  if (type == Image::kType) {
+    return std::make_unique<ImageBuilder>(columns, readable_file(entry, "path").parent_path(), finder);
+  }
   return std::make_unique<LandmarksBuilder>(columns, finder);
 }
 

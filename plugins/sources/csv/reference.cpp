@@ -31,6 +31,7 @@ void for_each_row(DelimitedReader& reader, const ColumnFinder& finder, const Row
 std::vector<Reference::Point> read_trajectory(const Config& config) {
   DelimitedReader reader(readable_file(config, "path"), read_format(config));
   ColumnFinder finder(reader.header());
+  if (config.boolean("empty_is_unknown", false)) finder.allow_empty();
   const RowFilter filter(config, finder);
   const Config columns = config.child("columns");
   check_fields(columns, {"time", "x_m", "y_m", "yaw_rad"}, {"time", "x_m", "y_m"}, "the reference trajectory");
@@ -47,8 +48,8 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
     if (!points.empty() && point.stamp < points.back().stamp) {
       throw BadRow("time goes back, from " + format_time(points.back().stamp) + " to " + format_time(point.stamp));
     }
-    point.has_yaw = yaw.has_value();
-    point.T_map_base = Pose::planar(x.read(row), y.read(row), yaw ? yaw->read(row) : 0.0);
+    point.has_yaw = yaw && !yaw->is_unknown(row);
+    point.T_map_base = Pose::planar(x.read(row), y.read(row), point.has_yaw ? yaw->read(row) : 0.0);
     points.push_back(point);
   });
   return points;
@@ -57,6 +58,7 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
 std::vector<Reference::Landmark> read_landmarks(const Config& config) {
   DelimitedReader reader(readable_file(config, "path"), read_format(config));
   ColumnFinder finder(reader.header());
+  if (config.boolean("empty_is_unknown", false)) finder.allow_empty();
   const RowFilter filter(config, finder);
   const Config columns = config.child("columns");
   check_fields(columns, {"name", "x_m", "y_m", "radius_m"}, {"x_m", "y_m"}, "the reference landmarks");

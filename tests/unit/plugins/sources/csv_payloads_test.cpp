@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Payloads of IMU, compass and camera, values that are unknown, and angles in radians.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "unit/plugins/sources/csv_fixture.hpp"
+
+namespace waymark {
+namespace {
+
+using csv_test::CsvTest;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class CsvPayloads : public CsvTest {
+ protected:
+  /// A source of one file, a.csv, with the time in column t.
+  std::shared_ptr<Source> source(const std::string& more, const std::string& more_of_the_source = "") const {
+    return make(entry(more, more_of_the_source));
+  }
+  static std::string entry(const std::string& more, const std::string& more_of_the_source = "") {
+    return more_of_the_source + "files: [{ path: a.csv, sensor: camera, time: t, " + more + " }]";
+  }
+};
+
+const std::string kNineAxes =
+    "payload: ImuSample, columns: { w_x_radps: wx, w_y_radps: wy, w_z_radps: wz, f_x_mps2: fx, f_y_mps2: fy,"
+    " f_z_mps2: fz, m_x_t: mx, m_y_t: my, m_z_t: mz }";
+
+TEST_F(CsvPayloads, ReadsNineAxes) {
+  write("a.csv", "t,wx,wy,wz,fx,fy,fz,mx,my,mz\n0,1,2,3,4,5,6,7e-6,8e-6,-9e-6\n");
+  const auto measurement = source(kNineAxes)->next();
+  const auto& sample = measurement->as<ImuSample>();
+  EXPECT_EQ(sample.w_sensor, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(sample.f_sensor, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(sample.m_sensor, Eigen::Vector3d(7e-6, 8e-6, -9e-6));
+}
+
+TEST_F(CsvPayloads, ReadsAGyroscopeAlone) {
+  write("a.csv", "t,wx,wy,wz\n0,1,2,3\n");
+  const auto measurement =
+      source("payload: ImuSample, columns: { w_x_radps: wx, w_y_radps: wy, w_z_radps: wz }")->next();
+  const auto& sample = measurement->as<ImuSample>();
+  EXPECT_EQ(sample.w_sensor, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(sample.f_sensor.array().isNaN().all());
+  EXPECT_TRUE(sample.m_sensor.array().isNaN().all());
+}
+
+TEST_F(CsvPayloads, RefusesHalfAnAccelerometer) {
+  write("a.csv", "t,wx,wy,wz,fx\n0,1,2,3,4\n");
+  EXPECT_THAT(construction_error<ConfigError>(
+                  entry("payload: ImuSample, columns: { w_x_radps: wx, w_y_radps: wy, w_z_radps: wz, f_x_mps2: fx }")),
+              HasSubstr("\"f_x_mps2\", \"f_y_mps2\" and \"f_z_mps2\", or none of them"));
+  EXPECT_THAT(construction_error<ConfigError>(entry("payload: ImuSample, columns: { w_x_radps: wx }")),
+              HasSubstr("ImuSample needs the column \"w_y_radps\""));
+}
+
+TEST_F(CsvPayloads, ReadsACompass) {
+  write("a.csv", "t,deg\n0,90\n");
+  const auto measurement =
+      source("payload: CompassHeading, columns: { heading_rad: { column: deg, scale: 0.0174532925199433 } }")->next();
+  EXPECT_NEAR(measurement->as<CompassHeading>().heading_rad, 1.5707963, 1e-6);
+}
+
+TEST_F(CsvPayloads, DeliversAnImagesFileAsItIs) {
+  std::filesystem::create_directories(folder_ / "log" / "pictures");
+  const std::string bytes("\x89PNG\0\r\n#\n,", 10);
+  write("log/pictures/1.png", bytes);
+  write("log/pictures/empty.png", "");
+  write("log/a.csv", "t,file\n0.5,pictures/1.png\n1,pictures/empty.png\n");
+  const auto all =
+      read_all(*make("files: [{ path: log/a.csv, sensor: camera, time: t, payload: Image, columns: { file: file } }]"));
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].as<Image>().encoding, Image::Encoding::compressed);
+  EXPECT_EQ(std::string(all[0].as<Image>().data.begin(), all[0].as<Image>().data.end()), bytes);
+  EXPECT_THAT(all[1].as<Image>().data, IsEmpty());
+}
+
+TEST_F(CsvPayloads, AMissingImageIsABadRow) {
+  write("there.jpg", "\xff\xd8");
+  write("a.csv", "t,file\n0,there.jpg\n1,nowhere.jpg\n2,.\n3,\n4,there.jpg\n");
+  const auto all = source("payload: Image, columns: { file: file }", "max_bad_rows: 3\n");
+  EXPECT_EQ(read_all(*all).size(), 2u);
+  const auto& bad = all->bad_records();
+  ASSERT_EQ(bad.size(), 3u);
+  EXPECT_EQ(bad[0].place, (folder_ / "a.csv").string() + ":3");
+  EXPECT_THAT(bad[0].reason, AllOf(HasSubstr((folder_ / "nowhere.jpg").string()), HasSubstr("No such file")));
+  EXPECT_THAT(bad[1].reason, HasSubstr("cannot be read"));
+  EXPECT_THAT(bad[2].reason, HasSubstr("is empty"));
+}
+
+TEST_F(CsvPayloads, AnEmptyFieldIsUnknownIfTheFileSaysSo) {
+  write("a.csv", "t,e,n,lat,lon,sat,kind\n0,1,2,,,,\n1,,,49,8,7,1\n");
+  const std::string fix =
+      "payload: GnssFix, columns: { east_m: e, north_m: n, latitude_deg: lat, longitude_deg: lon, satellites: sat }";
+  const auto all = read_all(*source(fix + ", empty_is_unknown: true"));
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].as<GnssFix>().p_map_antenna.y(), 2.0);
+  EXPECT_TRUE(std::isnan(all[0].as<GnssFix>().latitude_deg));
+  EXPECT_EQ(all[0].as<GnssFix>().satellites, -1);
+  EXPECT_TRUE(std::isnan(all[1].as<GnssFix>().p_map_antenna.x()));
+  EXPECT_EQ(all[1].as<GnssFix>().latitude_deg, 49.0);
+  EXPECT_EQ(all[1].as<GnssFix>().satellites, 7);
+  EXPECT_THAT(reading_error(*source(fix)), HasSubstr("a.csv:2: column 3 (latitude_deg) is empty"));
+}
+
+TEST_F(CsvPayloads, ARequiredFieldIsNeverUnknown) {
+  write("a.csv", "t,h\n0,\n");
+  EXPECT_THAT(reading_error(*source("payload: CompassHeading, columns: { heading_rad: h }, empty_is_unknown: true")),
+              HasSubstr("column 1 (heading_rad) is empty"));
+}
+
+TEST_F(CsvPayloads, UnknownAxesAreNaN) {
+  write("a.csv", "t,wx,wy,wz,fx,fy,fz,mx,my,mz\n0,1,2,3,4,5,6,,,\n");
+  const auto measurement = source(kNineAxes + ", empty_is_unknown: true")->next();
+  EXPECT_EQ(measurement->as<ImuSample>().f_sensor.z(), 6.0);
+  EXPECT_TRUE(measurement->as<ImuSample>().m_sensor.array().isNaN().all());
+}
+
+TEST_F(CsvPayloads, AnOptionalNumberKeepsItsDefault) {
+  write("a.csv", "t,vx,vy,w\n0,1,,3\n");
+  const auto measurement =
+      source("payload: BodyTwist, columns: { v_x_mps: vx, v_y_mps: vy, w_z_radps: w }, empty_is_unknown: true")->next();
+  EXPECT_EQ(measurement->as<BodyTwist>().v_y_mps, 0.0);
+}
+
+TEST_F(CsvPayloads, ASetMayBeEmpty) {
+  write("a.csv", "t,range,bearing,radius,id\n0,,,,\n1,2,0.5,,\n1,3,0.6,0.1,4\n2,,,,\n");
+  const auto all =
+      read_all(*source("payload: LandmarkObservations, group_by_time: true, empty_is_unknown: true,"
+                       " columns: { range_m: range, bearing_rad: bearing, radius_m: radius, identity: id }"));
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_THAT(all[0].as<LandmarkObservations>().landmarks, IsEmpty());
+  EXPECT_THAT(all[2].as<LandmarkObservations>().landmarks, IsEmpty());
+  const auto& seen = all[1].as<LandmarkObservations>().landmarks;
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_TRUE(std::isnan(seen[0].radius_m));
+  EXPECT_EQ(seen[0].identity, -1);
+  EXPECT_EQ(seen[1].radius_m, 0.1);
+  EXPECT_EQ(seen[1].identity, 4);
+}
+
+TEST_F(CsvPayloads, KeepsTheSignOfZero) {
+  write("a.csv", "t,h\n0,-0\n");
+  const auto measurement = source("payload: CompassHeading, columns: { heading_rad: h }")->next();
+  EXPECT_TRUE(std::signbit(measurement->as<CompassHeading>().heading_rad));
+}
+
+TEST_F(CsvPayloads, TakesTheAnglesOfAScanInRadians) {
+  write("a.csv", "t,r0,r1\n0,1,2\n");
+  const std::string scan = "payload: LaserScan, columns: { ranges_m: { first: r0, count: 2 } }, scan: ";
+  const auto measurement = source(scan + "{ start_rad: -2.356194490192345, step_rad: 0.008726646259971648 }")->next();
+  EXPECT_EQ(measurement->as<LaserScan>().start_rad, -2.356194490192345);
+  EXPECT_EQ(measurement->as<LaserScan>().step_rad, 0.008726646259971648);
+  EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_deg: 1, start_rad: 1, step_deg: 1 }")),
+              HasSubstr("not both"));
+  EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_rad: 1, step_rad: 0 }")), HasSubstr("step_rad: 0"));
+  EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_rad: 1, step_rad: 90 }")), HasSubstr("step_rad"));
+}
+
+TEST_F(CsvPayloads, TheReferenceMayNotKnowEverything) {
+  write("a.csv", "t,h\n0,1\n");
+  write("truth.csv", "t_ns,x,y,yaw\n1500000000,1,2,0.5\n2000000000,3,4,\n");
+  write("survey.csv", "name,x,y,r\n#1,1,2,0.25\nelm,3,4,\n");
+  const auto csv = make(
+      "files: [{ path: a.csv, sensor: camera, time: t, payload: CompassHeading, columns: { heading_rad: h } }]\n"
+      "reference:\n"
+      "  trajectory: { path: truth.csv, empty_is_unknown: true,"
+      " columns: { time: { column: t_ns, scale: 1e-9 }, x_m: x, y_m: y, yaw_rad: yaw } }\n"
+      "  landmarks: { path: survey.csv, empty_is_unknown: true, comment: '',"
+      " columns: { name: name, x_m: x, y_m: y, radius_m: r } }\n");
+  const auto reference = csv->reference();
+  ASSERT_EQ(reference->trajectory.size(), 2u);
+  EXPECT_TRUE(reference->trajectory[0].has_yaw);
+  EXPECT_EQ(reference->trajectory[0].stamp.time_since_epoch().count(), 1'500'000'000);
+  EXPECT_FALSE(reference->trajectory[1].has_yaw);
+  ASSERT_EQ(reference->landmarks.size(), 2u);
+  EXPECT_EQ(reference->landmarks[0].name, "#1");
+  EXPECT_EQ(reference->landmarks[0].radius_m, 0.25);
+  EXPECT_EQ(reference->landmarks[1].name, "elm");
+  EXPECT_TRUE(std::isnan(reference->landmarks[1].radius_m));
+}
+
+}  // namespace
+}  // namespace waymark
