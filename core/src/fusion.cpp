@@ -112,7 +112,7 @@ class Fusion::Impl {
       for (const Measurement& m : buffer_) count(m, Fate::before_start);
       buffer_.clear();
       event(last_stamp_,
-            "the filter never started: " + (!start_                       ? finder_.missing()
+            "the filter never started: " + (!start_                      ? finder_.missing()
                                             : settings_.motion_from_maps ? "no map has been given a measurement"
                                                                          : "no motion sensor has said anything"));
     }
@@ -288,8 +288,8 @@ void Fusion::Impl::commit(Measurement&& m) {
   // guessing turns the map.
   const auto first_motion = std::find_if(buffer_.begin(), buffer_.end(), [&](const Measurement& b) {
     const SensorState& state = sensors_[b.sensor];
-    const bool tells = settings_.motion_from_maps ? state.triggers_map
-                                                  : state.slot.sensor && state.slot.sensor->is_motion_source();
+    const bool tells =
+        settings_.motion_from_maps ? state.triggers_map : state.slot.sensor && state.slot.sensor->is_motion_source();
     return b.stamp >= start_->prior.stamp && tells && goes_on_to_be_fused(state.slot);
   });
   if (first_motion == buffer_.end()) return;
