@@ -31,6 +31,7 @@ SURVEY = [
     ("mast, signals above 2 m", 35.5, 5.8, 0.16), ("mast, signals above 2 m", 32.9, 18.1, 0.20),
     ("mast, signals above 2.4 m", 48.0, -8.0, 0.22)]
 SAME_M = 0.8  # a candidate this near to a place of the survey is that thing
+SCANNER_X_M, START_DEG, STEP_DEG = 0.76, -180.0, 0.2  # as in config/kitti_raw.yaml
 
 
 def to_map(pose, x, y):
@@ -72,6 +73,8 @@ def own_motion(scans):
                 off = math.dist(near, m)
                 if off < 0.6:
                     pairs.append((1 / (0.05**2 + (0.003 * math.hypot(*p))**2) / (1 + (off / scale)**2)**2, p, near))
+            if len(pairs) < 3:
+                break  # too few to tell
             pose = rigid_motion(pairs)
         poses.append(pose)
         for p in seen:
@@ -92,7 +95,7 @@ def read_table(file):
         for row in csv.DictReader(text):
             bins = [float(b) for b in row["signature"].split(";")] if row["signature"] else []
             scans[row["t_s"]].append({
-                "verdict": row["verdict"], "x": float(row["x_m"]), "y": float(row["y_m"]), "radius": float(row["radius_m"]),
+                "verdict": row["verdict"], "beams": (int(row["first_beam"]), int(row["last_beam"])), "range": float(row["range_m"]), "x": float(row["x_m"]), "y": float(row["y_m"]), "radius": float(row["radius_m"]),
                 "in_image": row["in_image"] == "1", "signature": [b / sum(bins) for b in bins]})
     return [scans[t] for t in sorted(scans, key=float)]
 
@@ -107,22 +110,36 @@ def extract(arguments, settings):
         return read_table(table)
 
 
+def why_not(scan, place):
+    """What became of a thing that was not found at this place of the base frame, in words."""
+    d, n = min((math.dist((c["x"], c["y"]), place), n) for n, c in enumerate(scan))
+    if d < SAME_M:
+        return scan[n]["verdict"].replace("_", " ")
+    x, y = place[0] - SCANNER_X_M, place[1]
+    beam = (math.degrees(math.atan2(y, x)) - START_DEG) / STEP_DEG
+    for c in scan:  # it may be part of something wide, or behind it
+        if c["beams"][0] - 1 <= beam <= c["beams"][1] + 1:
+            if c["range"] < math.hypot(x, y) - SAME_M:
+                return "hidden by what is nearer"
+            if c["range"] < math.hypot(x, y) + SAME_M:
+                return c["verdict"].replace("_", " ")
+    return "no return"
+
+
 def find(scans, poses):
     """Per thing of the survey and scan the accepted candidate that is it; and what all others were."""
-    sightings = defaultdict(dict)
-    reasons, others = Counter(), 0
+    sightings, reasons, others = defaultdict(dict), defaultdict(Counter), 0
     for k, (scan, pose) in enumerate(zip(scans, poses)):
-        places = [to_base(pose, x, y) for _, x, y, _ in SURVEY]
         used = set()
-        for i, place in enumerate(places):
+        for i, (_, x, y, _) in enumerate(SURVEY):
+            place = to_base(pose, x, y)
             near = [(math.dist((c["x"], c["y"]), place), n) for n, c in enumerate(scan)]
             good = min(((d, n) for d, n in near if scan[n]["verdict"] == "accepted"), default=(math.inf, -1))
             if good[0] < SAME_M:
                 sightings[i][k] = scan[good[1]]
                 used.update(n for d, n in near if d < SAME_M)
             else:
-                d, n = min(near)
-                reasons[scan[n]["verdict"].replace("_", " ") if d < SAME_M else "nothing there"] += 1
+                reasons[i][why_not(scan, place)] += 1
         others += sum(c["verdict"] == "accepted" and n not in used for n, c in enumerate(scan))
     return sightings, reasons, others
 
@@ -150,8 +167,8 @@ def spread(sightings, poses):
 
 def print_things(scans, poses):
     sightings, reasons, others = find(scans, poses)
-    print("| what | x, y [m] | thick [m] | scans | longest run | σ range [m] | σ bearing [°] | 2 × radius [m] | σ radius [m] | of them in the image |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("| what | x, y [m] | thick [m] | scans | longest run | σ range [m] | σ bearing [°] | 2 × radius [m] | σ radius [m] | in the image | else |")
+    print("|---" * 11 + "|")
     every = []
     for i, (name, x, y, thickness) in enumerate(SURVEY):
         seen = sightings[i]
@@ -162,11 +179,12 @@ def print_things(scans, poses):
             every.append(sigmas)
         looks = sum(bool(c["signature"]) for c in seen.values())
         print(f"| {name} | {x:.1f}, {y:.1f} | {thickness:.2f} | {len(seen)} | {longest_run(seen) if seen else 0} | " + " | ".join(cells) +
-              f" | {looks if looks else ''} |")
+              f" | {looks if looks else ''} | {', '.join(f'{n} {why}' for why, n in reasons[i].most_common())} |")
     middle = [statistics.median(s[j] for s in every) for j in range(3)]
     print(f"\nmedian over things: range {middle[0]:.3f} m, bearing {middle[1]:.3f} deg, radius {middle[2]:.3f} m")
     print(f"own motion {math.hypot(*poses[-1][:2]):.2f} m, {math.degrees(poses[-1][2]):.2f} deg; "
-          f"other accepted candidates {others / len(scans):.1f} per scan; not found: {dict(reasons)}")
+          f"other accepted candidates {others / len(scans):.1f} per scan; not found: "
+          + ", ".join(f"{n} {why}" for why, n in sum(reasons.values(), Counter()).most_common()))
     print_signatures(sightings)
 
 
