@@ -5,7 +5,6 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "tests/system/outputs.hpp"
 #include "tests/system/raw_recording.hpp"
@@ -13,7 +12,6 @@
 namespace waymark::system_test {
 namespace {
 
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// What the map tells about itself, and how many bad records the source had.

@@ -8,16 +8,14 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <numbers>
 #include <sstream>
 #include <vector>
 
+#include "planar_cut.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::kitti {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// A file of lines "name: number number …".
 class NamedNumbers {

@@ -53,7 +53,7 @@ std::filesystem::path folder_of(const Config& config) {
   return folder;
 }
 
-Stream open(const Config& config, const std::filesystem::path& folder, const std::vector<std::string>& endings) {
+Stream open_stream(const Config& config, const std::filesystem::path& folder, const std::vector<std::string>& endings) {
   try {
     return Stream(folder, endings);
   } catch (const DataError& error) {
@@ -87,7 +87,7 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
   const Duration period = from_seconds(period_s);
 
   const Config lidar = config.child("lidar");
-  const Stream clouds = open(config, folder / "velodyne_points", {".bin", ".bin.gz"});
+  const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
   if (!config.has("camera")) {
     const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
     cut_.emplace(lidar, rig.T_base_sensor(scanner.name));
@@ -102,7 +102,7 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
   const Pose& T_base_lidar = rig.T_base_sensor(scanner.name);
   cut_.emplace(lidar, T_base_lidar);
   const int number = static_cast<int>(camera.integer_in("number", 0, 3, 2));
-  const Stream images = open(config, folder / fmt::format("image_{:02}", number), {".png", ".jpg"});
+  const Stream images = open_stream(config, folder / fmt::format("image_{:02}", number), {".png", ".jpg"});
   if (const auto calibration = calibration_of(config, folder)) {
     try {
       check_calibration(read_calibration(*calibration, number), T_base_lidar, eye, camera);

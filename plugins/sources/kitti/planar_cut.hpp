@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <numbers>
 #include <span>
 
 #include "waymark/config.hpp"
@@ -10,6 +11,8 @@
 #include "waymark/pose.hpp"
 
 namespace waymark::kitti {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;  ///< [rad]
 
 /// Turns a cloud into what a planar scanner would see: of the points between two heights of the base frame, the nearest
 /// one in each bin of bearing. Ranges are horizontal, bearings level: the scanner's roll and pitch are taken out.

@@ -48,6 +48,7 @@ std::vector<MapSlot> one_map(bool localize = true) {
 
 std::vector<Measurement> scans(int count) {
   std::vector<Measurement> log;
+  log.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) log.push_back(reading(kPeriod * k, 0, std::make_shared<LaserScan>()));
   return in_order(log);
 }
