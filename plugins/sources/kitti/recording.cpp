@@ -100,7 +100,8 @@ std::vector<Entry> schedule(const std::vector<StampRule>& streams, Duration peri
   }
   std::vector<Entry> entries;
   for (std::uint32_t i = 0; i < streams.size(); ++i) {
-    const auto& [stream, stamps] = streams[i];
+    const Stream* const stream = streams[i].stream;
+    const Stream* const stamps = streams[i].stamps;
     std::optional<Time> newest;
     for (const std::uint64_t frame : frames) {
       Entry entry{newest.value_or(Time{}), i, stream->expected(frame), {}};
