@@ -112,7 +112,9 @@ class Fusion::Impl {
       for (const Measurement& m : buffer_) count(m, Fate::before_start);
       buffer_.clear();
       event(last_stamp_,
-            "the filter never started: " + (start_ ? "no motion sensor has said anything" : finder_.missing()));
+            "the filter never started: " + (!start_                      ? finder_.missing()
+                                            : settings_.motion_from_maps ? "no map has been given a measurement"
+                                                                         : "no motion sensor has said anything"));
     }
   }
 
@@ -149,9 +151,21 @@ class Fusion::Impl {
         return s.enabled && s.sensor && goes_on_to_be_fused(s) && property(*s.sensor);
       });
     };
-    if (!any([](const Sensor& s) { return s.is_motion_source(); })) {
+    const bool has_motion_sensor = any([](const Sensor& s) { return s.is_motion_source(); });
+    const bool has_localizing_map = std::ranges::any_of(maps_, [&](const MapSlot& m) {
+      const SensorSlot& trigger = sensors[static_cast<std::size_t>(m.inputs.front())];
+      return m.localize && trigger.enabled && goes_on_to_be_fused(trigger);
+    });
+    if (settings_.motion_from_maps && has_motion_sensor) {
+      throw ConfigError("motion.told_by: maps is for a robot without a motion sensor, but one is enabled");
+    }
+    if (settings_.motion_from_maps && !has_localizing_map) {
+      throw ConfigError("motion.told_by: maps needs a map that localises; there is none with an enabled sensor");
+    }
+    if (!settings_.motion_from_maps && !has_motion_sensor) {
       throw ConfigError(
-          "sensors: none of the enabled sensors tells how the robot moves; add one (plugin: odometry, for example)");
+          "sensors: none of the enabled sensors tells how the robot moves; add one (plugin: odometry, for example), or "
+          "with a map that localises set motion.told_by: maps");
     }
     if (settings_.motion == StateLayout::Motion::spatial &&
         !any([](const Sensor& s) { return s.observes_roll_and_pitch(); })) {
@@ -273,9 +287,10 @@ void Fusion::Impl::commit(Measurement&& m) {
   // The clock starts with the first word about motion: until then the twist is anybody's guess, and a second of
   // guessing turns the map.
   const auto first_motion = std::find_if(buffer_.begin(), buffer_.end(), [&](const Measurement& b) {
-    const SensorSlot& slot = sensors_[b.sensor].slot;
-    return b.stamp >= start_->prior.stamp && slot.sensor && slot.sensor->is_motion_source() &&
-           goes_on_to_be_fused(slot);
+    const SensorState& state = sensors_[b.sensor];
+    const bool tells =
+        settings_.motion_from_maps ? state.triggers_map : state.slot.sensor && state.slot.sensor->is_motion_source();
+    return b.stamp >= start_->prior.stamp && tells && goes_on_to_be_fused(state.slot);
   });
   if (first_motion == buffer_.end()) return;
   start_->prior.stamp = first_motion->stamp;

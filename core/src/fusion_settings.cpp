@@ -72,6 +72,7 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   const std::string kind = motion.choice("kind", {"planar", "spatial"}, "planar");
   settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
   settings.process_noise = read_process_noise(motion);
+  settings.motion_from_maps = motion.choice("told_by", {"sensors", "maps"}, "sensors") == "maps";
   settings.standstill_after = from_seconds(motion.positive("standstill_after_s", 0.5));
 
   settings.start = read_start(yaml.child_or_empty("initial"));

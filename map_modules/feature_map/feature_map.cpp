@@ -8,6 +8,7 @@
 #include "camera_extraction.hpp"
 #include "extraction_counts.hpp"
 #include "extraction_pictures.hpp"
+#include "extraction_table.hpp"
 #include "particle_feature_map.hpp"
 #include "waymark/error.hpp"
 #include "waymark/payloads.hpp"
@@ -39,10 +40,12 @@ class FeatureMap final : public MapModule {
     }
     counts_.add(candidates);
     const ImageLook* seen = look ? &*look : nullptr;
-    pictures_.take({trigger.stamp, view, candidates, T_base_sensor_, seen}, *settings_);
-    FeatureObservation seen_now = observe(scan, std::move(view), candidates, seen, T_base_sensor_, *settings_);
-    seen_now.stamp = trigger.stamp;
-    return std::make_shared<FeatureObservation>(std::move(seen_now));
+    const ExtractionFrame frame{trigger.stamp, view, candidates, T_base_sensor_, seen};
+    pictures_.take(frame, *settings_);
+    table_.take(frame);
+    FeatureObservation observation = observe(scan, std::move(view), candidates, seen, T_base_sensor_, *settings_);
+    observation.stamp = trigger.stamp;
+    return std::make_shared<FeatureObservation>(std::move(observation));
   }
 
   void describe(std::vector<MapFigure>& figures) const override { counts_.describe(camera_.has_value(), figures); }
@@ -59,7 +62,8 @@ class FeatureMap final : public MapModule {
   FeatureMap(const Config& config, const Rig& rig, const std::string& camera)
       : settings_(std::make_shared<FeatureMapSettings>(FeatureMapSettings::read(config, !camera.empty()))),
         T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
-        pictures_(config.child_or_empty("extraction_pictures")) {
+        pictures_(config.child_or_empty("extraction_pictures")),
+        table_(config, "extraction_table") {
     if (camera.empty()) return;
     camera_.emplace(rig.intrinsics(camera), rig.T_base_sensor(camera), *settings_->camera, settings_->noise.range);
   }
@@ -114,6 +118,7 @@ class FeatureMap final : public MapModule {
   Pose T_base_sensor_;
   std::optional<CameraExtraction> camera_;
   ExtractionPictures pictures_;
+  ExtractionTable table_;
   ExtractionCounts counts_;
 };
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -72,6 +73,53 @@ class OurCsv : public ::testing::Test {
 
 TEST_F(OurCsv, KeepsTheContract) {
   EXPECT_EQ(to_text(check_source([&] { return source(); })), "");
+}
+
+/// A raw recording of 12 frames; one image is missing and one cloud is cut off.
+class OurKitti : public ::testing::Test {
+ protected:
+  OurKitti()
+      : folder_(std::filesystem::temp_directory_path() / ("waymark_contract_kitti_" + std::to_string(::getpid()))) {
+    const std::filesystem::path clouds = folder_ / "velodyne_points/data";
+    const std::filesystem::path images = folder_ / "image_02/data";
+    std::filesystem::create_directories(clouds);
+    std::filesystem::create_directories(images);
+    for (int k = 0; k < 12; ++k) {
+      const std::string number = std::to_string(1000 + k);
+      const std::array<float, 8> points{5.0f + 0.1f * static_cast<float>(k), 0.0f, 1.0f, 0.3f, 0.0f, 7.0f, 1.2f, 0.2f};
+      std::ofstream(clouds / (number + ".bin"), std::ios::binary)
+          .write(reinterpret_cast<const char*>(points.data()), k == 8 ? 13 : sizeof points);
+      if (k != 4) std::ofstream(images / (number + ".png"), std::ios::binary) << "picture " << k;
+    }
+  }
+  ~OurKitti() override { std::filesystem::remove_all(folder_); }
+
+  std::shared_ptr<Source> source() const {
+    const std::string yaml =
+        "{ folder: " + folder_.string() +
+        ", calibration: none, max_bad_records: 2, lidar: { sensor: lidar, height_m: [0.5, 1.5], step_deg: 10 },"
+        "  camera: { sensor: camera } }";
+    return PluginLoader({WAYMARK_PLUGIN_DIR})
+        .create<Source>("kitti", Config::parse(yaml), Rig({{"lidar", "", Pose{}}, {"camera", "", {}}}));
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST_F(OurKitti, KeepsTheContract) {
+  testing::SourceSetting setting;
+  setting.content = [](const Payload& payload) {
+    if (payload.type() != Image::kType) return std::string();
+    const auto& image = static_cast<const Image&>(payload);
+    return std::string(image.data.begin(), image.data.end());
+  };
+  EXPECT_EQ(to_text(check_source([&] { return source(); }, setting)), "");
+  const auto log = source();
+  int measurements = 0;
+  while (log->next()) ++measurements;
+  EXPECT_EQ(measurements, 22);
+  EXPECT_EQ(log->bad_records().size(), 2U);
 }
 
 }  // namespace

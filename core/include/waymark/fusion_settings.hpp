@@ -71,6 +71,7 @@ struct StartSettings {
 struct FusionSettings {
   StateLayout::Motion motion = StateLayout::Motion::planar;
   ProcessNoise process_noise;
+  bool motion_from_maps = false;  ///< no motion sensor: only maps and the process model tell how the robot moves
   StartSettings start;
   std::optional<Datum> datum;
   ParticleFilterSettings filter;

@@ -58,7 +58,7 @@ class WAYMARK_TYPE Sensor {
   /// The sensor's own appended states; asked once, at load.
   virtual StateBlock block() const { return {}; }
 
-  /// True if this sensor tells how the robot moves (odometry, IMU, ego-velocity). A robot needs at least one.
+  /// True if this sensor tells how the robot moves (odometry, IMU, ego-velocity). A robot needs one, unless maps tell.
   virtual bool is_motion_source() const { return false; }
 
   /// True if this sensor ties the robot to the map's frame or to the Earth (GNSS, compass).

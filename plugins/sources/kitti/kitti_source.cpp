@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "bad_records.hpp"
+#include "calibration.hpp"
+#include "planar_cut.hpp"
+#include "recording.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::kitti {
+namespace {
+
+/// A raw recording of KITTI: clouds, each cut to a planar scan, and the images of one camera.
+class KittiSource final : public Source {
+ public:
+  KittiSource(const Config& config, const Rig& rig);
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override;
+  double progress() const override { return static_cast<double>(position_) / static_cast<double>(entries_.size()); }
+  const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
+  void save(OutArchive& archive) const override;
+  void load(InArchive& archive) override;
+
+ private:
+  const Mounting& add_channel(const Config& config, const Rig& rig, std::string_view payload);
+  std::shared_ptr<const Payload> read(const Entry& entry);
+  std::shared_ptr<const Payload> read_scan(const Entry& entry);
+
+  std::vector<Channel> channels_;
+  std::vector<bool> is_lidar_;  // of each channel
+  std::optional<PlanarCut> cut_;
+  std::vector<Entry> entries_;
+  std::uint64_t position_ = 0;  // the next entry
+  std::uint64_t sequence_ = 0;
+  BadRecords bad_;
+  std::vector<float> points_;  // of one scan, kept for its storage
+};
+
+std::filesystem::path folder_of(const Config& config) {
+  std::filesystem::path folder = config.file().parent_path() / config.text("folder");
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored)) config.fail("folder", folder.string() + " is no folder");
+  return folder;
+}
+
+Stream open_stream(const Config& config, const std::filesystem::path& folder, const std::vector<std::string>& endings) {
+  try {
+    return Stream(folder, endings);
+  } catch (const DataError& error) {
+    config.fail("folder", error.what());
+  }
+}
+
+/// The folder with the calibration, or nothing if it is not to be checked.
+std::optional<std::filesystem::path> calibration_of(const Config& config, const std::filesystem::path& folder) {
+  const std::string given = config.text("calibration", "auto");
+  if (given == "none") return std::nullopt;
+  if (given != "auto") return config.file().parent_path() / given;
+  // As in the excerpt, and as KITTI's archives unpack: in the folder of the day.
+  for (const auto& candidate : {folder / "calib", folder, folder / ".."}) {
+    std::error_code ignored;
+    if (std::filesystem::exists(candidate / "calib_velo_to_cam.txt", ignored)) return candidate;
+  }
+  config.fail(
+      "calibration",
+      fmt::format("there is no calib_velo_to_cam.txt in {0}/calib, {0} or the folder above; give the folder, or "
+                  "none if the camera is not to be checked",
+                  folder.string()));
+}
+
+KittiSource::KittiSource(const Config& config, const Rig& rig)
+    : bad_(static_cast<std::uint64_t>(
+          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0))) {
+  const std::filesystem::path folder = folder_of(config);
+  const double period_s = config.positive("frame_period_s", 0.1);
+  if (period_s < 1e-6 || period_s > 3600.0) config.fail("frame_period_s", "1e-6 to 3600 s are expected");
+  const Duration period = from_seconds(period_s);
+
+  const Config lidar = config.child("lidar");
+  const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
+  if (!config.has("camera")) {
+    const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
+    cut_.emplace(lidar, rig.T_base_sensor(scanner.name));
+    entries_ = schedule({{&clouds, &clouds}}, period);
+    return;
+  }
+
+  // The camera comes first: an image belongs to the scan of the same stamp.
+  const Config camera = config.child("camera");
+  const Mounting& eye = add_channel(camera, rig, Image::kType);
+  const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
+  const Pose& T_base_lidar = rig.T_base_sensor(scanner.name);
+  cut_.emplace(lidar, T_base_lidar);
+  const int number = static_cast<int>(camera.integer_in("number", 0, 3, 2));
+  const Stream images = open_stream(config, folder / fmt::format("image_{:02}", number), {".png", ".jpg"});
+  if (const auto calibration = calibration_of(config, folder)) {
+    try {
+      check_calibration(read_calibration(*calibration, number), T_base_lidar, eye, camera);
+    } catch (const DataError& error) {
+      config.fail("calibration", error.what());
+    }
+  }
+  const bool own = camera.choice("stamp", {"scan", "own"}, "scan") == "own";
+  if (own && images.has_stamps() != clouds.has_stamps()) {
+    camera.fail("stamp", "own needs a timestamps.txt in both folders, or in none");
+  }
+  entries_ = schedule({{&images, own ? &images : &clouds}, {&clouds, &clouds}}, period);
+}
+
+const Mounting& KittiSource::add_channel(const Config& config, const Rig& rig, std::string_view payload) {
+  const std::string sensor = config.text("sensor");
+  const int index = rig.find(sensor);
+  if (index < 0) config.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
+  const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(index)];
+  if (!mounting.payload.empty() && mounting.payload != payload) {
+    config.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, mounting.payload, payload));
+  }
+  if (std::ranges::any_of(channels_, [&](const Channel& channel) { return channel.sensor == sensor; }))
+    config.fail("sensor", fmt::format("sensor \"{}\" cannot be both scanner and camera", sensor));
+  channels_.push_back({sensor, std::string(payload)});
+  is_lidar_.push_back(payload == LaserScan::kType);
+  return mounting;
+}
+
+std::shared_ptr<const Payload> KittiSource::read_scan(const Entry& entry) {
+  read_points(entry.file, points_);
+  PlanarCut::Result result = (*cut_)(points_);
+  if (result.not_finite > 0) {
+    bad_.add(entry.file.string(),
+             fmt::format("{} of {} points are not finite and were left out", result.not_finite, points_.size() / 4));
+  }
+  return std::move(result.scan);
+}
+
+std::shared_ptr<const Payload> KittiSource::read(const Entry& entry) {
+  if (!entry.problem.empty()) throw Unusable(entry.file.string(), entry.problem);
+  if (is_lidar_[entry.stream]) return read_scan(entry);
+  auto image = std::make_shared<Image>();
+  image->encoding = Image::Encoding::compressed;
+  image->data = read_bytes(entry.file);
+  return image;
+}
+
+std::optional<Measurement> KittiSource::next() {
+  while (position_ < entries_.size()) {
+    const Entry& entry = entries_[position_++];
+    try {
+      Measurement measurement;
+      measurement.stamp = measurement.arrival = entry.stamp;
+      measurement.sensor = entry.stream;
+      measurement.payload = read(entry);
+      measurement.sequence = sequence_++;
+      return measurement;
+    } catch (const Unusable& bad) {
+      bad_.add(bad.place(), bad.what());
+    }
+  }
+  return std::nullopt;
+}
+
+void KittiSource::save(OutArchive& archive) const {
+  archive.section("kitti", 1);
+  archive.value(static_cast<std::uint64_t>(entries_.size()));
+  archive.value(position_);
+  archive.value(sequence_);
+  bad_.save(archive);
+}
+
+void KittiSource::load(InArchive& archive) {
+  archive.section("kitti", 1);
+  std::uint64_t entries = 0;
+  archive.value(entries);
+  if (entries != entries_.size()) {
+    throw DataError(
+        fmt::format("checkpoint: made with {} clouds and images, but the recording has {}", entries, entries_.size()));
+  }
+  archive.value(position_);
+  archive.value(sequence_);
+  bad_.load(archive);
+  if (position_ > entries_.size()) throw DataError("checkpoint: a place behind the end of the recording");
+}
+
+}  // namespace
+}  // namespace waymark::kitti
+
+WAYMARK_PLUGIN(waymark::Source, waymark::kitti::KittiSource, "kitti", "1.0.0")
