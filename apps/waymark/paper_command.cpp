@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -26,13 +27,14 @@ struct PaperOptions {
   std::filesystem::path out = "out/paper";
   std::vector<std::string> overrides;
   std::vector<double> noises{0.5, 1.0, 2.0, 4.0};
+  std::string experiment = "scenarios";
   int seeds = 30;
   int jobs = 0;
 };
 
 std::string command_of(const PaperOptions& options) {
-  std::string text = fmt::format("waymark paper {} --seeds {} --noise {:g}", options.config.string(), options.seeds,
-                                 fmt::join(options.noises, ","));
+  std::string text = fmt::format("waymark paper {} --experiment {} --seeds {} --noise {:g}", options.config.string(),
+                                 options.experiment, options.seeds, fmt::join(options.noises, ","));
   for (const std::string& one : options.overrides) text += fmt::format(" --set '{}'", one);
   return text;
 }
@@ -48,7 +50,6 @@ class Courses {
       std::vector<std::jthread> threads;
       for (int i = 0; i < options_.jobs; ++i) threads.emplace_back([this] { work(); });
     }
-    std::fputc('\n', stderr);
     if (failure_) std::rethrow_exception(failure_);
   }
 
@@ -59,20 +60,30 @@ class Courses {
     for (std::size_t i = next_++; i < count(); i = next_++) {
       const std::size_t noise = i / results_.seeds.size();
       const std::size_t seed = i % results_.seeds.size();
-      const bool pictures = seed == 0 && results_.noises[noise] == 1.0;
+      const bool pictures = seed == 0 && noise == paper::shown_noise(results_);
       try {
-        results_.trials[noise][seed] = paper::run(
-            options_.config, options_.overrides,
-            {results_.seeds[seed], results_.noises[noise], pictures ? options_.out / "paper" : std::filesystem::path()},
-            results_.scenarios);
+        results_.trials[noise][seed] =
+            paper::run(options_.config, options_.overrides,
+                       {results_.seeds[seed], results_.noises[noise],
+                        pictures ? options_.out / results_.experiment.name : std::filesystem::path()},
+                       results_.experiment.scenarios);
       } catch (...) {
         const std::scoped_lock lock(mutex_);
         if (!failure_) failure_ = std::current_exception();
         next_ = count();
       }
-      const std::scoped_lock lock(mutex_);
-      fmt::print(stderr, "\r{} of {} courses", ++done_, count());
+      report();
+    }
+  }
+
+  void report() {
+    const std::scoped_lock lock(mutex_);
+    ++done_;
+    if (isatty(STDERR_FILENO) == 1) {
+      fmt::print(stderr, "\r{} of {} courses{}", done_, count(), done_ == count() ? "\n" : "");
       std::fflush(stderr);
+    } else if (done_ * 10 / count() != (done_ - 1) * 10 / count()) {
+      fmt::print(stderr, "{} of {} courses\n", done_, count());
     }
   }
 
@@ -86,24 +97,24 @@ class Courses {
 
 int run(PaperOptions options) {
   if (options.jobs == 0) options.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::error_code error;
-  std::filesystem::create_directories(options.out / "paper", error);
-  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", options.out.string(), error.message()));
-
   paper::Results results;
   results.command = command_of(options);
   results.config = options.config.string();
   results.overrides = options.overrides;
   results.world = paper::surveyed(options.config, options.overrides);
-  results.scenarios = paper::scenarios();
+  results.experiment = options.experiment == "signatures" ? paper::signature_rules() : paper::scenarios_of_the_paper();
   results.noises = options.noises;
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
+  std::error_code error;
+  std::filesystem::create_directories(options.out / results.experiment.name, error);
+  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", options.out.string(), error.message()));
   Courses(options, results).run();
 
-  write_file(options.out / "paper.json", paper::to_json(results));
-  write_file(options.out / "paper.md", paper::to_page(results, "paper"));
-  fmt::print(stderr, "results in {}\n", (options.out / "paper.md").string());
+  const std::string& name = results.experiment.name;
+  write_file(options.out / (name + ".json"), paper::to_json(results));
+  write_file(options.out / (name + ".md"), paper::to_page(results, name));
+  fmt::print(stderr, "results in {}\n", (options.out / (name + ".md")).string());
   return kSuccess;
 }
 
@@ -116,6 +127,10 @@ void add_paper_command(CLI::App& app, int& exit_code) {
   command->footer("Example:\n  waymark paper --out out/paper --seeds 5 --noise 1");
   command->add_option("config", options->config, "the YAML of scenario 3, on the simulator")->capture_default_str();
   command->add_option("--out", options->out, "folder for paper.md, paper.json and paper/*.png")->capture_default_str();
+  command
+      ->add_option("--experiment", options->experiment, "scenarios: the four of the paper; signatures: rules compared")
+      ->check(CLI::IsMember({"scenarios", "signatures"}))
+      ->capture_default_str();
   command->add_option("--seeds", options->seeds, "seeds 1 to N")->check(CLI::Range(1, 100000))->capture_default_str();
   command->add_option("--noise", options->noises, "factors on the odometry's noise, in simulator and filter")
       ->delimiter(',')

@@ -115,7 +115,7 @@ std::string header(const std::vector<Scenario>& scenarios) {
     line += fmt::format(" {}: {} |", scenario.number, scenario.title);
     rule += "---|";
   }
-  return line + "\n" + rule + "\n";
+  return fmt::format("{}\n{}\n", line, rule);
 }
 
 std::string world_text(const std::vector<evaluation::Landmark>& world) {
@@ -133,21 +133,21 @@ std::string world_text(const std::vector<evaluation::Landmark>& world) {
 }
 
 std::string table(const Results& results, std::size_t noise) {
-  std::string text = header(results.scenarios);
+  std::string text = header(results.experiment.scenarios);
   for (const Row& row : rows()) {
-    text += "| " + row.name + " |";
-    for (std::size_t s = 0; s < results.scenarios.size(); ++s)
-      text += " " + row.cell(of_scenario(results.trials[noise], s)) + " |";
+    text += fmt::format("| {} |", row.name);
+    for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s)
+      text += fmt::format(" {} |", row.cell(of_scenario(results.trials[noise], s)));
     text += "\n";
   }
   return text;
 }
 
 std::string sweep(const Results& results) {
-  std::string text = header(results.scenarios);
+  std::string text = header(results.experiment.scenarios);
   for (std::size_t n = 0; n < results.noises.size(); ++n) {
     text += fmt::format("| × {:g} |", results.noises[n]);
-    for (std::size_t s = 0; s < results.scenarios.size(); ++s) {
+    for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s) {
       const std::vector<Trial> trials = of_scenario(results.trials[n], s);
       text += fmt::format(" {}; {} m |", count(trials, is_right),
                           spread(
@@ -160,26 +160,29 @@ std::string sweep(const Results& results) {
 
 }  // namespace
 
-std::string to_page(const Results& results, const std::string& pictures) {
+std::size_t shown_noise(const Results& results) {
   const auto base = std::find(results.noises.begin(), results.noises.end(), 1.0);
-  const auto shown =
-      base == results.noises.end() ? std::size_t{0} : static_cast<std::size_t>(base - results.noises.begin());
-  std::string text = "# The paper's experiment\n\n";
-  text += fmt::format(
-      "§4.4 of the paper: {} cylinders, three loop closures, the robot drives from left to right and back. Made by\n\n"
-      "    {}\n\n"
-      "from `{}`: {} seeds of noise and light in one world, the same measurements for all four scenarios. Cells are "
-      "min / **median** / max over the seeds.{}\n\n",
-      results.world.size(), results.command, results.config, results.seeds.size(),
+  return base == results.noises.end() ? 0 : static_cast<std::size_t>(base - results.noises.begin());
+}
+
+std::string to_page(const Results& results, const std::string& pictures) {
+  const std::size_t shown = shown_noise(results);
+  std::string text = fmt::format(
+      "# {}\n\n{} Made by\n\n    {}\n\nfrom `{}`: {} seeds of noise and light in one world, the same measurements for "
+      "all "
+      "scenarios. Cells are min / **median** / max over the seeds.{}\n\n",
+      results.experiment.heading, results.experiment.text, results.command, results.config, results.seeds.size(),
       results.overrides.empty() ? std::string() : fmt::format(" Changed: `{}`.", fmt::join(results.overrides, "`, `")));
-  text += "## Figures\nSeed " + std::to_string(results.seeds.front()) +
-          ". Blue arrow: weighted mean of the pose. Numbered: landmarks of the particle with the highest weight, with "
-          "3-sigma ellipses. Red: the truth. Orange dots: particles.\n\n";
-  for (const Scenario& scenario : results.scenarios) {
+  text += fmt::format(
+      "## Figures\nSeed {}. Blue arrow: weighted mean of the pose. Numbered: landmarks of the particle with the "
+      "highest "
+      "weight, with 3-sigma ellipses. Red: the truth. Orange dots: particles.\n\n",
+      results.seeds.front());
+  for (const Scenario& scenario : results.experiment.scenarios) {
     text += fmt::format("![Scenario {0}]({1}/scenario_{0}.png)\n\n*Scenario {0}: {2}.*\n\n", scenario.number, pictures,
                         scenario.title);
   }
-  text += fmt::format("## Scenarios\nOdometry noise × {:g}.\n\n", results.noises[shown]) + table(results, shown);
+  text += fmt::format("## Scenarios\nOdometry noise × {:g}.\n\n{}", results.noises[shown], table(results, shown));
   text +=
       "\nA landmark counts once it was seen three times; it matches a cylinder within half the least distance between "
       "two cylinders. A detection shows the "
@@ -187,9 +190,10 @@ std::string to_page(const Results& results, const std::string& pictures) {
       "Precision: detections that went into a landmark of the same cylinder, of all that went into one. Recall: "
       "detections that went into their cylinder's own landmark, not into a duplicate or a new one. All of the particle "
       "that has the highest weight at the end, and of its ancestors.\n";
-  text += "\n## Odometry noise\nEvery cylinder once, nothing else, no wrong association; RMS of the pose.\n\n" +
-          sweep(results);
-  text += "\n## World\n" + world_text(results.world);
+  text += fmt::format(
+      "\n## Odometry noise\nEvery cylinder once, nothing else, no wrong association; RMS of the pose.\n\n{}",
+      sweep(results));
+  text += fmt::format("\n## World\n{}", world_text(results.world));
   return text;
 }
 
@@ -199,12 +203,12 @@ std::string to_json(const Results& results) {
   json["trials"] = nlohmann::ordered_json::array();
   for (std::size_t n = 0; n < results.noises.size(); ++n) {
     for (std::size_t k = 0; k < results.seeds.size(); ++k) {
-      for (std::size_t s = 0; s < results.scenarios.size(); ++s) {
+      for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s) {
         const Trial& t = results.trials[n][k][s];
         nlohmann::ordered_json one;
         one["noise"] = results.noises[n];
         one["seed"] = results.seeds[k];
-        one["scenario"] = results.scenarios[s].number;
+        one["scenario"] = results.experiment.scenarios[s].number;
         one["exact_map"] = t.has_exact_map();
         one["landmarks"] = t.landmarks.counted;
         one["matched"] = t.landmarks.matched;

@@ -14,11 +14,14 @@ struct Results {
   std::string config;
   std::vector<std::string> overrides;
   std::vector<evaluation::Landmark> world;
-  std::vector<Scenario> scenarios;
+  Experiment experiment;
   std::vector<std::uint64_t> seeds;
   std::vector<double> noises;
   std::vector<std::vector<std::vector<Trial>>> trials;  ///< by noise, seed, scenario
 };
+
+/// The noise level that is shown in full, with pictures of the first seed: × 1, or the first one given.
+std::size_t shown_noise(const Results& results);
 
 /// The page in Markdown: world, figures, a table per noise level, the sweep. Pictures are expected in `pictures`,
 /// relative to the page.

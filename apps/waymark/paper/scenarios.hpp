@@ -6,28 +6,25 @@
 
 namespace waymark::paper {
 
-/// One of the four scenarios of §4.4.
+/// One way to run the filter on a course.
 struct Scenario {
   int number;
-  int particles;
-  bool with_features;  ///< radius and signature, or the position alone
   std::string title;
   std::vector<std::string> overrides;  ///< of the YAML, which has one map
 };
 
-/// Scenarios 1 to 4: one particle with and without features, 25 particles with and without.
-inline std::vector<Scenario> scenarios() {
-  const auto scenario = [](int number, int particles, bool with_features) {
-    std::string title = std::to_string(particles) + (particles == 1 ? " particle, " : " particles, ") +
-                        (with_features ? "with radius and signature" : "position only");
-    return Scenario{number,
-                    particles,
-                    with_features,
-                    std::move(title),
-                    {"filter.particles=" + std::to_string(particles),
-                     std::string("maps.0.attributes=") + (with_features ? "[radius, signature]" : "[]")}};
-  };
-  return {scenario(1, 1, true), scenario(2, 1, false), scenario(3, 25, true), scenario(4, 25, false)};
-}
+/// Scenarios that are run on the same measurements, to be compared.
+struct Experiment {
+  std::string name;  ///< of its files
+  std::string heading;
+  std::string text;
+  std::vector<Scenario> scenarios;
+};
+
+/// Scenarios 1 to 4 of §4.4: one particle with and without radius and signature, 25 particles with and without.
+Experiment scenarios_of_the_paper();
+
+/// Rules for signatures: product (4.10), Dirichlet, and none, with one particle and with 25.
+Experiment signature_rules();
 
 }  // namespace waymark::paper

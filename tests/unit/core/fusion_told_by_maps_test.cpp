@@ -29,7 +29,7 @@ class KnownLandmarks final : public MapModule {
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow&) override {
-    auto sighting = std::make_shared<Sighting>();
+    auto sighting = std::make_shared<test::Sighting>();
     sighting->sigma_m = 0.02;
     const Pose T_map_base = truth(to_seconds(trigger.stamp.time_since_epoch()));
     for (const Eigen::Vector2d& p_map : {Eigen::Vector2d(10, 5), Eigen::Vector2d(-8, 7), Eigen::Vector2d(3, -9)})

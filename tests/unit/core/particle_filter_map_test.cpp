@@ -99,6 +99,27 @@ TEST(ParticleFilterMap, AMapThatOnlyMapsDoesNotMoveTheWeights) {
   EXPECT_EQ(written(run, 3, 0).size(), 1U);
 }
 
+TEST(ParticleFilterMap, WhereNothingIsWrittenNothingIsSampled) {
+  ParticleFilterSettings sampled = settings();
+  sampled.sampling_fraction = 1.0;
+  sampled.resample_threshold = 0.0;
+  ParticleRun run(sampled, {std::make_shared<ToyModule>()});
+  run.filter().start(run.prior(), false);
+  test::Sighting sighting;
+  sighting.sigma_m = 100.0;  // so weak that the prior stays as it is
+  sighting.see(Pose{}, {5.0, 3.0}, {0.0, 0.0});
+  const std::vector<MappingInput> inputs = {{0, &sighting, 1.0, true}};
+  const double before = run.filter().particles()[0].belief.P(0, 0);
+  sighting.writes = false;
+  run.filter().map(inputs, 0);
+  EXPECT_GT(run.filter().particles()[0].belief.P(0, 0), 0.99 * before);
+  EXPECT_EQ(run.filter().particles()[0].belief.mean.T_map_base.p, run.filter().particles()[1].belief.mean.T_map_base.p);
+  sighting.writes = true;
+  run.filter().map(inputs, 0);
+  EXPECT_LT(run.filter().particles()[0].belief.P(0, 0), 1e-12);
+  EXPECT_NE(run.filter().particles()[0].belief.mean.T_map_base.p, run.filter().particles()[1].belief.mean.T_map_base.p);
+}
+
 TEST(ParticleFilterMap, TwoHalfSharesOfOneSightingEqualOneWhole) {
   ParticleFilterSettings still = settings();
   still.sampling_fraction = 0.0;  // or the halves would be linearised elsewhere

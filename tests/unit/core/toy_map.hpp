@@ -24,6 +24,7 @@ struct Sighting final : Observation {
   };
   std::vector<One> landmarks;
   double sigma_m = 0.1;
+  bool writes = true;
 
   void see(const Pose& T_map_base, const Eigen::Vector2d& p_map, const Eigen::Vector2d& noise) {
     const Eigen::Vector3d seen = T_map_base.inverse() * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0);
@@ -44,6 +45,7 @@ class ToyMap final : public ParticleMap {
     if (fails_ == Fails::in_refine) throw std::runtime_error("a toy that breaks in refine");
     const auto& sighting = static_cast<const Sighting&>(observation);
     const auto rows = static_cast<Eigen::Index>(2 * sighting.landmarks.size());
+    out.writes = sighting.writes;
     const Eigen::Matrix2d Rt = prior.T_map_base.q.toRotationMatrix().topLeftCorner<2, 2>().transpose();
     const double variance = sighting.sigma_m * sighting.sigma_m;
     Eigen::MatrixXd H(rows, 3);

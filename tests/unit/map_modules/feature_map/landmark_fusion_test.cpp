@@ -250,5 +250,57 @@ TEST_F(SignatureFusion, ACopyThatLearnsALookLeavesTheOriginalUnknown) {
   EXPECT_EQ(signature().size(), 2u);
 }
 
+std::vector<Sighting> sightings_of(const ParticleFeatureMap& map) {
+  MapDescription description;
+  map.describe(description);
+  return description.sightings;
+}
+
+TEST(Sightings, AreKeptByLineOfDescentAndThroughACheckpoint) {
+  auto map = map_with("{ keep_sightings: true, " + kWideGate);
+  const Eigen::Vector3d pose(0.0, 0.0, 0.0);
+  const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
+  const auto see = [&](ParticleFeatureMap& seer, double t, const Eigen::Vector2d& p) {
+    FeatureObservation observation = observation_of({detection_of(p, pose)});
+    observation.stamp = Time{from_seconds(t)};
+    step(seer, pose, none, none, observation);
+  };
+  see(map, 1.0, {5.0, 1.0});
+  ParticleFeatureMap child = map;
+  see(map, 2.0, {5.0, 1.0});
+  see(child, 2.0, {-7.0, 3.0});
+
+  const auto of_map = sightings_of(map);
+  ASSERT_EQ(of_map.size(), 2u);
+  EXPECT_TRUE(of_map[0].is_first);
+  EXPECT_FALSE(of_map[1].is_first);
+  EXPECT_EQ(of_map[0].landmark, of_map[1].landmark);
+  EXPECT_EQ(of_map[1].stamp, Time{from_seconds(2.0)});
+  EXPECT_TRUE(of_map[1].p_base.isApprox(Eigen::Vector2d(5.0, 1.0), 1e-12));
+  const auto of_child = sightings_of(child);
+  ASSERT_EQ(of_child.size(), 2u);
+  EXPECT_TRUE(of_child[1].is_first);
+  EXPECT_NE(of_child[1].landmark, of_child[0].landmark);
+
+  std::stringstream stream;
+  OutArchive out(stream);
+  child.save(out);
+  InArchive in(stream);
+  auto loaded = map_with("{ keep_sightings: true, " + kWideGate);
+  loaded.load(in);
+  const auto of_loaded = sightings_of(loaded);
+  ASSERT_EQ(of_loaded.size(), 2u);
+  EXPECT_EQ(of_loaded[1].landmark, of_child[1].landmark);
+  EXPECT_EQ(of_loaded[1].stamp, of_child[1].stamp);
+  EXPECT_EQ(of_loaded[1].p_base, of_child[1].p_base);
+}
+
+TEST(Sightings, AreNotKeptUnlessAsked) {
+  auto map = map_with("{ " + kWideGate);
+  step(map, {0.0, 0.0, 0.0}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
+       observation_of({detection_of({5.0, 1.0}, {0.0, 0.0, 0.0})}));
+  EXPECT_TRUE(sightings_of(map).empty());
+}
+
 }  // namespace
 }  // namespace waymark

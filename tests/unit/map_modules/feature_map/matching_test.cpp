@@ -325,5 +325,51 @@ TEST(SignatureDistance, IsTheSquaredHellingerDistance) {
   EXPECT_NEAR(signature_distance({0.5f, 0.5f}, {1.0f, 0.0f}), 1.0 - std::sqrt(0.5), 1e-6);
 }
 
+/// Two equal landmarks 0.6 m apart across the line of sight, and a third one far away, all seen from kPose; the prior's
+/// mean lies between the two ways to see it.
+struct Twins {
+  LandmarkStore store;
+  FeatureMapSettings settings;
+  Eigen::Matrix3d P = Eigen::Vector3d(0.09, 0.09, 1e-6).asDiagonal();
+
+  explicit Twins(const std::string& ratio)
+      : settings(
+            settings_of("{ negative_information: false, association: { gate_probability: 0.999, min_separation_m: 0.1, "
+                        "min_likelihood_ratio: " +
+                        ratio + " } }")) {
+    store.add(landmark_at(6.0, 0.0));
+    store.add(landmark_at(6.0, 0.6));
+    store.add(landmark_at(-5.0, -2.0));
+  }
+  static Eigen::Vector3d true_pose() { return kPose + Eigen::Vector3d(0.0, 0.25, 0.0); }
+  static Detection of_twin() { return detection_of({6.0, 0.6}, true_pose()); }
+  static Detection of_third() { return detection_of({-5.0, -2.0}, true_pose()); }
+};
+
+TEST(Ratio, WithoutItTheNearerOneIsTaken) {
+  const Twins twins("1");
+  FeatureAssociation association;
+  matched(twins.store, twins.settings, twins.P, observation_of({Twins::of_twin()}), association);
+  EXPECT_EQ(id_of(twins.store, association, 0), 1);
+}
+
+TEST(Ratio, WhatCannotBeToldApartIsLeftOut) {
+  const Twins twins("10");
+  FeatureAssociation association;
+  const Refinement refinement =
+      matched(twins.store, twins.settings, twins.P, observation_of({Twins::of_twin()}), association);
+  EXPECT_EQ(association.match[0].chunk, FeatureAssociation::kAmbiguous);
+  EXPECT_TRUE(refinement.information.isZero(0.0));
+  EXPECT_GT(refinement.log_evidence, log_new_landmark(twins.settings, 0.5)) << "it counts as seen all the same";
+}
+
+TEST(Ratio, AClearDetectionDecidesAnAmbiguousOne) {
+  const Twins twins("10");
+  FeatureAssociation association;
+  matched(twins.store, twins.settings, twins.P, observation_of({Twins::of_twin(), Twins::of_third()}), association);
+  EXPECT_EQ(id_of(twins.store, association, 1), 2);
+  EXPECT_EQ(id_of(twins.store, association, 0), 1);
+}
+
 }  // namespace
 }  // namespace waymark
