@@ -76,7 +76,11 @@ bool AttitudeFilter::process(Time stamp, const ImuSample& sample) {
   rest_.step(settings_, sample.w_sensor, sample.f_sensor, step);
   predict(sample.w_sensor, step);
   lose_what_saturates(saturation_.step(settings_, sample.w_sensor, step));
-  if (rest_.resting(settings_) && step > 0.0) correct_by_rest(step);
+  if (!rest_.resting(settings_)) {
+    surprise_s_ = 0.0;
+  } else if (step > 0.0) {
+    correct_by_rest(step);
+  }
   if (!levelled_) {
     level(sample, step);
   } else {
@@ -183,12 +187,17 @@ void AttitudeFilter::restart_low_pass(const Eigen::Vector3d& f_map) {
   since_force_s_ = 0.0;
 }
 
+/// A slow turn looks like rest. What contradicts a bias that is known already is believed only if it lasts.
 void AttitudeFilter::correct_by_rest(double dt) {
+  const Eigen::Vector3d residual = rest_.rate() - bias_;
+  const Eigen::Array3d gate = 3.0 * (P_.diagonal().tail<3>().array() + square(settings_.rest_surprise)).sqrt();
+  surprise_s_ = (residual.array().abs() > gate).any() ? surprise_s_ + dt : 0.0;
+  if (surprise_s_ > 0.0 && surprise_s_ < settings_.rest_insist_s) return;
   Eigen::Matrix<double, 3, 6> H = Eigen::Matrix<double, 3, 6>::Zero();
   H.rightCols<3>().setIdentity();
   const double variance =
       correlated(square(settings_.rest_bias_sigma), settings_.rest_time_s, dt, P_.diagonal().tail<3>().maxCoeff());
-  correct<3>(H, rest_.rate() - bias_, Eigen::Matrix3d::Identity() * variance, false);
+  correct<3>(H, residual, Eigen::Matrix3d::Identity() * variance, false);
 }
 
 /// z = the low-passed δ = δ + L β, L the lag of the low-pass of R: roll and pitch of it. After a restart the low-pass

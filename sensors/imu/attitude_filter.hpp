@@ -123,6 +123,7 @@ class AttitudeFilter {
   double since_field_s_ = 0.0;
   MagneticField field_;
   RestDetector rest_;
+  double surprise_s_ = 0.0;  // for how long a rest has contradicted the bias
   SaturationDetector saturation_;
   Counts counts_;
 };

@@ -48,6 +48,7 @@ void AttitudeFilter::save(OutArchive& out) const {
   out.value(since_field_s_);
   field_.save(out);
   rest_.save(out);
+  out.value(surprise_s_);
   saturation_.save(out);
   each_count(out, counts_);
 }
@@ -83,6 +84,7 @@ void AttitudeFilter::load(InArchive& in) {
   in.value(since_field_s_);
   field_.load(in);
   rest_.load(in);
+  in.value(surprise_s_);
   saturation_.load(in);
   each_count(in, counts_);
 }

@@ -62,6 +62,8 @@ struct AttitudeSettings {
   double rest_rate = 2.0 * kDegree;         ///< largest deviation of the rate [rad/s]
   double rest_acceleration = 0.5;           ///< largest deviation of the specific force [m/s²]
   double rest_bias_sigma = 0.03 * kDegree;  ///< of the low-passed rate as bias [rad/s]
+  double rest_surprise = 0.1 * kDegree;     ///< a rate 3σ off the bias is a slow turn; this σ adds to its own [rad/s]
+  double rest_insist_s = 10.0;              ///< unless it lasts so long
 };
 
 }  // namespace waymark::imu
