@@ -23,6 +23,7 @@ constexpr double kMadgwickBeta = 0.12;  // [rad/s], best on average over the 39 
 
 struct Result {
   Errors errors;
+  Errors best_frames;
   double microseconds = 0.0;  // per sample
 };
 
@@ -40,7 +41,8 @@ Result run(const Recording& recording, bool align, const AttitudeSettings& setti
     estimate.push_back(filter.q_map_sensor());
   }
   const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - start;
-  return {compare(recording, estimate, align), time.count() / static_cast<double>(estimate.size())};
+  return {compare(recording, estimate, align), compare_best_frames(recording, estimate),
+          time.count() / static_cast<double>(estimate.size())};
 }
 
 Errors run_madgwick(const Recording& recording, bool align) {
@@ -73,8 +75,10 @@ std::string text(const Errors& errors) {
 /// One table: total / heading / inclination [deg] per trial and their means.
 void report(const std::filesystem::path& folder, Recording (*read)(const std::filesystem::path&), bool align,
             const AttitudeSettings& settings) {
-  std::puts("| trial | this filter | without magnetometer: inclination | Madgwick, own code | µs/sample |");
-  std::puts("|---|---|---|---|---|");
+  std::puts(
+      "| trial | this filter | without magnetometer: inclination | Madgwick, own code | best constant frames | "
+      "µs/sample |");
+  std::puts("|---|---|---|---|---|---|");
   Errors sum;
   Errors madgwick_sum;
   double inclination_sum = 0.0;
@@ -84,8 +88,8 @@ void report(const std::filesystem::path& folder, Recording (*read)(const std::fi
     const Result nine = run(recording, align, settings, Axes::nine);
     const Result six = run(recording, align, settings, Axes::six);
     const Errors madgwick = run_madgwick(recording, align);
-    std::printf("| %s | %s | %.2f | %s | %.1f |\n", recording.name.c_str(), text(nine.errors).c_str(),
-                six.errors.inclination, text(madgwick).c_str(), nine.microseconds);
+    std::printf("| %s | %s | %.2f | %s | %s | %.1f |\n", recording.name.c_str(), text(nine.errors).c_str(),
+                six.errors.inclination, text(madgwick).c_str(), text(nine.best_frames).c_str(), nine.microseconds);
     for (const auto& [total, one] : {std::pair(&sum, &nine.errors), std::pair(&madgwick_sum, &madgwick)}) {
       total->total += one->total;
       total->heading += one->heading;
@@ -95,7 +99,7 @@ void report(const std::filesystem::path& folder, Recording (*read)(const std::fi
     count += 1.0;
   }
   const auto mean = [&](const Errors& e) { return Errors{e.total / count, e.heading / count, e.inclination / count}; };
-  std::printf("| mean | %s | %.2f | %s | |\n\n", text(mean(sum)).c_str(), inclination_sum / count,
+  std::printf("| mean | %s | %.2f | %s | | |\n\n", text(mean(sum)).c_str(), inclination_sum / count,
               text(mean(madgwick_sum)).c_str());
 }
 

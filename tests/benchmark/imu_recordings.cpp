@@ -3,6 +3,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -12,6 +13,7 @@
 #include <string_view>
 
 #include "waymark/error.hpp"
+#include "waymark/so3.hpp"
 
 namespace waymark::imu {
 
@@ -113,6 +115,28 @@ Errors compare(const Recording& recording, const std::vector<Eigen::Quaterniond>
   if (count == 0) throw DataError(recording.name + ": no sample counts");
   const Eigen::Array3d rms = (sum / static_cast<double>(count)).sqrt() * (180.0 / std::numbers::pi);
   return {rms(0), rms(1), rms(2)};
+}
+
+Errors compare_best_frames(const Recording& recording, const std::vector<Eigen::Quaterniond>& estimate) {
+  Recording fitted = recording;
+  const auto mean = [&](const auto& error) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double count = 0.0;
+    for (std::size_t i = 0; i < estimate.size(); ++i) {
+      if (!fitted.samples[i].counts) continue;
+      sum += so3::log(error(estimate[i], fitted.samples[i].q_world_sensor));
+      count += 1.0;
+    }
+    return so3::exp(sum / std::max(count, 1.0));
+  };
+  constexpr int kRounds = 100;  // each takes out the mean error of the one frame, then of the other
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::Quaterniond world = mean([](const auto& q, const auto& truth) { return q * truth.conjugate(); });
+    for (auto& sample : fitted.samples) sample.q_world_sensor = world * sample.q_world_sensor;
+    const Eigen::Quaterniond body = mean([](const auto& q, const auto& truth) { return truth.conjugate() * q; });
+    for (auto& sample : fitted.samples) sample.q_world_sensor = sample.q_world_sensor * body;
+  }
+  return compare(fitted, estimate, false);
 }
 
 }  // namespace waymark::imu

@@ -41,5 +41,8 @@ Recording read_repoimu(const std::filesystem::path& file);
 /// `estimate` has one attitude per sample. With `align` the truth's world is turned so that both agree in the first
 /// sample that counts.
 Errors compare(const Recording& recording, const std::vector<Eigen::Quaterniond>& estimate, bool align);
+/// The same with the two constant rotations, of the truth's world and of its body frame, that fit best over the whole
+/// trial: what is left then is no matter of how the cameras' frames were set up. Not a figure to compare filters by.
+Errors compare_best_frames(const Recording& recording, const std::vector<Eigen::Quaterniond>& estimate);
 
 }  // namespace waymark::imu
