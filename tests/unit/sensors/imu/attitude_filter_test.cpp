@@ -124,10 +124,9 @@ TEST(AttitudeFilter, ABiasThatJumpsIsLearnedWhenTheRestLasts) {
   EXPECT_NEAR(filter.gyro_bias().z(), sim.bias.z(), 0.1 * kDegree);
 }
 
-// What the first-order theory of the lag promises: a bias alone does not bend roll and pitch for long.
-TEST(AttitudeFilter, TheLagOfTheLowPassDoesNotBecomeTilt) {
+TEST(AttitudeFilter, FindsTheHorizontalBiasThroughGravityAlone) {
   AttitudeSettings settings;
-  settings.rest_s = 1e9;  // the bias must be seen through gravity
+  settings.rest_s = 1e9;
   AttitudeFilter filter(settings);
   ImuSimulator sim;
   sim.bias = Eigen::Vector3d(0.5, 0.5, 0.0) * kDegree;

@@ -151,6 +151,7 @@ TEST(Modes, AfterALongGapItLevelsAgainAndKeepsTheBias) {
   filter.process(sim.stamp(), sim.sample());
   EXPECT_FALSE(filter.levelled());
   EXPECT_EQ(filter.counts().gaps, 1u);
+  EXPECT_FALSE(filter.resting());
   EXPECT_GT(std::sqrt(filter.covariance()(2, 2)), 90.0 * kDegree);
   EXPECT_LT((filter.gyro_bias() - bias).norm(), 1e-3 * kDegree);
   sim.advance();
@@ -258,6 +259,23 @@ TEST(Modes, ALoadedFilterContinuesBitForBit) {
     again.run(loaded, 8.0);
     EXPECT_EQ(bytes_of(loaded), bytes_of(whole)) << "cut at " << cut << " s";
   }
+}
+
+TEST(Modes, ALoadedFilterRemembersHowLongARestContradictsItsBias) {
+  AttitudeFilter whole;
+  ImuSimulator sim;
+  sim.run(whole, 10.0);
+  sim.bias.z() = 1.0 * kDegree;
+  sim.run(whole, 5.0);
+  std::istringstream stream(bytes_of(whole));
+  AttitudeFilter loaded;
+  InArchive in(stream);
+  loaded.load(in);
+  ImuSimulator again = sim;
+  sim.run(whole, 9.0);
+  again.run(loaded, 9.0);
+  EXPECT_GT(whole.gyro_bias().z(), 0.1 * kDegree);
+  EXPECT_EQ(bytes_of(loaded), bytes_of(whole));
 }
 
 TEST(LowPass, SplittingAStepChangesNothing) {
