@@ -10,7 +10,6 @@ namespace waymark {
 namespace {
 
 using sensor_test::measurement_of;
-using sensor_test::SensorBench;
 using ::testing::HasSubstr;
 using Motion = StateLayout::Motion;
 

@@ -9,7 +9,7 @@ namespace {
 
 /// A magnet held beside the sensor from 20 s to 50 s: stronger and turned by 60°.
 Eigen::Vector3d with_magnet(double t) {
-  const Eigen::Vector3d earth(0.0, 20e-6, -45e-6);
+  Eigen::Vector3d earth(0.0, 20e-6, -45e-6);
   if (t < 20.0 || t > 50.0) return earth;
   return 1.3 * (so3::exp({0.0, 0.0, 60.0 * kDegree}) * earth);
 }
@@ -33,7 +33,7 @@ TEST(Magnetometer, AFieldOfWrongStrengthDoesNotTurnTheHeading) {
 TEST(Magnetometer, AFieldOfWrongDipDoesNotTurnTheHeading) {
   // The same strength, 25° less dip, 60° beside.
   const auto field = [](double t) -> Eigen::Vector3d {
-    const Eigen::Vector3d earth(0.0, 20e-6, -45e-6);
+    Eigen::Vector3d earth(0.0, 20e-6, -45e-6);
     if (t < 20.0 || t > 50.0) return earth;
     return so3::exp({0.0, 0.0, 60.0 * kDegree}) * (so3::exp({25.0 * kDegree, 0.0, 0.0}) * earth);
   };
