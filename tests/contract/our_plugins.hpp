@@ -15,8 +15,10 @@
 namespace waymark::contract_test {
 
 inline Rig rig() {
-  return Rig(
-      {{"wheels", "", {}}, {"gps", "", {}}, {"lidar", "", Pose{so3::from_rpy(0.0, 0.0, 0.1), {0.3, 0.05, 0.0}}}});
+  return Rig({{"wheels", "", {}},
+              {"gps", "", {}},
+              {"lidar", "", Pose{so3::from_rpy(0.0, 0.0, 0.1), {0.3, 0.05, 0.0}}},
+              {"imu", "", Pose{so3::from_rpy(0.2, -0.1, 1.5), {0.1, 0.0, 0.3}}}});
 }
 
 template <class Interface>

@@ -83,5 +83,18 @@ TEST(OurDgps, GeodeticFixesKeepTheContract) {
   expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7 }", fixes, setting);
 }
 
+TEST(OurImu, KeepsTheContract) {
+  const auto samples = stream_of<ImuSample>(40, [](ImuSample& imu, double t) {
+    const Eigen::Quaterniond q_sensor_map =
+        (so3::from_rpy(0.05 * std::sin(t), 0.0, 0.3 * t) * so3::from_rpy(0.2, -0.1, 1.5)).conjugate();
+    imu.w_sensor = {0.05 * std::cos(t), 0.02, 0.3};
+    imu.f_sensor = q_sensor_map * Eigen::Vector3d(0.1 * std::sin(t), 0.0, 9.81);
+    imu.m_sensor = q_sensor_map * Eigen::Vector3d(0.0, 20e-6, -45e-6);
+  });
+  expect_good("imu", "{ name: imu }", samples);
+  expect_good("imu", "{ name: imu, heading: true }", samples);
+  expect_good("imu", "{ name: imu, tilt: false, tells_standstill: false }", samples);
+}
+
 }  // namespace
 }  // namespace waymark::contract_test

@@ -81,6 +81,7 @@ maps:
     plugin: feature_map
     inputs: [lidar, camera]
     attributes: [radius, signature]
+    camera: { unseen: keep }     # or a pillar that only the scanner has seen is none yet
     extraction: { range_min_m: 0.2, range_max_m: 14.5, no_return_m: 15.5, segment_jump_m: 0.3, background_m: 0.8, width_max_m: 0.8 }
     existence: { view_range_m: 12, view_half_angle_deg: 130 }
 filter: { particles: 10 }

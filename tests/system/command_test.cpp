@@ -56,8 +56,8 @@ TEST(Command, MissingYamlIsOneErrorLine) {
 TEST(Plugins, ListsEveryKindAndWhereItWasFound) {
   const Outcome outcome = waymark({"plugins"});
   EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* plugin : {"odometry", "dgps", "feature_map", "csv", "kitti", "simulator", "tum", "landmarks", "plot",
-                             "held_out", "diagnostics"}) {
+  for (const char* plugin : {"odometry", "dgps", "imu", "feature_map", "csv", "kitti", "simulator", "tum", "landmarks",
+                             "plot", "held_out", "diagnostics"}) {
     EXPECT_THAT(outcome.out, HasSubstr(fmt::format("/waymark_{}.so\n", plugin)));
   }
   for (const char* kind : {"sensor", "map", "source", "sink"})

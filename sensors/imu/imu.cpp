@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "attitude_filter.hpp"
+#include "imu_updates.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+
+namespace {
+
+constexpr double kDegree = imu::AttitudeSettings::kDegree;
+
+imu::AttitudeSettings read_attitude_settings(const Config& config) {
+  imu::AttitudeSettings s;
+  const auto degrees = [&](const char* key, double& value) { value = kDegree * config.positive(key, value / kDegree); };
+  s.gravity_mps2 = config.positive("gravity_mps2", s.gravity_mps2);
+  s.levelling_s = config.non_negative("levelling_s", s.levelling_s);
+  s.max_gap_s = config.positive("max_gap_s", s.max_gap_s);
+  s.gyro_noise = config.positive("gyro_noise_rad_per_sqrt_s", s.gyro_noise);
+  s.gyro_noise_per_rate = config.non_negative("gyro_noise_per_rate_sqrt_s", s.gyro_noise_per_rate);
+  s.bias_sigma = config.positive("bias_sigma_radps", s.bias_sigma);
+  s.bias_walk = config.non_negative("bias_walk_radps_per_sqrt_s", s.bias_walk);
+  s.bias_limit = config.positive("bias_limit_radps", s.bias_limit);
+  s.accelerometer_time_s = config.positive("accelerometer_time_s", s.accelerometer_time_s);
+  s.acceleration_time_s = config.non_negative("acceleration_time_s", s.acceleration_time_s);
+  degrees("tilt_sigma_deg", s.tilt_sigma);
+  s.tilt_per_motion = config.non_negative("tilt_per_motion", s.tilt_per_motion);
+  s.tilt_per_magnitude = config.non_negative("tilt_per_magnitude", s.tilt_per_magnitude);
+  degrees("heading_sigma_deg", s.heading_sigma);
+  s.heading_time_s = config.non_negative("heading_time_s", s.heading_time_s);
+  s.declination = kDegree * config.number_in("declination_deg", -180.0, 180.0, 0.0);
+  s.field_strength_limit = config.positive("field_strength_limit", s.field_strength_limit);
+  degrees("field_dip_limit_deg", s.field_dip_limit);
+  return s;
+}
+
+/// An inertial measurement unit as a cascade (estimation.md §2, IMU): its own filter makes attitude and bias-free rates
+/// out of the axes; the main filter gets the rates with roll and pitch, or, if configured, the whole attitude with the
+/// heading and then no rates of the same gyro.
+class Imu final : public Sensor {
+ public:
+  Imu(const Config& config, const Rig& rig)
+      : q_base_sensor_(rig.T_base_sensor(config.text("name")).q),
+        filter_(read_attitude_settings(config)),
+        heading_(config.boolean("heading", false)),
+        tilt_(config.boolean("tilt", true)),
+        tells_standstill_(config.boolean("tells_standstill", true)),
+        bias_time_(config.non_negative("bias_time_s", 10.0)),
+        mounting_limit_(kDegree * config.number_in("max_mounting_tilt_deg", 1.0, 180.0, 45.0)) {
+    if (heading_ && !tilt_) config.fail("tilt", "heading needs roll and pitch, too");
+  }
+
+  bool is_motion_source() const override { return !heading_; }
+  bool is_absolute() const override { return heading_; }
+  bool observes_roll_and_pitch() const override { return tilt_; }
+
+  /// From one sample, so only as good as the robot is at rest.
+  std::optional<StartHint> start_hint(const Measurement& measurement, const Datum*) const override {
+    if (!heading_) return std::nullopt;
+    imu::AttitudeFilter alone(filter_.settings());
+    alone.process(measurement.stamp, measurement.as<ImuSample>());
+    if (!alone.knows_heading()) return std::nullopt;
+    StartHint hint;
+    hint.yaw_rad = so3::yaw(alone.q_map_sensor() * q_base_sensor_.conjugate());
+    hint.yaw_sigma_rad = filter_.settings().levelling_heading_sigma;
+    return hint;
+  }
+
+  void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
+    const auto& sample = measurement.as<ImuSample>();
+    const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;
+    const std::uint64_t saturated = filter_.counts().saturated;
+    const bool was_levelled = filter_.levelled();
+    if (!filter_.process(measurement.stamp, sample)) {
+      throw DataError(sample.w_sensor.allFinite() ? "the sample is not later than the one before"
+                                                  : "the angular rate is not finite");
+    }
+    last_stamp_ = measurement.stamp;
+    if (filter_.levelled() && !was_levelled) check_mounting();
+    if (fault_) throw DataError(*fault_);
+
+    const double dt = std::clamp(interval, kMinInterval, filter_.settings().max_gap_s);
+    const bool planar = prediction.layout.motion() == StateLayout::Motion::planar;
+    if (tells_standstill_) out.report_motion(!filter_.resting());
+    if (heading_) {
+      if (filter_.levelled() && filter_.knows_heading()) add_attitude(dt, planar, out);
+      return;
+    }
+    add_rate(dt, planar, filter_.counts().saturated > saturated, out);
+    if (tilt_ && !planar && filter_.levelled() && filter_.knows_tilt()) add_tilt(dt, out);
+  }
+
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
+  void save(OutArchive& out) const override {
+    out.section("imu", 1);
+    filter_.save(out);
+    out.value(last_stamp_.has_value());
+    out.value(last_stamp_.value_or(Time{}).time_since_epoch().count());
+    out.value(std::string_view(fault_ ? *fault_ : ""));
+  }
+  void load(InArchive& in) override {
+    in.section("imu", 1);
+    filter_.load(in);
+    bool known = false;
+    std::int64_t stamp = 0;
+    std::string fault;
+    in.value(known);
+    in.value(stamp);
+    in.value(fault);
+    last_stamp_ = known ? std::optional(Time{Duration{stamp}}) : std::nullopt;
+    fault_ = fault.empty() ? std::nullopt : std::optional(fault);
+  }
+
+ private:
+  static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
+  static constexpr double kMinInterval = 1e-4;    // [s]
+
+  static double correlated(double time, double dt) { return std::max(1.0, 2.0 * time / dt); }
+
+  void check_mounting() {
+    fault_.reset();
+    if (filter_.knows_tilt()) fault_ = imu::mounting_fault(filter_.levelling_force(), q_base_sensor_, mounting_limit_);
+  }
+
+  void add_rate(double dt, bool planar, bool saturated, UpdateList& out) const {
+    const imu::AttitudeSettings& s = filter_.settings();
+    const Eigen::Vector3d& w = filter_.angular_rate();
+    double density = s.gyro_noise + s.gyro_noise_per_rate * w.norm();
+    if (saturated) density += s.saturation_noise;
+    const Eigen::Matrix3d R_sensor = filter_.covariance().bottomRightCorner<3, 3>() * correlated(bias_time_, dt) +
+                                     Eigen::Matrix3d(Eigen::Vector3d::Constant(density * density / dt).asDiagonal());
+    const Eigen::Matrix3d R_base_sensor = q_base_sensor_.toRotationMatrix();
+    out.emplace<imu::RateUpdate>(R_base_sensor * w, R_base_sensor * R_sensor * R_base_sensor.transpose(), planar);
+  }
+
+  void add_tilt(double dt, UpdateList& out) const {
+    const Eigen::Vector3d up_base = q_base_sensor_ * (filter_.q_map_sensor().conjugate() * Eigen::Vector3d::UnitZ());
+    const double variance = std::max(filter_.covariance()(0, 0), filter_.covariance()(1, 1));
+    out.emplace<imu::TiltUpdate>(up_base, variance * correlated(filter_.settings().accelerometer_time_s, dt));
+  }
+
+  void add_attitude(double dt, bool planar, UpdateList& out) const {
+    const Eigen::Quaterniond q_map_base = filter_.q_map_sensor() * q_base_sensor_.conjugate();
+    const double tilt = std::sqrt(correlated(filter_.settings().accelerometer_time_s, dt));
+    const double heading = std::sqrt(correlated(filter_.settings().heading_time_s, dt));
+    const Eigen::Vector3d scale(tilt, tilt, heading);
+    const Eigen::Matrix3d R = scale.asDiagonal() * filter_.covariance().topLeftCorner<3, 3>() * scale.asDiagonal();
+    if (planar) {
+      out.emplace<imu::HeadingUpdate>(so3::yaw(q_map_base), R(2, 2));
+    } else {
+      out.emplace<imu::AttitudeUpdate>(q_map_base, R);
+    }
+  }
+
+  Eigen::Quaterniond q_base_sensor_;
+  imu::AttitudeFilter filter_;
+  bool heading_;
+  bool tilt_;
+  bool tells_standstill_;
+  double bias_time_;
+  double mounting_limit_;
+  std::optional<Time> last_stamp_;
+  std::optional<std::string> fault_;
+};
+
+}  // namespace
+
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sensor, waymark::Imu, "imu", "1.0.0")

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include "waymark/so3.hpp"
+#include "waymark/update.hpp"
+
+namespace waymark::imu {
+
+/// z = ω of the base [rad/s], all of it or, in the plane, its z component.
+class RateUpdate final : public Update {
+ public:
+  /// `R`: covariance in the base frame [rad²/s²].
+  RateUpdate(const Eigen::Vector3d& w_base, const Eigen::Matrix3d& R, bool planar)
+      : w_base_(w_base), R_(R), planar_(planar) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    const Eigen::Vector3d residual = w_base_ - state.nav.w_base;
+    if (planar_) {
+      out.reset(1, 0);
+      out.residual(0) = residual.z();
+      out.R(0, 0) = R_(2, 2);
+      out.angular_rate()(0, 2) = 1.0;
+      return;
+    }
+    out.reset(3, 0);
+    out.residual = residual;
+    out.R = R_;
+    out.angular_rate() = Eigen::Matrix3d::Identity();
+  }
+
+ private:
+  Eigen::Vector3d w_base_;
+  Eigen::Matrix3d R_;
+  bool planar_;
+};
+
+/// Where up is in the base frame: with u = R u_base the residual is the x and y component of u × e_z, zero where R
+/// agrees. Says nothing of the heading.
+class TiltUpdate final : public Update {
+ public:
+  /// `variance` of each of the two [rad²].
+  TiltUpdate(const Eigen::Vector3d& up_base, double variance) : up_base_(up_base), variance_(variance) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    const Eigen::Vector3d u = state.nav.T_map_base.q * up_base_;
+    out.reset(2, 0);
+    out.residual << u.y(), -u.x();
+    out.R.diagonal().setConstant(variance_);
+    out.attitude() << u.z(), 0.0, -u.x(), 0.0, u.z(), -u.y();
+  }
+
+ private:
+  Eigen::Vector3d up_base_;
+  double variance_;
+};
+
+/// z = R, the whole attitude of the base; the residual is the rotation vector from the state to it in the map frame.
+class AttitudeUpdate final : public Update {
+ public:
+  /// `R`: covariance of the rotation vector in the map frame [rad²].
+  AttitudeUpdate(const Eigen::Quaterniond& q_map_base, const Eigen::Matrix3d& R) : q_map_base_(q_map_base), R_(R) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    const Eigen::Vector3d residual = so3::log(q_map_base_ * state.nav.T_map_base.q.conjugate());
+    out.reset(3, 0);
+    out.residual = residual;
+    out.R = R_;
+    out.attitude() = so3::left_jacobian(-residual).inverse();
+  }
+
+ private:
+  Eigen::Quaterniond q_map_base_;
+  Eigen::Matrix3d R_;
+};
+
+/// z = the heading of the base in the plane [rad].
+class HeadingUpdate final : public Update {
+ public:
+  HeadingUpdate(double yaw, double variance) : yaw_(yaw), variance_(variance) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    out.reset(1, 0);
+    out.residual(0) = so3::wrap(yaw_ - state.nav.T_map_base.yaw());
+    out.R(0, 0) = variance_;
+    out.attitude()(0, 2) = 1.0;
+  }
+
+ private:
+  double yaw_;
+  double variance_;
+};
+
+}  // namespace waymark::imu
