@@ -48,8 +48,7 @@ TEST(Paper, ItsNumbersDoNotDependOnTheNumberOfJobs) {
 
 TEST(Paper, AConfigWithoutTruthIsRefused) {
   const TemporaryFolder folder;
-  const Outcome run =
-      waymark({"paper", WAYMARK_SOURCE_DIR "/config/nowhere.yaml", "--out", (folder / "out").string()});
+  const Outcome run = waymark({"paper", WAYMARK_SOURCE_DIR "/config/nowhere.yaml", "--out", (folder / "out").string()});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, HasSubstr("nowhere.yaml"));
 }
