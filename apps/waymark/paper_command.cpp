@@ -48,6 +48,7 @@ class Courses {
   void run() {
     {
       std::vector<std::jthread> threads;
+      threads.reserve(static_cast<std::size_t>(options_.jobs));
       for (int i = 0; i < options_.jobs; ++i) threads.emplace_back([this] { work(); });
     }
     if (failure_) std::rethrow_exception(failure_);

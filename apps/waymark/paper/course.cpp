@@ -171,6 +171,7 @@ std::vector<Trial> run(const std::filesystem::path& config, const std::vector<st
     for (const auto& run : runs) run->add(*measurement);
   }
   std::vector<Trial> trials;
+  trials.reserve(runs.size());
   for (const auto& run : runs) trials.push_back(run->finish());
   return trials;
 }

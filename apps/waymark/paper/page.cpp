@@ -25,6 +25,7 @@ double median(std::vector<double> values) {
 /// The trials of one scenario at one noise level.
 std::vector<Trial> of_scenario(const std::vector<std::vector<Trial>>& by_seed, std::size_t scenario) {
   std::vector<Trial> trials;
+  trials.reserve(by_seed.size());
   for (const std::vector<Trial>& seed : by_seed) trials.push_back(seed[scenario]);
   return trials;
 }
@@ -33,6 +34,7 @@ using Quantity = std::function<double(const Trial&)>;
 
 std::vector<double> values_of(const std::vector<Trial>& trials, const Quantity& quantity) {
   std::vector<double> values;
+  values.reserve(trials.size());
   for (const Trial& trial : trials) values.push_back(quantity(trial));
   return values;
 }
