@@ -135,4 +135,11 @@ Assembly Assembly::load(const std::filesystem::path& file, const std::vector<Con
           std::move(sinks)};
 }
 
+bool Assembly::address(Measurement& measurement) const {
+  const int sensor = sensor_of_channel[measurement.sensor];
+  if (sensor < 0) return false;
+  measurement.sensor = static_cast<std::uint32_t>(sensor);
+  return true;
+}
+
 }  // namespace waymark

@@ -34,6 +34,9 @@ struct Assembly {
 
   /// Throws ConfigError, PluginError or DataError: one line that says what is wrong and where.
   static Assembly load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides);
+
+  /// Makes the channel of a measurement of `source` the sensor that it is for; false if that is switched off.
+  bool address(Measurement& measurement) const;
 };
 
 }  // namespace waymark

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
 #include "apps/waymark/paper/page.hpp"
@@ -107,9 +106,7 @@ int run(PaperOptions options) {
   results.noises = options.noises;
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
-  std::error_code error;
-  std::filesystem::create_directories(options.out / results.experiment.name, error);
-  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", options.out.string(), error.message()));
+  create_folder(options.out / results.experiment.name, "output folder");
   Courses(options, results).run();
 
   const std::string& name = results.experiment.name;

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <system_error>
 
 #include "assembly.hpp"
 #include "commands.hpp"
@@ -38,9 +37,7 @@ struct RunOptions {
 
 std::filesystem::path prepare_output(const RunOptions& options) {
   std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / options.config.stem() : options.out;
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) throw Error(fmt::format("{}: cannot create the output folder: {}", out.string(), error.message()));
+  create_folder(out, "output folder");
   if (!std::filesystem::is_directory(out)) throw Error(fmt::format("{}: is not a folder", out.string()));
   if (access(out.c_str(), W_OK) != 0) throw Error(fmt::format("{}: the output folder is not writable", out.string()));
   return out;
@@ -86,11 +83,9 @@ class Sinks {
   std::vector<std::string> failures_;
 };
 
-bool is_failure(const Event& event) { return event.text.find("taken out of service") != std::string::npos; }
-
 void print_report(const RunReport& report) {
   for (const Event& event : report.events) {
-    if (!is_failure(event)) fmt::print(stderr, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+    if (!event.is_failure) fmt::print(stderr, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
   }
   constexpr std::size_t kShown = 5;
   for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
@@ -123,9 +118,7 @@ int run(const RunOptions& options) {
     while (!interrupted) {
       std::optional<Measurement> measurement = robot.source->next();
       if (!measurement) break;
-      const int sensor = robot.sensor_of_channel[measurement->sensor];
-      if (sensor < 0) continue;
-      measurement->sensor = static_cast<std::uint32_t>(sensor);
+      if (!robot.address(*measurement)) continue;
       sinks.arrived(*measurement);
       fusion.add(std::move(*measurement));
     }
@@ -155,7 +148,7 @@ int run(const RunOptions& options) {
   if (!data_error.empty()) failures.push_back(data_error);
   for (const Event& event : report.events) {
     const bool no_result = !fusion.started() && data_error.empty() && !interrupted && &event == &report.events.back();
-    if (is_failure(event) || no_result) failures.push_back(fmt::format("at {:.3f} s: {}", event.stamp_s, event.text));
+    if (event.is_failure || no_result) failures.push_back(fmt::format("at {:.3f} s: {}", event.stamp_s, event.text));
   }
   failures.insert(failures.end(), sinks.failures().begin(), sinks.failures().end());
   if (!failures.empty()) fmt::print(stderr, "waymark: error: {}\n", fmt::join(failures, "; "));

@@ -66,7 +66,7 @@ void innovate(const Belief& belief, const StateLayout& layout, int owner, const 
   gather(layout, owner, model, earth, H);
   const int rows = model.rows();
   out.nu = model.residual;
-  out.considered = 0;
+  out.first_considered = out.considered = 0;
   if (model.uses_block() && !model.estimates_block()) {
     out.considered = static_cast<int>(model.get_block().cols());
     out.first_considered = layout.core_size() + layout.block_offset(owner);
@@ -94,14 +94,9 @@ void apply(Belief& belief, const StateLayout& layout, const Innovation& innovati
   gaussian::divide_by_factor(W, innovation.L);
   gaussian::Vector white = innovation.nu;
   innovation.L.triangularView<Eigen::Lower>().solveInPlace(white);
-  const int n = innovation.considered;
-  if (n == 0) {
-    boxplus(belief.mean, W.lazyProduct(white), layout);
-    belief.P -= W.lazyProduct(W.transpose());
-    return;
-  }
   // Schmidt's update is the optimal one but for the considered states: their gain is zero, their covariance stays.
   const int first = innovation.first_considered;
+  const int n = innovation.considered;
   ErrorVector delta = W.lazyProduct(white);
   delta.segment(first, n).setZero();
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxBlockStates, kMaxBlockStates> kept =

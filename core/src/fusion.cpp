@@ -176,6 +176,10 @@ class Fusion::Impl {
   void event(Time stamp, std::string text) {
     events_.push_back({std::move(text), to_seconds(stamp.time_since_epoch())});
   }
+  void failure(Time stamp, std::string_view name, std::string_view why) {
+    event(stamp, fmt::format("{}: taken out of service: {}", name, why));
+    events_.back().is_failure = true;
+  }
   void commit(Measurement&& m);
   void begin(const Start& start);
   std::optional<StartHint> start_hint(const Measurement& m);
@@ -500,7 +504,7 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate) {
         event(m.stamp, fmt::format("{}: {} (further ones are only counted)", map.name, error.what()));
       fate = Fate::unusable;
     } catch (const std::exception& error) {
-      event(m.stamp, fmt::format("map {}: taken out of service: {}", map.name, error.what()));
+      failure(m.stamp, "map " + map.name, error.what());
       filter_.drop_module(static_cast<int>(i));
       map.module = nullptr;
     }
@@ -508,14 +512,14 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate) {
   if (inputs.empty()) return fate;
   for (const auto& [input, why] : filter_.map(inputs, m.sensor)) {
     MapSlot& map = maps_[static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module)];
-    event(m.stamp, fmt::format("map {}: taken out of service: {}", map.name, why));
+    failure(m.stamp, "map " + map.name, why);
     map.module = nullptr;
   }
   return Fate::mapped;
 }
 
 void Fusion::Impl::out_of_service(SensorState& state, Time stamp, std::string_view why) {
-  event(stamp, fmt::format("{}: taken out of service: {}", state.slot.name, why));
+  failure(stamp, state.slot.name, why);
   state.slot.sensor = nullptr;
 }
 

@@ -137,4 +137,10 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   throw_error(path, doing, error);
 }
 
+void create_folder(const std::filesystem::path& folder, std::string_view what) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error(fmt::format("{}: cannot create the {}: {}", folder.string(), what, error.message()));
+}
+
 }  // namespace waymark

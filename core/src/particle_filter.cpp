@@ -414,7 +414,7 @@ void ParticleFilter::save(OutArchive& out) const {
   out.value(resamplings_);
   out.value(mapping_steps_);
   for (const Particle& particle : particles_) {
-    out.value(particle.belief.stamp.time_since_epoch().count());
+    out.value(particle.belief.stamp);
     out.value(particle.belief.mean.T_map_base.p);
     out.value(Eigen::Vector4d(particle.belief.mean.T_map_base.q.coeffs()));
     out.value(particle.belief.mean.v_base);
@@ -441,10 +441,8 @@ void ParticleFilter::load(InArchive& in) {
   in.value(resamplings_);
   in.value(mapping_steps_);
   for (Particle& particle : particles_) {
-    std::int64_t stamp = 0;
     Eigen::Vector4d q;
-    in.value(stamp);
-    particle.belief.stamp = Time{Duration{stamp}};
+    in.value(particle.belief.stamp);
     in.value(particle.belief.mean.T_map_base.p);
     in.value(q);
     particle.belief.mean.T_map_base.q = Eigen::Quaterniond(q);

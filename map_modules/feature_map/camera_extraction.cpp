@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera_extraction.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "color_histogram.hpp"
@@ -37,6 +38,11 @@ cv::Mat inside(const UprightPatch& patch, const EdgePair& borders) {
 }
 
 }  // namespace
+
+const CandidateLook* ImageLook::of(std::size_t candidate) const {
+  const auto place = std::ranges::lower_bound(looks, candidate, {}, &CandidateLook::candidate);
+  return place != looks.end() && place->candidate == candidate ? &*place : nullptr;
+}
 
 ImageLook CameraExtraction::look(const Measurement* image, Time stamp, const MotionWindow& motion,
                                  const Pose& T_base_scanner, std::vector<Candidate>& candidates) {

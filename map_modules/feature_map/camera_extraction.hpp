@@ -26,7 +26,10 @@ struct CandidateLook {
 struct ImageLook {
   DecodedImage image;
   std::optional<CameraView> camera;  ///< where the image was taken; absent without one
-  std::vector<CandidateLook> looks;  ///< of those that lie in the image
+  std::vector<CandidateLook> looks;  ///< of those that lie in the image, in the order of the candidates
+
+  /// What was seen of one candidate; null if it does not lie in the image.
+  const CandidateLook* of(std::size_t candidate) const;
 };
 
 /// Extraction (b) of §4.1: looks at the candidates of a scan in an image that was taken a little earlier. Candidates

@@ -161,12 +161,10 @@ FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vect
                            const ImageLook* look, const Pose& T_base_sensor, const FeatureMapSettings& settings) {
   FeatureObservation observation;
   observation.view = std::move(view);
-  auto next_look = look != nullptr ? look->looks.begin() : std::vector<CandidateLook>::const_iterator{};
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Candidate& candidate = candidates[i];
-    const CandidateLook* seen = nullptr;
-    if (look != nullptr && next_look != look->looks.end() && next_look->candidate == i) seen = &*next_look++;
     if (candidate.verdict != Verdict::accepted) continue;
+    const CandidateLook* seen = look != nullptr ? look->of(i) : nullptr;
     DetectionNoise noise = settings.noise;
     if (seen != nullptr) noise.radius = seen->radius_sigma;
     // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include "feature_map_settings.hpp"
@@ -23,6 +25,14 @@ enum class Verdict {
   off_image       ///< the image does not show it, and `camera.unseen` is drop
 };
 inline constexpr std::size_t kVerdicts = 9;
+
+/// The word for it in files: "too_far".
+constexpr std::string_view name_of(Verdict verdict) {
+  constexpr std::array<std::string_view, kVerdicts> kNames = {"accepted",      "too_far",  "too_wide",
+                                                              "too_few_beams", "hidden",   "no_background",
+                                                              "crowded",       "no_edges", "off_image"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
 
 /// A segment: neighbouring beams that differ by at most `segment_jump_m`, taken as the front of a cylinder.
 struct Candidate {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "extraction_counts.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 
@@ -8,10 +10,6 @@ namespace waymark {
 
 namespace {
 
-constexpr std::array<const char*, kVerdicts> kCandidateNames = {
-    "candidates_accepted",      "candidates_too_far",  "candidates_too_wide",
-    "candidates_too_few_beams", "candidates_hidden",   "candidates_no_background",
-    "candidates_crowded",       "candidates_no_edges", "candidates_off_image"};
 constexpr std::array<const char*, kImageStates> kImageNames = {
     "images_used", "images_missing", "images_undecodable", "images_wrong_size", "images_dark", "images_overexposed"};
 
@@ -36,7 +34,9 @@ void ExtractionCounts::add(const ImageLook& look, const std::vector<Candidate>& 
 
 void ExtractionCounts::describe(bool with_camera, std::vector<MapFigure>& figures) const {
   for (std::size_t i = 0; i < kVerdicts; ++i) {
-    if (with_camera || !is_of_camera(i)) figures.push_back({kCandidateNames[i], static_cast<double>(candidates_[i])});
+    if (!with_camera && is_of_camera(i)) continue;
+    figures.push_back(
+        {fmt::format("candidates_{}", name_of(static_cast<Verdict>(i))), static_cast<double>(candidates_[i])});
   }
   if (!with_camera) return;
   figures.push_back({"candidates_accepted_off_image", static_cast<double>(not_shown_)});

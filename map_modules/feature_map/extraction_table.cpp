@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -12,13 +11,6 @@
 #include "waymark/error.hpp"
 
 namespace waymark {
-
-namespace {
-
-constexpr std::array<const char*, kVerdicts> kWords = {
-    "accepted", "too_far", "too_wide", "too_few_beams", "hidden", "no_background", "crowded", "no_edges", "off_image"};
-
-}  // namespace
 
 ExtractionTable::ExtractionTable(const Config& config, std::string_view key) : path_(config.text(key, "")) {
   if (!path_.has_parent_path()) return;
@@ -43,19 +35,16 @@ void ExtractionTable::take(const ExtractionFrame& frame) {
         "t_s,first_beam,last_beam,verdict,range_m,bearing_rad,radius_m,x_m,y_m,in_image,radius_sigma_m,signature\n");
   }
   const std::string time = format_time(frame.stamp);
-  auto next_look = frame.look != nullptr ? frame.look->looks.begin() : std::vector<CandidateLook>::const_iterator{};
   for (std::size_t i = 0; i < frame.candidates.size(); ++i) {
     const Candidate& c = frame.candidates[i];
-    const CandidateLook* seen = nullptr;
-    if (frame.look != nullptr && next_look != frame.look->looks.end() && next_look->candidate == i)
-      seen = &*next_look++;
+    const CandidateLook* seen = frame.look != nullptr ? frame.look->of(i) : nullptr;
     const double distance = c.surface_range + c.radius;
     const double bearing = frame.view.yaw_base_sensor + c.bearing;
     const Eigen::Vector2d center =
         frame.view.p_base_sensor + distance * Eigen::Vector2d(std::cos(bearing), std::sin(bearing));
     std::string row = fmt::format("{},{},{},{},{:.4f},{:.6f},{:.4f},{:.4f},{:.4f},{},", time, c.first_beam, c.last_beam,
-                                  kWords[static_cast<std::size_t>(c.verdict)], c.mean_range, c.bearing, c.radius,
-                                  center.x(), center.y(), seen != nullptr ? 1 : 0);
+                                  name_of(c.verdict), c.mean_range, c.bearing, c.radius, center.x(), center.y(),
+                                  seen != nullptr ? 1 : 0);
     const bool measured = seen != nullptr && seen->has_edges;
     if (measured) fmt::format_to(std::back_inserter(row), "{:.4f}", seen->radius_sigma);
     row += ',';

@@ -51,6 +51,23 @@ double judge_misses(const FeatureMapSettings& settings, const Pose& T_map_base, 
   return log_factor;
 }
 
+/// How likely a matched detection is with its landmark and with the likeliest other one, at least `least` each.
+struct Rivals {
+  double chosen;
+  double other;
+};
+
+Rivals rivals_of(std::size_t detection, const FeatureAssociation& association, double least) {
+  Rivals rivals{least, least};
+  for (const FeatureAssociation::Pair& pair : association.pairs) {
+    if (static_cast<std::size_t>(pair.detection) != detection) continue;
+    const LandmarkRef ref = association.nearby[static_cast<std::size_t>(pair.nearby)].ref;
+    double& likelihood = ref == association.match[detection] ? rivals.chosen : rivals.other;
+    likelihood = std::max(likelihood, pair.log_likelihood);
+  }
+  return rivals;
+}
+
 /// Counts matched detections, and those of them that nearly had another landmark or none.
 void count_ambiguous(double log_p0, FeatureAssociation& association) {
   constexpr double kLogTen = 2.302585092994046;
@@ -58,16 +75,9 @@ void count_ambiguous(double log_p0, FeatureAssociation& association) {
   association.ambiguous = 0;
   for (std::size_t d = 0; d < association.match.size(); ++d) {
     if (association.match[d].chunk < 0) continue;
-    double chosen = log_p0;
-    double other = log_p0;
-    for (const FeatureAssociation::Pair& pair : association.pairs) {
-      if (static_cast<std::size_t>(pair.detection) != d) continue;
-      const LandmarkRef ref = association.nearby[static_cast<std::size_t>(pair.nearby)].ref;
-      double& likelihood = ref == association.match[d] ? chosen : other;
-      likelihood = std::max(likelihood, pair.log_likelihood);
-    }
+    const Rivals rivals = rivals_of(d, association, log_p0);
     ++association.matched;
-    association.ambiguous += other > chosen - kLogTen;
+    association.ambiguous += rivals.other > rivals.chosen - kLogTen;
   }
 }
 
@@ -166,6 +176,7 @@ class Refiner {
       : store_(store),
         settings_(settings),
         log_p0_(log_p0),
+        log_pd_(std::log(settings.association.detection_probability)),
         observation_(observation),
         association_(association),
         out_(out),
@@ -193,15 +204,8 @@ class Refiner {
 
   /// True if some other landmark is nearly as likely as the chosen one, by the pairs' likelihoods at the prior.
   bool is_ambiguous(std::size_t d) const {
-    double chosen = -std::numeric_limits<double>::infinity();
-    double other = chosen;
-    for (const FeatureAssociation::Pair& pair : association_.pairs) {
-      if (static_cast<std::size_t>(pair.detection) != d) continue;
-      const bool is_match = association_.nearby[static_cast<std::size_t>(pair.nearby)].ref == association_.match[d];
-      double& likelihood = is_match ? chosen : other;
-      likelihood = std::max(likelihood, pair.log_likelihood);
-    }
-    return other > chosen - settings_.association.log_min_likelihood_ratio;
+    const Rivals rivals = rivals_of(d, association_, -std::numeric_limits<double>::infinity());
+    return rivals.other > rivals.chosen - settings_.association.log_min_likelihood_ratio;
   }
 
   /// Decides about an ambiguous detection again, at the refined pose: true if its match is clear now.
@@ -240,8 +244,7 @@ class Refiner {
     c.S_landmark = landmark.covariance().template topLeftCorner<D, D>() + model.R;
     c.S = c.H * P_ * c.H.transpose() + c.S_landmark;
     c.S_inverse = c.S.inverse();
-    c.log_likelihood = std::log(settings_.association.detection_probability) +
-                       log_normal<D>(c.nu.dot(c.S_inverse * c.nu), c.S.determinant());
+    c.log_likelihood = log_pd_ + log_normal<D>(c.nu.dot(c.S_inverse * c.nu), c.S.determinant());
     c.log_likelihood += log_signature_likelihood(settings_, observation_.detections[d].signature, landmark.signature(),
                                                  association_.signature_distance_of_new);
     return c;
@@ -250,6 +253,7 @@ class Refiner {
   const LandmarkStore& store_;
   const FeatureMapSettings& settings_;
   double log_p0_;
+  double log_pd_;
   const FeatureObservation& observation_;
   FeatureAssociation& association_;
   Refinement& out_;

@@ -217,7 +217,7 @@ void ParticleFeatureMap::save(OutArchive& out) const {
   out.value(signature_distance_count_);
   landmarks_.save(out);
   sightings_.save(out, [](const Sighting& sighting, OutArchive& to) {
-    to.value(sighting.stamp.time_since_epoch().count());
+    to.value(sighting.stamp);
     to.value(sighting.p_base);
     to.value(sighting.landmark);
     to.value(sighting.is_first);
@@ -236,9 +236,7 @@ void ParticleFeatureMap::load(InArchive& in) {
   landmarks_.load(in);
   if (version < 3) return;
   sightings_.load(in, [](Sighting& sighting, InArchive& from) {
-    std::int64_t stamp = 0;
-    from.value(stamp);
-    sighting.stamp = Time{Duration{stamp}};
+    from.value(sighting.stamp);
     from.value(sighting.p_base);
     from.value(sighting.landmark);
     from.value(sighting.is_first);

@@ -80,6 +80,9 @@ class AttitudeFilter {
   void load(InArchive& in);
 
  private:
+  /// The same list for writing and reading.
+  template <class Archive, class Filter>
+  static void each_state(Archive& archive, Filter& filter);
   void begin_levelling();
   void level(const ImuSample& sample, double dt);
   void finish_levelling(const Eigen::Vector3d& f_level, const Eigen::Vector3d& m_level);

@@ -99,20 +99,15 @@ class Imu final : public Sensor {
   void save(OutArchive& out) const override {
     out.section("imu", 1);
     filter_.save(out);
-    out.value(last_stamp_.has_value());
-    out.value(last_stamp_.value_or(Time{}).time_since_epoch().count());
+    out.value(last_stamp_);
     out.value(std::string_view(fault_ ? *fault_ : ""));
   }
   void load(InArchive& in) override {
     in.section("imu", 1);
     filter_.load(in);
-    bool known = false;
-    std::int64_t stamp = 0;
     std::string fault;
-    in.value(known);
-    in.value(stamp);
+    in.value(last_stamp_);
     in.value(fault);
-    last_stamp_ = known ? std::optional(Time{Duration{stamp}}) : std::nullopt;
     fault_ = fault.empty() ? std::nullopt : std::optional(fault);
   }
 

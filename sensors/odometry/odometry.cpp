@@ -139,16 +139,11 @@ class Odometry final : public Sensor {
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Odometry>(*this); }
   void save(OutArchive& out) const override {
     out.section("odometry", 1);
-    out.value(last_stamp_.has_value());
-    out.value(last_stamp_.value_or(Time{}).time_since_epoch().count());
+    out.value(last_stamp_);
   }
   void load(InArchive& in) override {
     in.section("odometry", 1);
-    bool known = false;
-    std::int64_t stamp = 0;
-    in.value(known);
-    in.value(stamp);
-    last_stamp_ = known ? std::optional(Time{Duration{stamp}}) : std::nullopt;
+    in.value(last_stamp_);
   }
 
  private:

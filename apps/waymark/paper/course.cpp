@@ -78,17 +78,14 @@ class Run {
   Source& source() { return *robot_.source; }
 
   void add(Measurement measurement) {
-    const int sensor = robot_.sensor_of_channel[measurement.sensor];
-    if (sensor < 0) return;
-    measurement.sensor = static_cast<std::uint32_t>(sensor);
-    fusion_.add(std::move(measurement));
+    if (robot_.address(measurement)) fusion_.add(std::move(measurement));
   }
 
   Trial finish() {
     fusion_.finish();
     const RunReport report = fusion_.report();
     for (const Event& event : report.events) {
-      if (event.text.find("taken out of service") != std::string::npos) throw Error("paper: " + event.text);
+      if (event.is_failure) throw Error("paper: " + event.text);
     }
     if (!fusion_.started() || online_.points.empty()) throw Error("paper: the filter has mapped nothing");
     fusion_.show_last([&](const Snapshot& last) {

@@ -16,12 +16,6 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
-
 /// The trials of one scenario at one noise level.
 std::vector<Trial> of_scenario(const std::vector<std::vector<Trial>>& by_seed, std::size_t scenario) {
   std::vector<Trial> trials;
@@ -42,7 +36,8 @@ std::vector<double> values_of(const std::vector<Trial>& trials, const Quantity& 
 std::string spread(const std::vector<Trial>& trials, const Quantity& quantity, int digits) {
   const std::vector<double> values = values_of(trials, quantity);
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return fmt::format("{:.{}f} / **{:.{}f}** / {:.{}f}", *least, digits, median(values), digits, *most, digits);
+  return fmt::format("{:.{}f} / **{:.{}f}** / {:.{}f}", *least, digits, evaluation::statistics(values).median, digits,
+                     *most, digits);
 }
 
 using Condition = std::function<bool(const Trial&)>;

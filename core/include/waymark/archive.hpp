@@ -6,6 +6,7 @@
 #include <istream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "waymark/api.hpp"
+#include "waymark/time.hpp"
 
 namespace waymark {
 
@@ -32,6 +34,11 @@ class WAYMARK_API OutArchive {
   void value(std::string_view text) {
     value(static_cast<std::uint64_t>(text.size()));
     bytes(text.data(), text.size());
+  }
+  void value(Time time) { value(time.time_since_epoch().count()); }
+  void value(const std::optional<Time>& time) {
+    value(time.has_value());
+    value(time.value_or(Time{}));
   }
   template <class T, int R, int C, int O, int MR, int MC>
   void value(const Eigen::Matrix<T, R, C, O, MR, MC>& m) {
@@ -69,6 +76,18 @@ class WAYMARK_API InArchive {
   void value(std::string& text) {
     text.resize(count(1));
     bytes(text.data(), text.size());
+  }
+  void value(Time& time) {
+    Duration::rep count = 0;
+    value(count);
+    time = Time{Duration{count}};
+  }
+  void value(std::optional<Time>& time) {
+    bool known = false;
+    Time stamp{};
+    value(known);
+    value(stamp);
+    time = known ? std::optional(stamp) : std::nullopt;
   }
   template <class T, int R, int C, int O, int MR, int MC>
   void value(Eigen::Matrix<T, R, C, O, MR, MC>& m) {

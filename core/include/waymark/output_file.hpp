@@ -40,4 +40,8 @@ class WAYMARK_API OutputFile {
 /// One call: the whole file or none. Throws Error.
 WAYMARK_API void write_file(const std::filesystem::path& path, std::string_view content);
 
+/// Creates a folder and those above it, as far as they are missing. Throws Error naming it, as `what` it is, and the
+/// system's reason.
+WAYMARK_API void create_folder(const std::filesystem::path& folder, std::string_view what = "folder");
+
 }  // namespace waymark

@@ -84,6 +84,7 @@ struct SensorReport {
 struct Event {
   std::string text;
   double stamp_s = 0.0;
+  bool is_failure = false;  ///< a plugin was taken out of service
 };
 
 /// What a run ends with.

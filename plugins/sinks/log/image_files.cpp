@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "waymark/error.hpp"
@@ -33,11 +32,7 @@ ImageFiles::ImageFiles(std::filesystem::path folder, int png_compression)
     : folder_(std::move(folder)), png_compression_(png_compression) {}
 
 std::string ImageFiles::add(const Image& image) {
-  if (count_ == 0) {
-    std::error_code error;
-    std::filesystem::create_directories(folder_, error);
-    if (error) throw Error(fmt::format("{}: cannot create the folder: {}", folder_.string(), error.message()));
-  }
+  if (count_ == 0) create_folder(folder_);
   const bool compressed = image.encoding == Image::Encoding::compressed;
   const std::vector<std::uint8_t> pixels = compressed ? std::vector<std::uint8_t>() : encode(image);
   const std::string_view content = as_text(compressed ? image.data : pixels);

@@ -53,9 +53,8 @@ class Log final : public Sink {
 
   void start(const RunInfo& info) override {
     folder_ = info.out_dir / folder_name_;
+    create_folder(folder_);
     std::error_code error;
-    std::filesystem::create_directories(folder_, error);
-    if (error) throw Error(fmt::format("{}: cannot create the folder: {}", folder_.string(), error.message()));
     // They describe an older log until `finish` writes them anew.
     for (const char* name : {"source.yaml", "replay.yaml"}) std::filesystem::remove(folder_ / name, error);
     config_ = info.config;

@@ -22,11 +22,6 @@ std::string word(std::string text) {
   return text;
 }
 
-double yaw_of(const Pose& pose) {
-  const Eigen::Quaterniond& q = pose.q;
-  return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
-}
-
 }  // namespace
 
 std::string in_quotes(std::string_view text) {
@@ -51,7 +46,7 @@ std::string write_reference(const Reference& reference, const std::filesystem::p
     file.write("t_ns,x_m,y_m,yaw_rad\n");
     for (const Reference::Point& point : reference.trajectory) {
       file.write(fmt::format("{},{},{},{}\n", point.stamp.time_since_epoch().count(), point.T_map_base.p.x(),
-                             point.T_map_base.p.y(), point.has_yaw ? number_text(yaw_of(point.T_map_base)) : ""));
+                             point.T_map_base.p.y(), point.has_yaw ? number_text(point.T_map_base.yaw()) : ""));
     }
     file.commit();
     yaml += fmt::format(

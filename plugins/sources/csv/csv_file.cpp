@@ -6,8 +6,6 @@
 namespace waymark::csv {
 namespace {
 
-constexpr std::size_t kMostRecords = 1000;
-
 std::string seconds_text(Duration duration) {
   std::string text = format_time(Time{duration});
   text.erase(text.find_last_not_of('0') + 1);
@@ -22,36 +20,6 @@ ColumnFinder make_finder(const Config& entry, const std::vector<std::string>& he
 }
 
 }  // namespace
-
-void BadRows::add(std::string place, std::string reason) {
-  ++count_;
-  if (records_.size() < kMostRecords) records_.push_back({place, reason});
-  if (count_ > limit_) {
-    throw DataError(place + ": " + reason + " (bad row number " + std::to_string(count_) + "; max_bad_rows allows " +
-                    std::to_string(limit_) + ", a larger value skips such rows)");
-  }
-}
-
-void BadRows::save(OutArchive& archive) const {
-  archive.value(count_);
-  archive.value(static_cast<std::uint64_t>(records_.size()));
-  for (const BadRecord& record : records_) {
-    archive.value(std::string_view(record.place));
-    archive.value(std::string_view(record.reason));
-  }
-}
-
-void BadRows::load(InArchive& archive) {
-  std::uint64_t records = 0;
-  archive.value(count_);
-  archive.value(records);
-  if (records > kMostRecords) throw DataError("checkpoint: the list of bad rows is too long");
-  records_.resize(records);
-  for (BadRecord& record : records_) {
-    archive.value(record.place);
-    archive.value(record.reason);
-  }
-}
 
 CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
     : sensor_(entry.text("sensor")),
@@ -85,7 +53,7 @@ void CsvFile::restart() {
   group_set_.reset();
 }
 
-std::optional<Measurement> CsvFile::next(BadRows& bad_rows) {
+std::optional<Measurement> CsvFile::next(BadRecordList& bad_rows) {
   while (reader_.next()) {
     try {
       if (auto measurement = take_row()) return measurement;

@@ -10,31 +10,11 @@
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
 #include "payload_builders.hpp"
+#include "waymark/bad_record_list.hpp"
 #include "waymark/config.hpp"
 #include "waymark/measurement.hpp"
-#include "waymark/source.hpp"
 
 namespace waymark::csv {
-
-/// The rows that were skipped, up to a limit.
-class BadRows {
- public:
-  explicit BadRows(std::uint64_t limit) : limit_(limit) {}
-
-  /// Counts a row. Throws DataError with its place and reason if it is one too many.
-  void add(std::string place, std::string reason);
-
-  const std::vector<BadRecord>& records() const { return records_; }  ///< the first 1000
-  std::uint64_t count() const { return count_; }
-
-  void save(OutArchive& archive) const;
-  void load(InArchive& archive);
-
- private:
-  std::uint64_t limit_;
-  std::uint64_t count_ = 0;
-  std::vector<BadRecord> records_;
-};
 
 /// One entry of `files`: the measurements of one sensor out of one file, in the order of the file.
 class CsvFile {
@@ -44,7 +24,7 @@ class CsvFile {
 
   /// The next measurement, without channel and sequence; nothing at the end. Rows that cannot be used go to `bad_rows`.
   /// Throws DataError if the file is damaged or `bad_rows` is full.
-  std::optional<Measurement> next(BadRows& bad_rows);
+  std::optional<Measurement> next(BadRecordList& bad_rows);
   /// Back to the beginning.
   void restart();
 

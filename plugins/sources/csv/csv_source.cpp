@@ -13,6 +13,12 @@
 
 namespace waymark::csv {
 
+namespace {
+
+BadRecordList bad_rows_up_to(std::uint64_t limit) { return {limit, {"row", "max_bad_rows", "skips such rows"}}; }
+
+}  // namespace
+
 /// Delimited text files, merged by time of arrival; equal times in the order of the YAML.
 class CsvSource final : public Source {
  public:
@@ -40,19 +46,19 @@ class CsvSource final : public Source {
   };
 
   void add_input(const Config& entry, const Rig& rig, Duration max_time_jump);
-  void fetch(Input& input, BadRows& bad_rows);
+  void fetch(Input& input, BadRecordList& bad_rows);
 
   std::vector<Channel> channels_;
   std::vector<Input> inputs_;
-  BadRows bad_rows_;
+  BadRecordList bad_rows_;
   std::shared_ptr<const Reference> reference_;
   std::uint64_t sequence_ = 0;
   bool started_ = false;
 };
 
 CsvSource::CsvSource(const Config& config, const Rig& rig)
-    : bad_rows_(static_cast<std::uint64_t>(
-          config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0))) {
+    : bad_rows_(bad_rows_up_to(static_cast<std::uint64_t>(
+          config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0)))) {
   const double jump_s = config.positive("max_time_jump_s", 3600.0);
   if (jump_s > 9e9) config.fail("max_time_jump_s", "at most 9e9 s are expected");
   const std::vector<Config> entries = config.items("files");
@@ -96,7 +102,7 @@ void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time
   inputs_.push_back(std::move(input));
 }
 
-void CsvSource::fetch(Input& input, BadRows& bad_rows) {
+void CsvSource::fetch(Input& input, BadRecordList& bad_rows) {
   try {
     input.pending = input.file.next(bad_rows);
   } catch (const DataError&) {
@@ -170,7 +176,8 @@ void CsvSource::load(InArchive& archive) {
     }
     input.file.restart();
     input.failure = {};
-    BadRows known(std::numeric_limits<std::uint64_t>::max());  // rows that the checkpoint has counted already
+    BadRecordList known =
+        bad_rows_up_to(std::numeric_limits<std::uint64_t>::max());  // rows that the checkpoint has counted already
     for (input.delivered = 0; input.delivered < delivered; ++input.delivered) {
       fetch(input, known);
       if (!input.pending) throw DataError(file + ": ends before the place where the checkpoint was made");
@@ -180,7 +187,7 @@ void CsvSource::load(InArchive& archive) {
   started_ = sequence_ > 0;
   if (!started_) return;
   for (Input& input : inputs_) {
-    BadRows known(std::numeric_limits<std::uint64_t>::max());
+    BadRecordList known = bad_rows_up_to(std::numeric_limits<std::uint64_t>::max());
     fetch(input, known);
   }
 }

@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "bad_records.hpp"
 #include "calibration.hpp"
 #include "planar_cut.hpp"
 #include "recording.hpp"
+#include "unusable.hpp"
+#include "waymark/bad_record_list.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin.hpp"
 
@@ -42,7 +43,7 @@ class KittiSource final : public Source {
   std::vector<Entry> entries_;
   std::uint64_t position_ = 0;  // the next entry
   std::uint64_t sequence_ = 0;
-  BadRecords bad_;
+  BadRecordList bad_;
   std::vector<float> points_;  // of one scan, kept for its storage
 };
 
@@ -80,7 +81,8 @@ std::optional<std::filesystem::path> calibration_of(const Config& config, const 
 
 KittiSource::KittiSource(const Config& config, const Rig& rig)
     : bad_(static_cast<std::uint64_t>(
-          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0))) {
+               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+           {"record", "max_bad_records", "goes on after such ones"}) {
   const std::filesystem::path folder = folder_of(config);
   const double period_s = config.positive("frame_period_s", 0.1);
   if (period_s < 1e-6 || period_s > 3600.0) config.fail("frame_period_s", "1e-6 to 3600 s are expected");

@@ -14,8 +14,8 @@
 #include <memory>
 #include <set>
 
-#include "bad_records.hpp"
 #include "timestamps.hpp"
+#include "unusable.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::kitti {

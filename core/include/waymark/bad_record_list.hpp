@@ -2,29 +2,26 @@
 #pragma once
 
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "waymark/api.hpp"
 #include "waymark/archive.hpp"
 #include "waymark/source.hpp"
 
-namespace waymark::kitti {
+namespace waymark {
 
-/// A frame of the recording that cannot be used. Never leaves the source.
-class Unusable : public std::runtime_error {
+/// What a source skipped, up to a limit that the YAML sets.
+class WAYMARK_API BadRecordList {
  public:
-  Unusable(std::string place, const std::string& reason) : std::runtime_error(reason), place_(std::move(place)) {}
-  const std::string& place() const { return place_; }  ///< the file
+  /// How the message of the one too many speaks of a record, of the key of the limit, and of what a larger value does.
+  struct Words {
+    std::string record;
+    std::string key;
+    std::string remedy;
+  };
 
- private:
-  std::string place_;
-};
-
-/// What was wrong in the recording, up to a limit.
-class BadRecords {
- public:
-  explicit BadRecords(std::uint64_t limit) : limit_(limit) {}
+  BadRecordList(std::uint64_t limit, Words words) : limit_(limit), words_(std::move(words)) {}
 
   /// Counts one. Throws DataError with its place and reason if it is one too many.
   void add(const std::string& place, const std::string& reason);
@@ -36,8 +33,9 @@ class BadRecords {
 
  private:
   std::uint64_t limit_;
+  Words words_;
   std::uint64_t count_ = 0;
   std::vector<BadRecord> records_;
 };
 
-}  // namespace waymark::kitti
+}  // namespace waymark

@@ -1,28 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bad_records.hpp"
+#include "waymark/bad_record_list.hpp"
 
 #include <fmt/format.h>
 
 #include "waymark/error.hpp"
 
-namespace waymark::kitti {
+namespace waymark {
 namespace {
 
 constexpr std::size_t kMostRecords = 1000;
 
 }  // namespace
 
-void BadRecords::add(const std::string& place, const std::string& reason) {
+void BadRecordList::add(const std::string& place, const std::string& reason) {
   ++count_;
   if (records_.size() < kMostRecords) records_.push_back({place, reason});
   if (count_ > limit_) {
-    throw DataError(
-        fmt::format("{}: {} (bad record number {}; max_bad_records allows {}, a larger value goes on after such ones)",
-                    place, reason, count_, limit_));
+    throw DataError(fmt::format("{}: {} (bad {} number {}; {} allows {}, a larger value {})", place, reason,
+                                words_.record, count_, words_.key, limit_, words_.remedy));
   }
 }
 
-void BadRecords::save(OutArchive& archive) const {
+void BadRecordList::save(OutArchive& archive) const {
   archive.value(count_);
   archive.value(static_cast<std::uint64_t>(records_.size()));
   for (const BadRecord& record : records_) {
@@ -31,11 +30,12 @@ void BadRecords::save(OutArchive& archive) const {
   }
 }
 
-void BadRecords::load(InArchive& archive) {
+void BadRecordList::load(InArchive& archive) {
   std::uint64_t records = 0;
   archive.value(count_);
   archive.value(records);
-  if (records > kMostRecords) throw DataError("checkpoint: the list of bad records is too long");
+  if (records > kMostRecords)
+    throw DataError(fmt::format("checkpoint: the list of bad {}s is too long", words_.record));
   records_.resize(records);
   for (BadRecord& record : records_) {
     archive.value(record.place);
@@ -43,4 +43,4 @@ void BadRecords::load(InArchive& archive) {
   }
 }
 
-}  // namespace waymark::kitti
+}  // namespace waymark
