@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -51,6 +52,8 @@ struct GnssFix : PayloadOf<GnssFix> {
   double hdop = kUnknown;
   int satellites = -1;  ///< -1: unknown
   Type type = Type::unknown;
+  double speed_mps = kUnknown;   ///< of the antenna over ground, as the receiver measures it by Doppler
+  double course_rad = kUnknown;  ///< of that velocity, clockwise from true north; without meaning at standstill
 };
 
 /// One sweep of a planar laser scanner. Beam k points at start_rad + k · step_rad, counter-clockwise from the sensor's
@@ -82,12 +85,30 @@ struct ImuSample : PayloadOf<ImuSample> {
   Eigen::Vector3d w_sensor{kUnknown, kUnknown, kUnknown};  ///< angular rate [rad/s]
   Eigen::Vector3d f_sensor{kUnknown, kUnknown, kUnknown};  ///< specific force [m/s²]: +9.81 upwards at rest; NaN: none
   Eigen::Vector3d m_sensor{kUnknown, kUnknown, kUnknown};  ///< magnetic field [T]; NaN: none
+  /// What the device made of its axes by itself: vectors of the sensor turned to east, north, up (of magnetic north, if
+  /// it says so in the YAML); NaN: none.
+  Eigen::Quaterniond q_enu_sensor{kUnknown, kUnknown, kUnknown, kUnknown};
 };
 
-/// What a compass shows: where the sensor's x axis points, from magnetic north, clockwise as on a compass rose.
+/// The magnetic field alone, in the sensor's frame: of a compass that delivers a vector.
+struct MagneticField : PayloadOf<MagneticField> {
+  static constexpr std::string_view kType = "waymark/MagneticField@1";
+  Eigen::Vector3d m_sensor = Eigen::Vector3d::Zero();  ///< [T]
+};
+
+/// What a compass shows: where the sensor's x axis points, clockwise as on a compass rose.
 struct CompassHeading : PayloadOf<CompassHeading> {
   static constexpr std::string_view kType = "waymark/CompassHeading@1";
   double heading_rad = 0.0;
+  double sigma_rad = std::numeric_limits<double>::quiet_NaN();  ///< as the device reports it; NaN: unknown
+  bool from_true_north = false;  ///< true: a gyrocompass or GNSS compass; false: from magnetic north
+};
+
+/// How high the sensor is above the ground or above a fixed level: ultrasound, barometer.
+struct Height : PayloadOf<Height> {
+  static constexpr std::string_view kType = "waymark/Height@1";
+  double height_m = 0.0;
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();  ///< as the device reports it; NaN: unknown
 };
 
 /// Landmarks that a device or a source detected by itself: all of one image or sweep are one observation set.

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstddef>
 #include <new>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -117,12 +118,19 @@ class UpdateList {
   enum class Motion { not_said, still, moving };
   Motion motion() const { return motion_; }
 
+  /// The sensor doubts its own measurement (a frozen position, a disturbed field), whether it gives updates out of it
+  /// or not: the host shows the sensor as degraded for this reason. `reason`: a literal, "position frozen while
+  /// moving".
+  void report_doubt(std::string_view reason) { doubt_ = reason; }
+  std::string_view doubt() const { return doubt_; }  ///< empty: none
+
   std::size_t size() const { return size_; }
   const Update& operator[](std::size_t i) const { return *updates_[i]; }
   void clear() {
     for (std::size_t i = 0; i < size_; ++i) updates_[i]->~Update();
     size_ = 0;
     motion_ = Motion::not_said;
+    doubt_ = {};
   }
 
  private:
@@ -130,6 +138,7 @@ class UpdateList {
   std::array<Update*, kSlots> updates_{};
   std::size_t size_ = 0;
   Motion motion_ = Motion::not_said;
+  std::string_view doubt_;
 };
 
 }  // namespace waymark
