@@ -7,7 +7,9 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
 #include "assembly.hpp"
 #include "commands.hpp"
@@ -32,6 +34,9 @@ struct RunOptions {
   std::vector<std::string> overrides;
   std::optional<std::uint64_t> seed;
   std::optional<int> threads;
+  std::optional<double> until_s;
+  std::filesystem::path save;
+  std::filesystem::path resume;
   bool quiet = false;
 };
 
@@ -83,6 +88,44 @@ class Sinks {
   std::vector<std::string> failures_;
 };
 
+/// The log up to `until` seconds after its first arrival.
+class Log {
+ public:
+  Log(Assembly& robot, std::optional<double> until_s) : robot_(robot), until_s_(until_s) {}
+
+  std::optional<Measurement> next() {
+    while (auto measurement = robot_.source->next()) {
+      if (!first_) first_ = measurement->arrival;
+      if (until_s_ && to_seconds(measurement->arrival - *first_) > *until_s_) return std::nullopt;
+      if (robot_.address(*measurement)) return measurement;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  Assembly& robot_;
+  std::optional<double> until_s_;
+  std::optional<Time> first_;
+};
+
+void save_checkpoint(const Fusion& fusion, const std::filesystem::path& file) {
+  std::ostringstream bytes;
+  OutArchive archive(bytes);
+  fusion.save(archive);
+  write_file(file, bytes.str());
+}
+
+void resume_checkpoint(Fusion& fusion, const std::filesystem::path& file, Log& log) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(fmt::format("{}: the checkpoint cannot be read", file.string()));
+  InArchive archive(stream);
+  try {
+    fusion.resume(archive, [&] { return log.next(); });
+  } catch (const DataError& error) {
+    throw Error(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
 void print_report(const RunReport& report) {
   for (const Event& event : report.events) {
     if (!event.is_failure) fmt::print(stderr, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
@@ -113,19 +156,24 @@ int run(const RunOptions& options) {
     if (!options.quiet) progress.update(snapshot, robot.source->progress());
   });
 
+  Log log(robot, options.until_s);
+  if (!options.resume.empty()) resume_checkpoint(fusion, options.resume, log);
   std::string data_error;
   try {
     while (!interrupted) {
-      std::optional<Measurement> measurement = robot.source->next();
+      std::optional<Measurement> measurement = log.next();
       if (!measurement) break;
-      if (!robot.address(*measurement)) continue;
       sinks.arrived(*measurement);
       fusion.add(std::move(*measurement));
     }
   } catch (const Error& error) {
     data_error = error.what();  // what was read until now is still worth its results
   }
-  fusion.finish();
+  if (options.save.empty()) {
+    fusion.finish();
+  } else {
+    save_checkpoint(fusion, options.save);  // what waits is not committed: the next run reads it again
+  }
   progress.finish();
 
   RunReport report = fusion.report();
@@ -164,7 +212,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Run a robot on its log: trajectory, map, picture and diagnostics");
   command->footer(
-      "Example:\n  waymark run config/quickstart.yaml --out out/quickstart --set filter.particles=100 --seed 2\n\n"
+      "Example:\n  waymark run config/quickstart.yaml --out out/quickstart --set filter.particles=100 --seed 2\n"
+      "  waymark run config/quickstart.yaml --until 60 --save half.ckpt --out out/first\n"
+      "  waymark run config/quickstart.yaml --resume half.ckpt --out out/second\n\n"
       "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service; 130 "
       "interrupted (outputs are written).");
   command->add_option("config", options->config, "the YAML that describes robot, log and outputs")->required();
@@ -173,6 +223,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
                       "key=value: overrides a key of the YAML, e.g. sensors.gps.sigma_m=0.1");
   command->add_option("--seed", options->seed, "the same as --set filter.seed=N");
   command->add_option("--threads", options->threads, "the same as --set filter.threads=N; results do not depend on it");
+  command->add_option("--until", options->until_s, "stop reading this many seconds after the first arrival of the log");
+  command->add_option("--save", options->save, "write a checkpoint at the end of what was read, to go on from");
+  command->add_option("--resume", options->resume, "go on from a checkpoint of the same configuration and log");
   command->add_flag("--quiet", options->quiet, "no progress, errors only");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }

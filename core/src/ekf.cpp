@@ -58,7 +58,25 @@ void gather(const StateLayout& layout, int owner, const Linearization& model, co
   }
 }
 
+/// M Hᵀ, column by column of H that is not zero.
+void multiply(const ErrorMatrix& M, const SparseJacobian& H, int rows, Innovation::Gain& out) {
+  out.setZero(M.rows(), rows);
+  for (int k = 0; k < H.count; ++k) {
+    const int state = H.states[static_cast<std::size_t>(k)];
+    for (int r = 0; r < rows; ++r) out.col(r) += H.columns(r, k) * M.col(state);
+  }
+}
+
 }  // namespace
+
+Innovation::Gain project(const ErrorMatrix& M, const StateLayout& layout, int owner, const Linearization& model,
+                         const EarthJacobian* earth) {
+  SparseJacobian H;
+  gather(layout, owner, model, earth, H);
+  Innovation::Gain out;
+  multiply(M, H, model.rows(), out);
+  return out;
+}
 
 void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model, Innovation& out,
               const EarthJacobian* earth) {
@@ -71,11 +89,7 @@ void innovate(const Belief& belief, const StateLayout& layout, int owner, const 
     out.considered = static_cast<int>(model.get_block().cols());
     out.first_considered = layout.core_size() + layout.block_offset(owner);
   }
-  out.PHt.setZero(layout.size(), rows);
-  for (int k = 0; k < H.count; ++k) {
-    const int state = H.states[static_cast<std::size_t>(k)];
-    for (int r = 0; r < rows; ++r) out.PHt.col(r) += H.columns(r, k) * belief.P.col(state);
-  }
+  multiply(belief.P, H, rows, out.PHt);
   out.S = model.R;
   for (int k = 0; k < H.count; ++k) {
     const int state = H.states[static_cast<std::size_t>(k)];

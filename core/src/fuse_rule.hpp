@@ -30,6 +30,17 @@ class FuseGate {
     return true;
   }
 
+  void save(OutArchive& out) const {
+    out.value(first_);
+    out.value(last_);
+    out.value(stretch_);
+  }
+  void load(InArchive& in) {
+    in.value(first_);
+    in.value(last_);
+    in.value(stretch_);
+  }
+
  private:
   FuseRule rule_;
   std::optional<Time> first_;

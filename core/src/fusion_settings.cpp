@@ -90,6 +90,15 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   settings.filter.sampling_fraction = filter.number_in("sampling_fraction", 0.0, 1.0, 0.2);
   settings.filter.threads = static_cast<int>(filter.integer_in("threads", 1, 256, 1));
   settings.max_latency = from_seconds(filter.non_negative("max_latency_s", 0.0));
+  settings.history = from_seconds(filter.number_in("history_s", 0.0, 600.0, 2.0));
+  settings.smooth = filter.boolean("smooth", false);
+  if (settings.smooth && yaml.has("maps")) filter.fail("smooth", "the smoother works without maps only");
+  const Config clock = yaml.child_or_empty("clock");
+  settings.clock.max_ahead = from_seconds(clock.non_negative("max_ahead_s", 0.1));
+  settings.clock.max_jump = from_seconds(clock.positive("max_jump_s", 3600.0));
+  const Config health = yaml.child_or_empty("health");
+  settings.health.lost_sigma = health.positive("lost_sigma_m", 10.0);
+  settings.health.unaided_after = from_seconds(health.positive("unaided_after_s", 10.0));
   settings.georeference = read_georeference(yaml.child_or_empty("georeference"));
   return settings;
 }
@@ -142,6 +151,7 @@ SensorSlot read_sensor_slot(const Config& entry) {
   slot.gate_probability = entry.number_in("gate_probability", 0.5, 1.0 - 1e-12, 0.999);
   slot.weight_exponent = entry.number_in("weight_exponent", 0.0, 1.0, 1.0);
   slot.max_consecutive_rejections = static_cast<int>(entry.integer_in("max_consecutive_rejections", 0, 1'000'000, 20));
+  slot.delay = from_seconds(entry.number_in("delay_s", -60.0, 60.0, 0.0));
   return slot;
 }
 

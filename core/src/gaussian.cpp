@@ -49,6 +49,17 @@ Eigen::Matrix3d square_root(const Eigen::Matrix3d& P) {
   return vectors * values.cwiseSqrt().asDiagonal() * vectors.transpose();
 }
 
+Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P) {
+  // A little noise instead of a rank decision: a direction whose variance is rounding gets no gain.
+  constexpr double kRounding = 1e-12;
+  const Eigen::VectorXd scale =
+      P.diagonal().unaryExpr([](double variance) { return variance > 0.0 ? 1.0 / std::sqrt(variance) : 0.0; });
+  Eigen::MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
+  correlation.diagonal().array() += kRounding;
+  const Eigen::MatrixXd scaled = A * scale.asDiagonal();
+  return Eigen::LLT<Eigen::MatrixXd>(correlation).solve(scaled.transpose()).transpose() * scale.asDiagonal();
+}
+
 Eigen::Vector3d standard_normal(Random& random) {
   // Named draws: the order of evaluation must not depend on the compiler.
   const double x = random.normal();

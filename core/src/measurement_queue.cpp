@@ -6,13 +6,17 @@
 
 namespace waymark {
 
-bool MeasurementQueue::Order::operator()(const Measurement& a, const Measurement& b) const {
-  return std::tie(a.stamp, a.sensor, a.sequence) < std::tie(b.stamp, b.sensor, b.sequence);
-}
+namespace {
 
-bool MeasurementQueue::push(Measurement measurement) {
+auto key(const Measurement& m) { return std::tie(m.stamp, m.sensor, m.sequence); }
+
+}  // namespace
+
+bool MeasurementQueue::Order::operator()(const Measurement& a, const Measurement& b) const { return key(a) < key(b); }
+
+bool MeasurementQueue::push(Measurement&& measurement) {
   newest_arrival_ = std::max(newest_arrival_, measurement.arrival);
-  if (measurement.stamp < handed_out_) return false;
+  if (key(measurement) < handed_out_) return false;
   waiting_.insert(std::move(measurement));
   return true;
 }
@@ -27,7 +31,7 @@ std::optional<Measurement> MeasurementQueue::pop_due() {
 std::optional<Measurement> MeasurementQueue::pop() {
   if (waiting_.empty()) return std::nullopt;
   Measurement oldest = std::move(waiting_.extract(waiting_.begin()).value());
-  handed_out_ = oldest.stamp;
+  handed_out_ = key(oldest);
   return oldest;
 }
 

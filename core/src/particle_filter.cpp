@@ -16,20 +16,9 @@ namespace {
 // What a random stream is for, where it is not a sensor's.
 constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
 constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
-constexpr std::uint32_t kPriorDraw = 0x40000000;   // + sensor
-
-// Below this many particles one EKF update is done sooner than a second thread wakes up.
-constexpr int kSerialUpdates = 16;
 
 // Particles whose moments are summed up in one go: fixed, so that sums do not depend on the number of threads.
 constexpr std::size_t kMomentsChunk = 8;
-
-Particle clone(const Particle& particle) {
-  Particle copy{particle.belief, particle.log_weight, {}, particle.path};
-  copy.maps.reserve(particle.maps.size());
-  for (const auto& map : particle.maps) copy.maps.push_back(map ? map->clone() : nullptr);
-  return copy;
-}
 
 }  // namespace
 
@@ -45,7 +34,8 @@ ParticleFilter::ParticleFilter(const ProcessModel& process, std::vector<std::sha
       modules_(std::move(modules)),
       settings_(settings),
       georeference_(georeference),
-      workers_(settings.threads) {
+      workers_(settings.threads),
+      past_(settings.history) {
   assert(settings.particles >= 1);
   particles_.resize(static_cast<std::size_t>(settings.particles));
   scratch_.resize(particles_.size());
@@ -78,6 +68,7 @@ void ParticleFilter::start(const Belief& prior, bool draw) {
       ekf::sample_pose(particles_[slot].belief, layout(), settings_.sampling_fraction, stream);
     }
   }
+  past_.clear();
   normalize();
 }
 
@@ -89,30 +80,43 @@ void ParticleFilter::predict(Time to, bool standing) {
 }
 
 MixtureOutcome ParticleFilter::update(const Update& model, const UpdatePolicy& policy) {
+  for_each_particle(
+      [&](int slot) { innovate(slot, particles_[static_cast<std::size_t>(slot)].belief, model, policy, false); });
+  return weigh_and_apply(policy);
+}
+
+/// Prepares the update of one particle out of what it believes of the measurement's time. `late`: that is not now, so
+/// the gain is that of the state now, through its cross-covariance with the state then.
+void ParticleFilter::innovate(int slot, const Belief& belief, const Update& model, const UpdatePolicy& policy,
+                              bool late) {
   const int offset = layout().block_offset(policy.owner);
-  for_each_particle([&](int slot) {
-    const Belief& belief = particles_[static_cast<std::size_t>(slot)].belief;
-    Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
-    scratch.failed_input = -1;
-    try {
-      const bool through_earth = georeference_ && policy.absolute;
-      EarthJacobian earth;
-      if (through_earth) {
-        scratch.enu = georeference_->in_enu(belief.mean);
-        earth = georeference_->jacobian(belief.mean);
-      }
-      const NavState& state = through_earth ? scratch.enu : belief.mean;
-      model.linearize({state, state.block.data() + offset}, scratch.model);
-      ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation,
-                    through_earth ? &earth : nullptr);
-    } catch (const std::exception& error) {
-      scratch.failed_input = 0;
-      scratch.failure = error.what();
-    } catch (...) {
-      scratch.failed_input = 0;
-      scratch.failure = "unknown exception";
+  Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
+  scratch.failed_input = -1;
+  try {
+    const bool through_earth = georeference_ && policy.absolute;
+    EarthJacobian earth;
+    if (through_earth) {
+      scratch.enu = georeference_->in_enu(belief.mean);
+      earth = georeference_->jacobian(belief.mean);
     }
-  });
+    const EarthJacobian* jacobian = through_earth ? &earth : nullptr;
+    const NavState& state = through_earth ? scratch.enu : belief.mean;
+    model.linearize({state, state.block.data() + offset}, scratch.model);
+    ekf::innovate(belief, layout(), policy.owner, scratch.model, scratch.innovation, jacobian);
+    if (late) {
+      scratch.innovation.PHt = ekf::project(scratch.now_and_then, layout(), policy.owner, scratch.model, jacobian);
+    }
+  } catch (const std::exception& error) {
+    scratch.failed_input = 0;
+    scratch.failure = error.what();
+  } catch (...) {
+    scratch.failed_input = 0;
+    scratch.failure = "unknown exception";
+  }
+}
+
+/// The gate on the mixture's innovation, the update of every particle, and its evidence into the weights.
+MixtureOutcome ParticleFilter::weigh_and_apply(const UpdatePolicy& policy) {
   MixtureOutcome outcome;
   for (const Scratch& scratch : scratch_) {
     if (scratch.failed_input >= 0) throw Error(scratch.failure);
@@ -175,134 +179,6 @@ void ParticleFilter::inflate_pose(double position_variance, double yaw_variance)
   }
 }
 
-void ParticleFilter::refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor) {
-  Particle& particle = particles_[static_cast<std::size_t>(slot)];
-  Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
-  scratch.log_evidence = 0.0;
-  scratch.writes = false;
-  scratch.failed_input = -1;
-  scratch.refinements.resize(std::max(scratch.refinements.size(), inputs.size()));
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const MappingInput& input = inputs[i];
-    const auto& map = particle.maps[static_cast<std::size_t>(input.module)];
-    if (!map) continue;
-    Refinement& refinement = scratch.refinements[i];
-    refinement.information.setZero();
-    refinement.gradient.setZero();
-    refinement.log_evidence = 0.0;
-    refinement.writes = true;
-    const PoseGaussian prior{particle.belief.mean.T_map_base, pose_covariance(particle.belief, layout())};
-    Random stream = random(slot, kPriorDraw + sensor);
-    const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
-    Pose from = prior.T_map_base;
-    from.p.head<2>() += draw.head<2>();
-    from.q = (so3::exp({0.0, 0.0, draw.z()}) * from.q).normalized();
-    try {
-      map->refine(prior, from, *input.observation, refinement);
-      if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
-      scratch.writes = scratch.writes || refinement.writes;
-      if (!input.localize) continue;
-      if (!ekf::apply_pose_information(particle.belief, layout(), input.share * refinement.information,
-                                       input.share * refinement.gradient)) {
-        throw Error("the map's pose information is not finite");
-      }
-      scratch.log_evidence += input.share * refinement.log_evidence;
-    } catch (const std::exception& error) {
-      scratch.failed_input = static_cast<int>(i);
-      scratch.failure = error.what();
-      return;
-    } catch (...) {
-      scratch.failed_input = static_cast<int>(i);
-      scratch.failure = "unknown exception";
-      return;
-    }
-  }
-}
-
-void ParticleFilter::insert(int slot, std::span<const MappingInput> inputs, std::size_t input) {
-  Particle& particle = particles_[static_cast<std::size_t>(slot)];
-  Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
-  scratch.failed_input = -1;
-  const auto& map = particle.maps[static_cast<std::size_t>(inputs[input].module)];
-  if (!map) return;
-  try {
-    const PoseGaussian pose{particle.belief.mean.T_map_base, pose_covariance(particle.belief, layout())};
-    map->insert(pose, *inputs[input].observation, scratch.refinements[input].association.get());
-  } catch (const std::exception& error) {
-    scratch.failed_input = static_cast<int>(input);
-    scratch.failure = error.what();
-  } catch (...) {
-    scratch.failed_input = static_cast<int>(input);
-    scratch.failure = "unknown exception";
-  }
-}
-
-bool ParticleFilter::collect_failures(std::span<const MappingInput> inputs,
-                                      std::vector<std::pair<int, std::string>>& failures) {
-  bool any = false;
-  for (Scratch& scratch : scratch_) {
-    if (scratch.failed_input < 0) continue;
-    const int input = scratch.failed_input;
-    any = true;
-    if (std::none_of(failures.begin(), failures.end(), [&](const auto& f) { return f.first == input; })) {
-      failures.emplace_back(input, scratch.failure);
-      drop_module(inputs[static_cast<std::size_t>(input)].module);
-    }
-  }
-  return any;
-}
-
-std::vector<std::pair<int, std::string>> ParticleFilter::map(std::span<const MappingInput> inputs,
-                                                             std::uint32_t sensor) {
-  std::vector<std::pair<int, std::string>> failures;
-  const int count = static_cast<int>(particles_.size());
-
-  // 1. Refine: reads the maps. A module that throws for one particle loses its part for all, or the weights were not
-  // comparable.
-  for (int i = 0; i < count; ++i)
-    scratch_[static_cast<std::size_t>(i)].prior = particles_[static_cast<std::size_t>(i)].belief;
-  workers_.for_each(
-      count, [&](int slot) { refine(slot, inputs, sensor); }, 2);
-  while (collect_failures(inputs, failures)) {
-    // All are restored before any is refined: the random streams read the first one's stamp.
-    for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].belief = scratch_[i].prior;
-    workers_.for_each(
-        count, [&](int slot) { refine(slot, inputs, sensor); }, 2);
-  }
-
-  // 2. Weigh (reduced in slot order), then sample; the moments of the refined mixture are what is reported.
-  for (int i = 0; i < count; ++i)
-    particles_[static_cast<std::size_t>(i)].log_weight += scratch_[static_cast<std::size_t>(i)].log_evidence;
-  normalize();
-  compute_mixture();
-  workers_.for_each(
-      count,
-      [&](int slot) {
-        if (!scratch_[static_cast<std::size_t>(slot)].writes) return;
-        Random stream = random(slot, sensor);
-        ekf::sample_pose(particles_[static_cast<std::size_t>(slot)].belief, layout(), settings_.sampling_fraction,
-                         stream);
-      },
-      kSerialUpdates);
-
-  // 3. Insert: each particle writes its own maps. One module after the other, so that one that throws keeps no other
-  // from writing.
-  for (std::size_t input = 0; input < inputs.size(); ++input) {
-    workers_.for_each(
-        count, [&](int slot) { insert(slot, inputs, input); }, 2);
-    collect_failures(inputs, failures);
-  }
-  record_path();
-  ++mapping_steps_;
-
-  // 4. Resample: one thread copies handles.
-  const Belief reported = mixture_;
-  resample_if_needed(sensor);
-  mixture_ = reported;
-  mixture_valid_ = true;
-  return failures;
-}
-
 void ParticleFilter::record_path() {
   for (Particle& particle : particles_) particle.path.append(particle.belief.stamp, particle.belief.mean.T_map_base);
 }
@@ -317,10 +193,11 @@ void ParticleFilter::resample_if_needed(std::uint32_t sensor) {
   for (std::size_t slot = 0; slot < ancestors.size(); ++slot) {
     const bool last_child = slot + 1 == ancestors.size() || ancestors[slot + 1] != ancestors[slot];
     Particle& parent = particles_[static_cast<std::size_t>(ancestors[slot])];
-    next.push_back(last_child ? std::move(parent) : clone(parent));
+    next.push_back(last_child ? std::move(parent) : parent.clone());
     next.back().log_weight = -std::log(count);
   }
   particles_ = std::move(next);
+  past_.resampled(ancestors);
   ++resamplings_;
   mixture_valid_ = false;
 }
@@ -359,7 +236,15 @@ const Belief& ParticleFilter::mixture() const {
   return mixture_;
 }
 
-void ParticleFilter::sum_moments(std::size_t chunk, const NavState& center) const {
+void ParticleFilter::compute_mixture() const {
+  mixture_valid_ = true;
+  beliefs_.resize(particles_.size());
+  for (std::size_t i = 0; i < particles_.size(); ++i) beliefs_[i] = &particles_[i].belief;
+  compute_moments(beliefs_, mixture_);
+}
+
+void ParticleFilter::sum_moments(std::size_t chunk, std::span<const Belief* const> beliefs,
+                                 const NavState& center) const {
   Moments& sums = moments_[chunk];
   const int n = layout().size();
   sums.mean.setZero(n);
@@ -367,7 +252,7 @@ void ParticleFilter::sum_moments(std::size_t chunk, const NavState& center) cons
   sums.widest_turn = 0.0;
   const std::size_t end = std::min(particles_.size(), (chunk + 1) * kMomentsChunk);
   for (std::size_t i = chunk * kMomentsChunk; i < end; ++i) {
-    const Belief* belief = &particles_[i].belief;
+    const Belief* belief = beliefs[i];
     if (georeference_) {
       sums.enu = *belief;
       georeference_->to_enu(sums.enu);
@@ -381,85 +266,32 @@ void ParticleFilter::sum_moments(std::size_t chunk, const NavState& center) cons
   }
 }
 
-void ParticleFilter::compute_mixture() const {
-  mixture_valid_ = true;
-  mixture_ = particles_[static_cast<std::size_t>(best())].belief;
-  if (georeference_) georeference_->to_enu(mixture_);
+/// Moments of one belief per slot, weighted as the particles are.
+void ParticleFilter::compute_moments(std::span<const Belief* const> beliefs, Belief& mixture) const {
+  mixture = *beliefs[static_cast<std::size_t>(best())];
+  if (georeference_) georeference_->to_enu(mixture);
   if (particles_.size() == 1) return;
   // Moments on the manifold about the best particle: one step, repeated about the mean only where particles face ways
   // so different that the step is not exact; for the yaw this is the circular mean.
   constexpr double kSmallTurn = 0.05;  // [rad]
   ErrorVector mean;
   for (int iteration = 0; iteration < 4; ++iteration) {
-    const NavState center = mixture_.mean;
+    const NavState center = mixture.mean;
     workers_.for_each(
-        static_cast<int>(moments_.size()), [&](int chunk) { sum_moments(static_cast<std::size_t>(chunk), center); }, 2);
+        static_cast<int>(moments_.size()),
+        [&](int chunk) { sum_moments(static_cast<std::size_t>(chunk), beliefs, center); }, 2);
     mean = moments_.front().mean;
-    mixture_.P = moments_.front().P;
+    mixture.P = moments_.front().P;
     double widest_turn = moments_.front().widest_turn;
     for (std::size_t chunk = 1; chunk < moments_.size(); ++chunk) {
       mean += moments_[chunk].mean;
-      mixture_.P += moments_[chunk].P;
+      mixture.P += moments_[chunk].P;
       widest_turn = std::max(widest_turn, moments_[chunk].widest_turn);
     }
-    boxplus(mixture_.mean, mean, layout());
+    boxplus(mixture.mean, mean, layout());
     if (widest_turn < kSmallTurn || mean.squaredNorm() < 1e-24) break;
   }
-  mixture_.P -= mean.lazyProduct(mean.transpose());
-}
-
-void ParticleFilter::save(OutArchive& out) const {
-  out.section("particle_filter", 1);
-  out.value(static_cast<std::uint64_t>(particles_.size()));
-  out.value(resamplings_);
-  out.value(mapping_steps_);
-  for (const Particle& particle : particles_) {
-    out.value(particle.belief.stamp);
-    out.value(particle.belief.mean.T_map_base.p);
-    out.value(Eigen::Vector4d(particle.belief.mean.T_map_base.q.coeffs()));
-    out.value(particle.belief.mean.v_base);
-    out.value(particle.belief.mean.w_base);
-    out.value(particle.belief.mean.block);
-    out.value(particle.belief.P);
-    out.value(particle.log_weight);
-    particle.path.save(out);
-    for (const auto& map : particle.maps) {
-      out.value(map != nullptr);
-      if (map) map->save(out);
-    }
-  }
-}
-
-void ParticleFilter::load(InArchive& in) {
-  in.section("particle_filter", 1);
-  std::uint64_t count = 0;
-  in.value(count);
-  if (count != particles_.size()) {
-    throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
-                    std::to_string(particles_.size()));
-  }
-  in.value(resamplings_);
-  in.value(mapping_steps_);
-  for (Particle& particle : particles_) {
-    Eigen::Vector4d q;
-    in.value(particle.belief.stamp);
-    in.value(particle.belief.mean.T_map_base.p);
-    in.value(q);
-    particle.belief.mean.T_map_base.q = Eigen::Quaterniond(q);
-    in.value(particle.belief.mean.v_base);
-    in.value(particle.belief.mean.w_base);
-    in.value(particle.belief.mean.block);
-    in.value(particle.belief.P);
-    in.value(particle.log_weight);
-    particle.path.load(in);
-    particle.maps.resize(modules_.size());
-    for (std::size_t module = 0; module < modules_.size(); ++module) {
-      bool present = false;
-      in.value(present);
-      particle.maps[module] = present && modules_[module] ? modules_[module]->load_map(in) : nullptr;
-    }
-  }
-  mixture_valid_ = false;
+  mixture.P -= mean.lazyProduct(mean.transpose());
 }
 
 }  // namespace waymark

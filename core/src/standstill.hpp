@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "waymark/archive.hpp"
 #include "waymark/time.hpp"
 
 namespace waymark {
@@ -35,6 +36,15 @@ class Standstill {
     }
     standing_ = false;
     return true;
+  }
+
+  void save(OutArchive& out) const {
+    out.values(reports_);
+    out.value(standing_);
+  }
+  void load(InArchive& in) {
+    in.values(reports_);
+    in.value(standing_);
   }
 
  private:

@@ -30,6 +30,11 @@ struct Innovation {
 WAYMARK_API void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
                           Innovation& out, const EarthJacobian* earth = nullptr);
 
+/// M Hᵀ, with the Jacobian H of the same linearisation scattered as `innovate` does. M is any size × size matrix, the
+/// cross-covariance of two states for example.
+WAYMARK_API Innovation::Gain project(const ErrorMatrix& M, const StateLayout& layout, int owner,
+                                     const Linearization& model, const EarthJacobian* earth = nullptr);
+
 /// Kalman update: mean ⊞ Kν, and P − W Wᵀ with W = P Hᵀ L⁻ᵀ, which is P − K S Kᵀ and symmetric by construction.
 WAYMARK_API void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation);
 

@@ -36,6 +36,15 @@ class WAYMARK_API Fusion {
   /// Commits everything that waits: the end of the log.
   void finish();
 
+  /// The committed state, to go on from later. Measurements are not in it: `resume` reads them from the log again.
+  void save(OutArchive& out) const;
+  /// The next measurement of the log, as `add` was given it; nothing at its end.
+  using Next = std::function<std::optional<Measurement>()>;
+  /// Goes on where `save` was called, in a host that has been given nothing yet: takes from `next` as many measurements
+  /// as had been added, without computing them again. From there on everything is the same to the byte as in one run.
+  /// Throws DataError if checkpoint, configuration and log do not fit together.
+  void resume(InArchive& in, const Next& next);
+
   bool started() const;
   /// Shows the last committed measurement again, to `observer` alone; not called if there was none.
   void show_last(const Observer& observer) const;
@@ -44,6 +53,7 @@ class WAYMARK_API Fusion {
   Belief front(Time at) const;
   /// Sensor counters and events so far; bad records are the source's.
   RunReport report() const;
+  const Health& health() const;
   const ParticleFilter& filter() const;
   const StateLayout& layout() const;
   /// The map's origin on the Earth, once known.

@@ -42,6 +42,7 @@ struct SensorSlot {
   double gate_probability = 0.999;
   double weight_exponent = 1.0;
   int max_consecutive_rejections = 0;  ///< 0: never re-acquire
+  Duration delay{};                    ///< how much later than true its stamps are
 };
 
 /// One map of the YAML.
@@ -67,6 +68,18 @@ struct StartSettings {
   double min_course_distance = 0.5;  ///< heading from two fixes: at least this far apart
 };
 
+/// Which stamps the host believes.
+struct ClockSettings {
+  Duration max_ahead = from_seconds(0.1);  ///< a stamp may lie this far after its own arrival (clocks differ a little)
+  Duration max_jump = std::chrono::hours(1);  ///< farther from all others: refused until several agree
+};
+
+/// When the host calls the pose degraded or lost.
+struct HealthSettings {
+  double lost_sigma = 10.0;                     ///< [m] standard deviation of the position, the larger axis
+  Duration unaided_after = from_seconds(10.0);  ///< dead reckoning for longer than this is said so
+};
+
 /// Everything of the YAML that the host itself needs.
 struct FusionSettings {
   StateLayout::Motion motion = StateLayout::Motion::planar;
@@ -77,6 +90,10 @@ struct FusionSettings {
   ParticleFilterSettings filter;
   GeoreferenceSettings georeference;  ///< only used where an absolute sensor is fused and there are maps
   Duration max_latency{};
+  Duration history = from_seconds(2.0);  ///< how far behind the commit horizon late data are still taken in
+  bool smooth = false;                   ///< keep every step, for the smoothed trajectory; only without maps
+  ClockSettings clock;
+  HealthSettings health;
   Duration standstill_after = from_seconds(0.5);
 };
 

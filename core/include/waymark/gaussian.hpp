@@ -50,6 +50,10 @@ struct Eigen3 {
 /// Of a symmetric positive semi-definite matrix; eigenvalues below 1e-12 × the largest are rounding and become zero.
 WAYMARK_API Eigen3 eigen(const Eigen::Matrix3d& P);
 
+/// A P⁻¹ for a positive semi-definite P (n × n) and A with n columns: a gain. A state without variance gets none, and
+/// states may have units of their own.
+WAYMARK_API Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P);
+
 /// A draw from N(0, I).
 WAYMARK_API Eigen::Vector3d standard_normal(Random& random);
 

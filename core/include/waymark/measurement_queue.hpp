@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "waymark/api.hpp"
 #include "waymark/measurement.hpp"
@@ -17,8 +18,9 @@ class WAYMARK_API MeasurementQueue {
  public:
   explicit MeasurementQueue(Duration max_latency) : max_latency_(max_latency) {}
 
-  /// False, and not taken, if it is older than what was handed out already.
-  bool push(Measurement measurement);
+  /// Takes `measurement`, unless it comes, in the total order, before what was handed out already: then it is left
+  /// where it is, and false is returned.
+  bool push(Measurement&& measurement);
   /// The oldest measurement that is due, if any.
   std::optional<Measurement> pop_due();
   /// The oldest measurement, due or not: for the end of the log.
@@ -34,7 +36,7 @@ class WAYMARK_API MeasurementQueue {
  private:
   Duration max_latency_;
   Time newest_arrival_ = Time::min();
-  Time handed_out_ = Time::min();
+  std::tuple<Time, std::uint32_t, std::uint64_t> handed_out_{Time::min(), 0, 0};
   std::multiset<Measurement, Order> waiting_;
 };
 

@@ -14,6 +14,7 @@
 #include "waymark/ekf.hpp"
 #include "waymark/georeference.hpp"
 #include "waymark/map_module.hpp"
+#include "waymark/past_beliefs.hpp"
 #include "waymark/path.hpp"
 #include "waymark/process_model.hpp"
 #include "waymark/workers.hpp"
@@ -26,6 +27,8 @@ struct Particle {
   double log_weight = 0.0;
   std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
   Path path;
+
+  Particle clone() const;
 };
 
 struct ParticleFilterSettings {
@@ -35,6 +38,7 @@ struct ParticleFilterSettings {
   double sampling_fraction =
       0.2;  ///< a of estimation: 1 samples the whole pose (the paper), less keeps 1 − a as covariance
   int threads = 1;
+  Duration history{};  ///< how far back the beliefs are kept, for late measurements; zero: not at all
 };
 
 /// Gates by the number of rows: the χ² quantile of one probability, found once, since the quantile costs more than an
@@ -103,6 +107,32 @@ class WAYMARK_API ParticleFilter {
   /// Returns the indices (into `inputs`) of modules that threw, with the message: their part was discarded for all
   /// particles and their maps are gone.
   std::vector<std::pair<int, std::string>> map(std::span<const MappingInput> inputs, std::uint32_t sensor);
+
+  // Late data. The sampled paths and the maps stay as they are (estimation.md §2, "Order"): a measurement that the
+  // proposals did not use weighs the particles, and tells of those states that are Gaussian given the path.
+
+  /// Keeps the present beliefs for late measurements, if it is time for it.
+  void remember();
+  /// Goes back, for the calls that follow, to what every particle believes of `stamp` <= `stamp()`. False if that is
+  /// forgotten.
+  bool recall(Time stamp);
+  /// Moments of the mixture at the recalled time, the poses in ENU.
+  const Belief& recalled_mixture() const { return recalled_mixture_; }
+  /// `update` for a measurement of the recalled time: adds the log evidence to the weights, and updates the blocks
+  /// through their cross-covariance with the past state. Poses stay. `recall` again before the next one.
+  MixtureOutcome update_late(const Update& model, const UpdatePolicy& policy);
+  /// `map` for a measurement of the recalled time: weighs, and inserts where each particle was, without a new sample.
+  std::vector<std::pair<int, std::string>> map_late(std::span<const MappingInput> inputs, std::uint32_t sensor);
+
+  /// What the particles are, to go back to: poses, weights, paths, maps as handles.
+  struct State {
+    std::vector<Particle> particles;
+    std::uint64_t resamplings = 0;
+    std::uint64_t mapping_steps = 0;
+  };
+  State state() const;
+  void restore(const State& state);
+
   /// Resamples if N_eff is below the threshold; `map` does so by itself.
   void resample_if_needed(std::uint32_t sensor);
   /// Appends the present poses to the paths, for hosts without maps.
@@ -128,6 +158,8 @@ class WAYMARK_API ParticleFilter {
 
   void save(OutArchive& out) const;
   void load(InArchive& in);
+  void save(const State& state, OutArchive& out) const;
+  State load_state(InArchive& in) const;
 
  private:
   struct Scratch {  // per slot, kept between calls so that warm steps do not allocate
@@ -136,6 +168,8 @@ class WAYMARK_API ParticleFilter {
     Belief prior;  // before refinement, to start over when a module fails
     NavState enu;  // the mean with its pose in ENU
     std::vector<Refinement> refinements;
+    Belief recalled;           // at the time of a late measurement
+    ErrorMatrix now_and_then;  // Cov(state now, state then), given all that came between
     double log_evidence = 0.0;
     bool writes = false;  // some map will write where the pose says
     std::string failure;
@@ -150,14 +184,24 @@ class WAYMARK_API ParticleFilter {
     Belief enu;  ///< scratch
   };
 
+  // Below this many particles one EKF update is done sooner than a second thread wakes up.
+  static constexpr int kSerialUpdates = 16;
+
   Random random(int slot, std::uint32_t purpose) const;
   template <class Body>
   void for_each_particle(const Body& body);
   void normalize();
   void compute_mixture() const;
-  void sum_moments(std::size_t chunk, const NavState& center) const;
-  void refine(int slot, std::span<const MappingInput> inputs, std::uint32_t sensor);
-  void insert(int slot, std::span<const MappingInput> inputs, std::size_t input);
+  void compute_moments(std::span<const Belief* const> beliefs, Belief& mixture) const;
+  void sum_moments(std::size_t chunk, std::span<const Belief* const> beliefs, const NavState& center) const;
+  void innovate(int slot, const Belief& belief, const Update& model, const UpdatePolicy& policy, bool late);
+  MixtureOutcome weigh_and_apply(const UpdatePolicy& policy);
+  void recall(int slot, const Belief& record, Time stamp);
+  void refine(int slot, Belief& belief, std::span<const MappingInput> inputs, std::uint32_t sensor);
+  void refine_all(std::span<const MappingInput> inputs, std::uint32_t sensor, bool late,
+                  std::vector<std::pair<int, std::string>>& failures);
+  void insert(int slot, const Belief& belief, std::span<const MappingInput> inputs, std::size_t input);
+  void insert_all(std::span<const MappingInput> inputs, bool late, std::vector<std::pair<int, std::string>>& failures);
   bool collect_failures(std::span<const MappingInput> inputs, std::vector<std::pair<int, std::string>>& failures);
 
   const ProcessModel& process_;
@@ -171,6 +215,9 @@ class WAYMARK_API ParticleFilter {
   mutable std::vector<Moments> moments_;
   mutable Belief mixture_;
   mutable bool mixture_valid_ = false;
+  PastBeliefs past_;
+  mutable std::vector<const Belief*> beliefs_;  // scratch: one per slot
+  Belief recalled_mixture_;
   std::uint64_t resamplings_ = 0;
   std::uint64_t mapping_steps_ = 0;
 };

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "health_log.hpp"
 #include "thinned_series.hpp"
 #include "waymark/nav_state.hpp"
 #include "waymark/output_file.hpp"
@@ -50,6 +51,12 @@ Json describe(const SensorReport& sensor) {
           {"before_start", sensor.before_start},
           {"unusable", sensor.unusable},
           {"unheard", sensor.unheard},
+          {"mistimed", sensor.mistimed},
+          {"taken_in_late", sensor.taken_in_late},
+          {"reordered", sensor.reordered},
+          {"latency_mean_s", finite(sensor.latency_mean_s)},
+          {"latency_max_s", finite(sensor.latency_max_s)},
+          {"gap_max_s", finite(sensor.gap_max_s)},
           {"mean_nis", ratio(sensor.nis_sum, static_cast<double>(sensor.nis_count))},
           {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))}};
 }
@@ -106,6 +113,7 @@ class Diagnostics : public Sink {
   void write(const Snapshot& snapshot) override {
     if (!snapshot.started()) return;
     const double t = to_seconds(snapshot.stamp().time_since_epoch());
+    health_.look(t, snapshot.health());
     const double n_eff = snapshot.effective_sample_size();
     if (std::isfinite(n_eff)) smallest_n_eff_ = std::min(smallest_n_eff_, n_eff);
     n_eff_.add({t, n_eff});
@@ -125,6 +133,7 @@ class Diagnostics : public Sink {
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
     const Json document = {
         {"run", describe(report)},
+        {"health", health_.describe(report)},
         {"sensors", std::move(sensors)},
         {"particles", started ? last->particles().size() : 0},
         {"effective_sample_size",
@@ -149,6 +158,7 @@ class Diagnostics : public Sink {
 
   std::string name_;
   std::filesystem::path path_;
+  HealthLog health_;
   double smallest_n_eff_ = std::numeric_limits<double>::infinity();
   ThinnedSeries<2> n_eff_;
   ThinnedSeries<4> sigma_;

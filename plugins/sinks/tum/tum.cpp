@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
@@ -12,6 +13,13 @@ namespace {
 
 constexpr std::string_view kHeader =
     "# map frame (east north up), pose of base_link; timestamp_s x_m y_m z_m qx qy qz qw\n";
+
+constexpr std::string_view kCovarianceHeader = "t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n";
+
+std::string line(Time stamp, const Eigen::Matrix3d& P) {
+  return fmt::format("{},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e}\n", format_time(stamp), P(0, 0), P(0, 1), P(0, 2),
+                     P(1, 1), P(1, 2), P(2, 2));
+}
 
 std::string line(Time stamp, const Pose& pose) {
   // q and -q are the same rotation: one sign, so that equal poses give equal text.
@@ -47,7 +55,7 @@ class Tum : public Sink {
     trajectory_.emplace(out_dir_ / trajectory_name_);
     trajectory_->write(kHeader);
     covariance_.emplace(out_dir_ / covariance_name_);
-    covariance_->write("t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n");
+    covariance_->write(kCovarianceHeader);
     if (info.reference && !info.reference->trajectory.empty()) write_reference(*info.reference);
   }
 
@@ -57,12 +65,10 @@ class Tum : public Sink {
     // With maps the covariance is shown where it means most: of the refined mixture, before a mapping step samples.
     maps_ = maps_ || snapshot.fate() == Fate::mapped;
     if (maps_ && snapshot.fate() != Fate::mapped) return;
-    const Eigen::Matrix3d P = pose_covariance(snapshot.belief(), snapshot.layout());
-    covariance_->write(fmt::format("{},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e}\n", format_time(snapshot.stamp()),
-                                   P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2)));
+    covariance_->write(line(snapshot.stamp(), pose_covariance(snapshot.belief(), snapshot.layout())));
   }
 
-  void finish(const Snapshot* last, const RunReport&) override {
+  void finish(const Snapshot* last, const RunReport& report) override {
     trajectory_->commit();
     covariance_->commit();
     std::string text(kHeader);
@@ -70,9 +76,21 @@ class Tum : public Sink {
       for (const StampedPose& pose : last->best_path()) text += line(pose.stamp, pose.T_map_base);
     }
     write_file(out_dir_ / path_name_, text);
+    if (!report.smoothed.empty()) write_smoothed(report.smoothed);
   }
 
  private:
+  void write_smoothed(const std::vector<SmoothedPose>& poses) const {
+    std::string text(kHeader);
+    std::string covariance(kCovarianceHeader);
+    for (const SmoothedPose& pose : poses) {
+      text += line(pose.stamp, pose.T_map_base);
+      covariance += line(pose.stamp, pose.P);
+    }
+    write_file(out_dir_ / "smoothed.txt", text);
+    write_file(out_dir_ / "smoothed_covariance.csv", covariance);
+  }
+
   void write_reference(const Reference& reference) const {
     std::string text(kHeader);
     for (const Reference::Point& point : reference.trajectory) {

@@ -53,6 +53,7 @@ class FakeSnapshot : public Snapshot {
   const Belief& belief() const override { return belief_; }
   const StateLayout& layout() const override { return layout_; }
   double effective_sample_size() const override { return effective_sample_size_; }
+  const Health& health() const override { return health_; }
   std::vector<ParticleView> particles() const override { return particles_; }
   std::vector<StampedPose> best_path() const override { return path_; }
   std::vector<MapDescription> best_maps() const override { return maps_; }
@@ -61,6 +62,7 @@ class FakeSnapshot : public Snapshot {
   Fate fate_ = Fate::fused;
   bool started_ = true;
   double effective_sample_size_ = 1.0;
+  Health health_;
   std::vector<ParticleView> particles_;
   std::vector<StampedPose> path_;
   std::vector<MapDescription> maps_;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "committed.hpp"
+
+#include <string>
+
+#include "waymark/error.hpp"
+
+namespace waymark {
+
+Committed Committed::clone() const {
+  Committed copy = *this;
+  for (SensorState& state : copy.sensors) {
+    if (state.sensor) state.sensor = state.sensor->clone();
+  }
+  return copy;
+}
+
+void Committed::save(OutArchive& out) const {
+  out.section("committed", 1);
+  out.value(static_cast<std::uint64_t>(sensors.size()));
+  for (const SensorState& state : sensors) {
+    state.fuse.save(out);
+    out.bytes(&state.counters, sizeof state.counters);
+    out.value(state.rejections_in_a_row);
+    out.value(state.told_unheard);
+    out.value(state.sensor != nullptr);
+    if (state.sensor) state.sensor->save(out);
+  }
+  standstill.save(out);
+  health.save(out);
+  out.value(static_cast<std::uint64_t>(events));
+  out.value(static_cast<std::uint64_t>(smoothed));
+  out.value(last_stamp);
+}
+
+void Committed::load(InArchive& in) {
+  in.section("committed", 1);
+  std::uint64_t count = 0;
+  in.value(count);
+  if (count != sensors.size()) {
+    throw DataError("the checkpoint has " + std::to_string(count) + " sensors, the configuration " +
+                    std::to_string(sensors.size()));
+  }
+  for (SensorState& state : sensors) {
+    state.fuse.load(in);
+    in.bytes(&state.counters, sizeof state.counters);
+    in.value(state.rejections_in_a_row);
+    in.value(state.told_unheard);
+    bool in_service = false;
+    in.value(in_service);
+    if (in_service && !state.sensor) {
+      throw DataError("the checkpoint has a sensor in service that the configuration lacks");
+    }
+    if (!in_service) state.sensor = nullptr;
+    if (state.sensor) state.sensor->load(in);
+  }
+  standstill.load(in);
+  health.load(in);
+  for (std::size_t* size : {&events, &smoothed}) {
+    std::uint64_t value = 0;
+    in.value(value);
+    *size = static_cast<std::size_t>(value);
+  }
+  in.value(last_stamp);
+}
+
+}  // namespace waymark

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "clock_monitor.hpp"
+#include "committed.hpp"
+#include "history.hpp"
+#include "start_finder.hpp"
+#include "waymark/fusion.hpp"
+#include "waymark/smoother.hpp"
+
+namespace waymark {
+
+/// What the YAML settles of a sensor, as the host needs it while running.
+struct SensorPart {
+  SensorSlot slot;
+  UpdatePolicy policy;
+  bool triggers_map = false;
+  bool told_late = false;
+  std::uint64_t mistimed = 0;
+};
+
+/// False for a sensor that is only there to find the start, or to be scored against.
+bool goes_on_to_be_fused(const SensorSlot& slot);
+/// True if an absolute sensor can tell the start (`fused` false), or goes on to be fused (`fused` true).
+bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused);
+/// Who appends states: the sensors in the order of the YAML; then the georeference, if there is one.
+std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                                             const std::vector<MapSlot>& maps);
+std::optional<Georeference> georeference_of(const StateLayout& layout);
+/// Throws ConfigError if the parts do not fit together.
+void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                 const std::vector<MapSlot>& maps);
+
+class Fusion::Impl {
+ public:
+  Impl(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps, Observer observer);
+
+  void add(Measurement m);
+  void finish();
+  Belief front(Time at) const;
+  void show_last(const Observer& observer) const;
+  RunReport report() const;
+  void save(OutArchive& out) const;
+  void resume(InArchive& in, const Next& next);
+
+  bool started() const { return started_; }
+  const ParticleFilter& filter() const { return filter_; }
+  const StateLayout& layout() const { return layout_; }
+  const Health& health() const { return committed_.health.health(); }
+  std::optional<Datum> datum() const { return datum_; }
+
+ private:
+  // The way of a measurement: clock → queue → commit → take in → update, map → count. (fusion.cpp)
+  void arrive(Measurement&& m);
+  void step(Measurement&& m, bool late);
+  void commit(const Measurement& m);
+  void before_start(const Measurement& m);
+  std::optional<StartHint> start_hint(const Measurement& m);
+  void begin(const Start& start);
+  Fate take_in(const Measurement& m);
+  void count(const Measurement& m, Fate fate);
+  void show(const Measurement& m, Fate fate);
+  void judge(Time now);
+
+  // What one measurement does to the filter. (fusion_updates.cpp)
+  Fate fuse(const Measurement& m, bool late);
+  void update(const Measurement& m, bool late, Heard& heard);
+  void apply(const Measurement& m, std::size_t index, bool late, Heard& heard);
+  bool settle_motion(const Measurement& m);
+  void reacquire(const Measurement& m, const Update& model, const MixtureOutcome& outcome);
+  Fate map(const Measurement& m, Fate fate, bool late);
+  bool is_companion(std::uint32_t sensor) const;
+  void out_of_service(const Measurement& m, std::string_view why);
+
+  // Late data. (fusion_late.cpp)
+  void late(const Measurement& m);
+  Fate rewind(const Measurement& m);
+  Fate weigh(const Measurement& m);
+  void go_back(const Mark& mark);
+  void mark_if_due();
+
+  struct Needed;
+
+  void event(Time stamp, std::string text);
+  void failure(Time stamp, std::string_view name, std::string_view why);
+  SensorState& state_of(const Measurement& m) { return committed_.sensors[m.sensor]; }
+
+  FusionSettings settings_;
+  StateLayout layout_;
+  ProcessModel process_;
+  std::vector<SensorPart> parts_;
+  std::vector<MapSlot> maps_;
+  ParticleFilter filter_;
+  ClockMonitor clocks_;
+  MeasurementQueue queue_;
+  Committed committed_;
+  History history_;
+  Smoother smoother_;
+  StartFinder finder_;
+  std::optional<Datum> datum_;
+  Observer observer_;
+  std::vector<std::optional<Measurement>> newest_;  // per sensor, for maps with several inputs
+  std::vector<Measurement> buffer_;                 // before the start
+  std::optional<Start> start_;                      // found, but no motion sensor has spoken yet
+  std::vector<Event> events_;
+  std::vector<Event> arrival_events_;  // of clocks: these do not go back with the filter
+  UpdateList updates_;
+  std::vector<Measurement> again_;  // scratch of rewind
+  std::optional<std::pair<Measurement, Fate>> last_;
+  std::uint64_t arrived_ = 0;
+  std::uint64_t steps_ = 0;  // measurements taken in, late ones included, in the order of their coming
+  std::uint64_t skip_ = 0;   // steps that a checkpoint has done already
+  std::function<void(const Measurement&)> skipped_;  // is shown their measurements
+  bool started_ = false;
+  bool redoing_ = false;  // what is taken in was taken in before: nobody is shown
+};
+
+}  // namespace waymark

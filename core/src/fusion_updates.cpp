@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one measurement does to the filter: updates, maps, standstill, re-acquisition.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "fusion_impl.hpp"
+#include "waymark/error.hpp"
+
+namespace waymark {
+
+/// The measurement of now, or of the recalled time if `late`: into the EKFs, then into the maps.
+Fate Fusion::Impl::fuse(const Measurement& m, bool late) {
+  SensorState& state = state_of(m);
+  Heard heard;
+  heard.fate = Fate::unheard;
+  if (!state.fuse.fuses(m.stamp)) {
+    heard.fate = Fate::held_out;
+  } else {
+    if (state.sensor) update(m, late, heard);
+    if (parts_[m.sensor].triggers_map) heard.fate = map(m, heard.fate, late);
+    auto& newest = newest_[m.sensor];
+    if (!maps_.empty() && (!newest || newest->stamp <= m.stamp)) newest = m;
+    if (heard.fate == Fate::unheard && is_companion(m.sensor)) heard.fate = Fate::paired;
+  }
+  committed_.health.heard(m.sensor, m.stamp, heard);
+  if (heard.fate == Fate::unheard && !state.told_unheard) {
+    state.told_unheard = true;
+    event(m.stamp, fmt::format("{}: no plugin in service listens to this sensor", parts_[m.sensor].slot.name));
+  }
+  return heard.fate;
+}
+
+/// True if a map in service takes this sensor's measurements along with those of its first input.
+bool Fusion::Impl::is_companion(std::uint32_t sensor) const {
+  return std::ranges::any_of(maps_, [&](const MapSlot& map) {
+    return map.module &&
+           std::find(map.inputs.begin() + 1, map.inputs.end(), static_cast<int>(sensor)) != map.inputs.end();
+  });
+}
+
+void Fusion::Impl::update(const Measurement& m, bool late, Heard& heard) {
+  if (!datum_) start_hint(m);  // a geodetic sensor that only now delivers settles the map's origin
+  SensorState& state = state_of(m);
+  const std::string& name = parts_[m.sensor].slot.name;
+  const Belief& mixture = late ? filter_.recalled_mixture() : filter_.mixture();
+  const int owner = parts_[m.sensor].policy.owner;
+  const Prediction prediction{mixture, layout_, mixture.mean.block.data() + layout_.block_offset(owner),
+                              datum_ ? &*datum_ : nullptr, committed_.standstill.standing()};
+  updates_.clear();
+  try {
+    state.sensor->process(m, prediction, updates_);
+    heard.doubt = updates_.doubt();
+    heard.fate = Fate::fused;
+    if (!late && settle_motion(m)) return;
+    for (std::size_t i = 0; i < updates_.size(); ++i) apply(m, i, late, heard);
+  } catch (const DataError& error) {
+    heard.doubt = updates_.doubt();
+    if (state.counters.unusable == 0) {
+      event(m.stamp, fmt::format("{}: {} (further ones are only counted)", name, error.what()));
+    }
+    heard.fate = Fate::unusable;
+  } catch (const std::exception& error) {
+    heard.fate = Fate::unheard;
+    out_of_service(m, error.what());
+  } catch (...) {
+    heard.fate = Fate::unheard;
+    out_of_service(m, "unknown exception");
+  }
+}
+
+/// One of the measurement's updates: into every particle, and the outcome back to its sensor.
+void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Heard& heard) {
+  SensorState& state = state_of(m);
+  const SensorPart& part = parts_[m.sensor];
+  if (late && index > 0) filter_.recall(m.stamp);  // the update before has taught something about that time, too
+  const MixtureOutcome outcome =
+      late ? filter_.update_late(updates_[index], part.policy) : filter_.update(updates_[index], part.policy);
+  if (!outcome.usable) {
+    heard.fate = Fate::unusable;
+    return;
+  }
+  const auto rows = static_cast<int>(outcome.innovation.size());
+  state.counters.nis_sum += outcome.nis;
+  state.counters.nis_dof += static_cast<std::uint64_t>(rows);
+  ++state.counters.nis_count;
+  heard.nis += outcome.nis;
+  heard.dof += rows;
+  state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
+  if (outcome.accepted) {
+    state.rejections_in_a_row = 0;
+    return;
+  }
+  if (heard.fate == Fate::fused) heard.fate = Fate::gated;
+  if (!late && part.slot.max_consecutive_rejections > 0 &&
+      ++state.rejections_in_a_row >= part.slot.max_consecutive_rejections) {
+    reacquire(m, updates_[index], outcome);
+  }
+}
+
+/// Follows what motion sensors say; true if the robot stands, and the zero twist has replaced the update.
+bool Fusion::Impl::settle_motion(const Measurement& m) {
+  if (updates_.motion() == UpdateList::Motion::not_said) return false;
+  Standstill& standstill = committed_.standstill;
+  const bool stood = standstill.standing();
+  standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving);
+  if (!stood && standstill.standing()) filter_.stop();
+  if (stood && !standstill.standing()) filter_.release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
+  return standstill.standing() && state_of(m).sensor->is_motion_source();
+}
+
+/// A sensor that was rejected too often in a row is right and the filter is wrong, or the other way round; a filter
+/// that never listens again is the worse of the two.
+void Fusion::Impl::reacquire(const Measurement& m, const Update& model, const MixtureOutcome& outcome) {
+  constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to turn the heading
+  SensorState& state = state_of(m);
+  const SensorPart& part = parts_[m.sensor];
+  const double miss = outcome.innovation.norm();
+  if (state.sensor->is_absolute()) {
+    filter_.inflate_pose(miss * miss, kYawSigma * kYawSigma);
+  } else {
+    filter_.release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
+  }
+  if (settings_.smooth) smoother_.cut_next();
+  committed_.health.reacquired(m.stamp);
+  UpdatePolicy open = part.policy;
+  open.ignore_gate = true;
+  filter_.update(model, open);
+  event(m.stamp,
+        fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the belief was widened and "
+                    "the sensor re-acquired",
+                    part.slot.name, state.rejections_in_a_row, miss));
+  state.rejections_in_a_row = 0;
+}
+
+Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
+  const Belief& mixture = late ? filter_.recalled_mixture() : filter_.mixture();
+  const MotionWindow motion{mixture.mean.v_base, mixture.mean.w_base};
+  std::vector<MappingInput> inputs;
+  std::vector<std::shared_ptr<const Observation>> observations;  // keeps them alive
+  std::vector<Companion> companions;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    MapSlot& map = maps_[i];
+    if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
+    companions.clear();
+    for (std::size_t k = 1; k < map.inputs.size(); ++k) {
+      const auto& newest = newest_[static_cast<std::size_t>(map.inputs[k])];
+      const bool fresh = newest && newest->stamp <= m.stamp && m.stamp - newest->stamp <= map.pair_max_age;
+      companions.push_back({parts_[static_cast<std::size_t>(map.inputs[k])].slot.name, fresh ? &*newest : nullptr});
+    }
+    try {
+      if (auto observation = map.module->extract(m, companions, motion)) {
+        inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
+        observations.push_back(std::move(observation));
+      }
+    } catch (const DataError& error) {
+      if (state_of(m).counters.unusable == 0) {
+        event(m.stamp, fmt::format("{}: {} (further ones are only counted)", map.name, error.what()));
+      }
+      fate = Fate::unusable;
+    } catch (const std::exception& error) {
+      failure(m.stamp, "map " + map.name, error.what());
+      filter_.drop_module(static_cast<int>(i));
+      map.module = nullptr;
+    }
+  }
+  if (inputs.empty()) return fate;
+  for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor)) {
+    MapSlot& map = maps_[static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module)];
+    failure(m.stamp, "map " + map.name, why);
+    map.module = nullptr;
+  }
+  return Fate::mapped;
+}
+
+void Fusion::Impl::out_of_service(const Measurement& m, std::string_view why) {
+  failure(m.stamp, parts_[m.sensor].slot.name, why);
+  state_of(m).sensor = nullptr;
+  committed_.health.out_of_service(m.sensor);
+}
+
+}  // namespace waymark

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion_view.hpp"
+
+#include <cmath>
+
+namespace waymark {
+
+std::vector<ParticleView> FusionView::particles() const {
+  std::vector<ParticleView> views;
+  views.reserve(filter_.particles().size());
+  for (const Particle& particle : filter_.particles()) {
+    views.push_back({filter_.T_enu_map(particle) * particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
+  }
+  return views;
+}
+
+std::vector<StampedPose> FusionView::best_path() const {
+  std::vector<StampedPose> path = best().path.poses();
+  if (filter_.georeference()) {
+    const Pose T_enu_map = filter_.T_enu_map(best());
+    for (StampedPose& node : path) node.T_map_base = T_enu_map * node.T_map_base;
+  }
+  return path;
+}
+
+std::vector<MapDescription> FusionView::best_maps() const {
+  std::vector<MapDescription> result;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    if (!best().maps[i]) continue;
+    result.emplace_back();
+    result.back().module = maps_[i].name;
+    best().maps[i]->describe(result.back());
+    if (maps_[i].module) maps_[i].module->describe(result.back().figures);
+    if (filter_.georeference()) place_on_earth(result.back());
+  }
+  return result;
+}
+
+/// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that is
+/// known.
+void FusionView::place_on_earth(MapDescription& map) const {
+  const Georeference& georeference = *filter_.georeference();
+  const Pose T_enu_map = filter_.T_enu_map(best());
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
+  for (LandmarkView& landmark : map.landmarks) {
+    landmark.P = turn * landmark.P * turn.transpose();
+    landmark.P.topLeftCorner<2, 2>() += georeference.point_covariance(best().belief, landmark.p_map);
+    landmark.p_map = (T_enu_map * Eigen::Vector3d(landmark.p_map.x(), landmark.p_map.y(), 0.0)).head<2>();
+  }
+}
+
+}  // namespace waymark

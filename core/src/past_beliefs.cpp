@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/past_beliefs.hpp"
+
+#include <utility>
+
+namespace waymark {
+
+std::vector<Belief>& PastBeliefs::add(Time now, std::size_t slots) {
+  Record record;
+  // The one that reaches back to the span itself stays; an older one gives its storage.
+  while (records_.size() > 1 && records_[1].stamp <= now - span_) {
+    record.beliefs.swap(records_.front().beliefs);
+    records_.pop_front();
+  }
+  record.stamp = now;
+  record.beliefs.resize(slots);
+  records_.push_back(std::move(record));
+  return records_.back().beliefs;
+}
+
+void PastBeliefs::resampled(const std::vector<int>& ancestors) {
+  if (records_.empty()) return;
+  std::vector<int>& before = records_.back().ancestors;
+  if (before.empty()) {
+    before = ancestors;
+    return;
+  }
+  std::vector<int> composed(ancestors.size());
+  for (std::size_t i = 0; i < ancestors.size(); ++i) composed[i] = before[static_cast<std::size_t>(ancestors[i])];
+  before = std::move(composed);
+}
+
+void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const {
+  std::vector<std::size_t> slot(slots);
+  for (std::size_t i = 0; i < slots; ++i) slot[i] = i;
+  for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
+    if (!record->ancestors.empty()) {
+      for (std::size_t& s : slot) s = static_cast<std::size_t>(record->ancestors[s]);
+    }
+    if (record->stamp > stamp) continue;
+    out.resize(slots);
+    for (std::size_t i = 0; i < slots; ++i) out[i] = &record->beliefs[slot[i]];
+    return;
+  }
+}
+
+void save_belief(const Belief& belief, OutArchive& out) {
+  out.value(belief.stamp);
+  out.value(belief.mean.T_map_base.p);
+  out.value(Eigen::Vector4d(belief.mean.T_map_base.q.coeffs()));
+  out.value(belief.mean.v_base);
+  out.value(belief.mean.w_base);
+  out.value(belief.mean.block);
+  out.value(belief.P);
+}
+
+void load_belief(Belief& belief, InArchive& in) {
+  Eigen::Vector4d q;
+  in.value(belief.stamp);
+  in.value(belief.mean.T_map_base.p);
+  in.value(q);
+  belief.mean.T_map_base.q = Eigen::Quaterniond(q);
+  in.value(belief.mean.v_base);
+  in.value(belief.mean.w_base);
+  in.value(belief.mean.block);
+  in.value(belief.P);
+}
+
+void PastBeliefs::save(OutArchive& out) const {
+  out.section("past_beliefs", 1);
+  out.value(static_cast<std::uint64_t>(records_.size()));
+  for (const Record& record : records_) {
+    out.value(record.stamp);
+    out.values(record.ancestors);
+    out.value(static_cast<std::uint64_t>(record.beliefs.size()));
+    for (const Belief& belief : record.beliefs) save_belief(belief, out);
+  }
+}
+
+void PastBeliefs::load(InArchive& in) {
+  in.section("past_beliefs", 1);
+  std::uint64_t records = 0;
+  in.value(records);
+  records_.clear();
+  for (std::uint64_t i = 0; i < records; ++i) {
+    Record& record = records_.emplace_back();
+    in.value(record.stamp);
+    in.values(record.ancestors);
+    std::uint64_t beliefs = 0;
+    in.value(beliefs);
+    for (std::uint64_t k = 0; k < beliefs; ++k) load_belief(record.beliefs.emplace_back(), in);
+  }
+}
+
+}  // namespace waymark

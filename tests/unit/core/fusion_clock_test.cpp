@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stamps that cannot be right, and what the host says of its sensors.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "unit/core/fusion_robot.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+using namespace test;  // NOLINT(google-build-using-namespace): the robot's parts
+
+constexpr double kEpoch = 1.7e9;  // a log of today, in UTC
+
+/// Twenty seconds straight on, with a fix every second.
+std::vector<Measurement> straight() {
+  std::vector<Measurement> log;
+  for (int k = 0; k < 200; ++k) log.push_back(twist(kEpoch + 0.1 * k, 1.0));
+  for (int k = 0; k < 20; ++k) log.push_back(fix(kEpoch + k, k, 0.0));
+  return in_order(log);
+}
+
+FusionRobot robot_on(const std::vector<Measurement>& log) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  robot.play(log);
+  return robot;
+}
+
+/// The log with the stamp of fix number `which` set to `stamp`, arrivals as they were.
+std::vector<Measurement> with_stamp(int which, Time stamp) {
+  std::vector<Measurement> log = straight();
+  for (Measurement& m : log) {
+    if (m.sensor == 1 && which-- == 0) m.stamp = stamp;
+  }
+  return log;
+}
+
+TEST(FusionClock, NamesAZeroStamp) {
+  FusionRobot robot = robot_on(with_stamp(10, Time{}));
+  EXPECT_EQ(robot.report(1).mistimed, 1U);
+  EXPECT_EQ(robot.report(1).fused, 19U);
+  EXPECT_THAT(robot.events(), HasSubstr("gps: zero stamp"));
+}
+
+TEST(FusionClock, AcceptsALogThatBeginsAtZero) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  robot.play({twist(0.0, 1.0), twist(0.1, 1.0)});
+  EXPECT_EQ(robot.report(0).mistimed, 0U);
+  EXPECT_EQ(robot.report(0).fused, 2U);
+}
+
+TEST(FusionClock, NamesAStampFromTheFuture) {
+  FusionRobot robot = robot_on(with_stamp(10, at(kEpoch + 12.0)));
+  EXPECT_EQ(robot.report(1).mistimed, 1U);
+  EXPECT_THAT(robot.events(), HasSubstr("2.000 s after its own arrival"));
+}
+
+TEST(FusionClock, NamesAStampFarInThePast) {
+  FusionRobot robot = robot_on(with_stamp(10, at(kEpoch - 1e6)));
+  EXPECT_EQ(robot.report(1).mistimed, 1U);
+  EXPECT_THAT(robot.events(), HasSubstr("the clock went backwards"));
+}
+
+TEST(FusionClock, OneArrivalYearsAheadDoesNotMakeTheOthersLate) {
+  std::vector<Measurement> log = straight();
+  Measurement stray = fix(kEpoch + 3e8, 0.0, 0.0);
+  stray.sequence = 5000;
+  log.insert(log.begin() + 100, stray);
+  FusionRobot robot = robot_on(log);
+  EXPECT_EQ(robot.report(1).mistimed, 1U);
+  EXPECT_EQ(robot.report(1).fused, 20U);
+  EXPECT_EQ(robot.report(0).fused, 200U);
+  EXPECT_THAT(robot.events(), HasSubstr("the clock jumped"));
+}
+
+TEST(FusionClock, AClockThatWasSetIsFollowedOnceSeveralAgree) {
+  std::vector<Measurement> log = straight();
+  for (std::size_t i = 100; i < log.size(); ++i) {
+    log[i].stamp += std::chrono::hours(2);
+    log[i].arrival = log[i].stamp;
+  }
+  FusionRobot robot = robot_on(log);
+  EXPECT_EQ(robot.report(0).mistimed + robot.report(1).mistimed, 4U);
+}
+
+TEST(FusionClock, NamesAStuckClock) {
+  std::vector<Measurement> log = straight();
+  for (int k = 0; k < 30; ++k) {
+    Measurement m = twist(kEpoch + 20.0, 1.0);
+    m.arrival = at(kEpoch + 20.0 + 0.1 * k);
+    m.sequence = 6000 + static_cast<std::uint64_t>(k);
+    log.push_back(m);
+  }
+  FusionRobot robot = robot_on(log);
+  EXPECT_EQ(robot.report(0).mistimed, 20U);
+  EXPECT_THAT(robot.events(), HasSubstr("the clock is stuck"));
+}
+
+TEST(FusionClock, MeasuresLatencyAndGaps) {
+  std::vector<Measurement> log = straight();
+  for (Measurement& m : log) {
+    if (m.sensor == 1) m.arrival += from_seconds(0.2);
+  }
+  std::erase_if(log, [](const Measurement& m) {
+    return m.sensor == 1 && m.stamp > at(kEpoch + 4.5) && m.stamp < at(kEpoch + 8.5);
+  });
+  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  const SensorReport report = robot_on(log).report(1);
+  EXPECT_NEAR(report.latency_mean_s, 0.2, 1e-6);
+  EXPECT_NEAR(report.latency_max_s, 0.2, 1e-6);
+  EXPECT_NEAR(report.gap_max_s, 5.0, 1e-6);
+}
+
+// ---- health
+
+/// Plays the log and returns the health after every measurement.
+struct Judged {
+  double t;
+  Health health;
+};
+std::vector<Judged> judged(const std::vector<Measurement>& log, const std::string& more = "") {
+  FusionRobot robot(kAtOrigin + more + "sensors:\n" + kWheels + gps());
+  std::vector<Judged> result;
+  for (const Measurement& m : log) {
+    robot.fusion().add(m);
+    if (robot.fusion().started()) {
+      result.push_back({to_seconds(m.arrival.time_since_epoch()) - kEpoch, robot.fusion().health()});
+    }
+  }
+  return result;
+}
+
+TEST(FusionHealth, IsOkOnALogWithoutFaults) {
+  for (const Judged& j : judged(straight())) {
+    EXPECT_EQ(j.health.state, Health::State::ok) << j.t << " " << j.health.reason;
+    EXPECT_NEAR(j.health.probability_off_3_sigma, 0.0111, 1e-3);
+  }
+}
+
+TEST(FusionHealth, ASilentSensorIsNamed) {
+  std::vector<Measurement> log = straight();
+  std::erase_if(log, [](const Measurement& m) { return m.sensor == 1 && m.stamp > at(kEpoch + 5.5); });
+  const std::vector<Judged> all = judged(log);
+  const Health& last = all.back().health;
+  EXPECT_EQ(last.sensors[1].state, SensorHealth::State::silent);
+  EXPECT_EQ(last.state, Health::State::degraded);
+  // After ten seconds what matters is not the sensor but what is missing.
+  EXPECT_THAT(last.reason, HasSubstr("dead reckoning"));
+  const auto early = std::find_if(all.begin(), all.end(), [](const Judged& j) { return j.t > 12.0; });
+  EXPECT_THAT(early->health.reason, HasSubstr("gps is silent"));
+}
+
+TEST(FusionHealth, ASensorThatTheGateRejectsIsFaulty) {
+  std::vector<Measurement> log = straight();
+  for (Measurement& m : log) {
+    if (m.sensor == 1 && m.stamp > at(kEpoch + 5.5)) m.payload = fix(0.0, 300.0, 300.0).payload;
+  }
+  const Health last = judged(log).back().health;
+  EXPECT_EQ(last.sensors[1].state, SensorHealth::State::faulty) << last.reason;
+  EXPECT_GT(last.probability_off_3_sigma, 0.05);
+}
+
+TEST(FusionHealth, WithoutAMotionSensorThePoseIsLost) {
+  std::vector<Measurement> log = straight();
+  std::erase_if(log, [](const Measurement& m) { return m.sensor == 0 && m.stamp > at(kEpoch + 10.0); });
+  const Health last = judged(log).back().health;
+  EXPECT_EQ(last.state, Health::State::lost);
+  EXPECT_THAT(last.reason, HasSubstr("how the robot moves"));
+}
+
+TEST(FusionHealth, AnUncertainPositionIsLost) {
+  std::vector<Measurement> log = straight();
+  std::erase_if(log, [](const Measurement& m) { return m.sensor == 1; });
+  EXPECT_EQ(judged(log, "health: { lost_sigma_m: 0.05 }\n").back().health.state, Health::State::lost);
+}
+
+}  // namespace
+}  // namespace waymark
