@@ -277,9 +277,8 @@ void ParticleFilter::compute_moments(std::span<const Belief* const> beliefs, Bel
   ErrorVector mean;
   for (int iteration = 0; iteration < 4; ++iteration) {
     const NavState center = mixture.mean;
-    workers_.for_each(
-        static_cast<int>(moments_.size()),
-        [&](int chunk) { sum_moments(static_cast<std::size_t>(chunk), beliefs, center); }, 2);
+    const auto sum = [&](int chunk) { sum_moments(static_cast<std::size_t>(chunk), beliefs, center); };
+    workers_.for_each(static_cast<int>(moments_.size()), std::cref(sum), 2);
     mean = moments_.front().mean;
     mixture.P = moments_.front().P;
     double widest_turn = moments_.front().widest_turn;
