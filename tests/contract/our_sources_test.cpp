@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -120,6 +121,16 @@ TEST_F(OurKitti, KeepsTheContract) {
   while (log->next()) ++measurements;
   EXPECT_EQ(measurements, 22);
   EXPECT_EQ(log->bad_records().size(), 2U);
+}
+
+TEST(OurRosbag1, KeepsTheContractOnARecording) {
+  const char* data = std::getenv("WAYMARK_DATA");
+  if (data == nullptr) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const std::string yaml = "{ file: " + std::string(data) +
+                           "/rl_husky/test1.bag, channels: [{ topic: /husky_velocity_controller/odom, sensor: wheels },"
+                           " { topic: /fix, sensor: gps }], arrival: ";
+  for (const char* arrival : {"recorded }", "stamp }"})
+    EXPECT_EQ(to_text(check_source([&] { return make<Source>("rosbag1", yaml + arrival); })), "");
 }
 
 }  // namespace
