@@ -105,6 +105,18 @@ TEST_F(CsvPayloads, ReadsTheVelocityOfAFix) {
   EXPECT_NEAR(measurement->as<GnssFix>().course_rad, 1.5707963, 1e-6);
 }
 
+TEST_F(CsvPayloads, RepeatedFixesAreOne) {
+  write("a.csv", "t,lat,lon,x\n0,51,13,1\n1,51,13,2\n2,51,14,3\n3,51,14,4\n4,52,14,5\n5,51,14,6\n");
+  const std::string columns = "payload: GnssFix, columns: { latitude_deg: lat, longitude_deg: lon, hdop: x }";
+  const auto fixes = source(columns + ", only_changes_of: [lat, lon]");
+  std::vector<double> first_of_each;
+  for (const Measurement& m : read_all(*fixes)) first_of_each.push_back(m.as<GnssFix>().hdop);
+  EXPECT_THAT(first_of_each, ::testing::ElementsAre(1, 3, 5, 6));
+  EXPECT_EQ(read_all(*source(columns + ", only_changes_of: lat")).size(), 3u);
+  EXPECT_THAT(construction_error<ConfigError>(entry(columns + ", only_changes_of: [lat, long]")),
+              HasSubstr("the header has no column \"long\""));
+}
+
 TEST_F(CsvPayloads, AnOrientationIsAUnitQuaternionOrUnknown) {
   write("a.csv", "t,x,y,z,w\n0,0,0.6,0,0.8\n1,0,0,0,0\n2,,,,\n3,0,0,0.7071,0.7071\n4,0,0,0,0.5\n");
   const std::string columns =
