@@ -26,6 +26,7 @@ struct Arguments {
   std::string survey_columns;
   std::string align = "none";
   std::vector<double> lever_arm_m;
+  std::vector<double> datum;
   double rpe_delta_s = 0.0;  // 0: not given
   bool json = false;
   TrajectoryOptions trajectory;
@@ -35,6 +36,15 @@ struct Arguments {
 std::optional<Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
   if (text.empty()) return std::nullopt;
   return parse_columns(text, allowed);
+}
+
+std::optional<Datum> datum_of(const Arguments& arguments) {
+  const std::vector<double>& d = arguments.datum;
+  if (d.empty()) return std::nullopt;
+  const double height = d.size() > 2 ? d[2] : 0.0;
+  if (!(std::abs(d[0]) <= 90.0) || !(std::abs(d[1]) <= 180.0) || !std::isfinite(height))
+    throw Error("evaluate: --datum must be latitude and longitude [deg] and perhaps a height [m]");
+  return Datum{d[0], d[1], height};
 }
 
 Report evaluate(const Arguments& arguments) {
@@ -71,7 +81,7 @@ Report evaluate(const Arguments& arguments) {
     const auto& quantities = trajectory_quantities();
     const Trajectory estimate = read_trajectory(arguments.estimate, columns_of(arguments.columns, quantities));
     const Trajectory reference =
-        read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities));
+        read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
     report.trajectory = score_trajectory(estimate, reference, options);
     if (!arguments.covariance.empty()) {
       report.consistency = score_consistency(read_covariances(arguments.covariance), estimate, reference,
@@ -106,6 +116,12 @@ void add_command(CLI::App& app, int& exit_code) {
                    "the reference is this point of the robot: x,y,z in the base frame [m]")
       ->delimiter(',')
       ->expected(3);
+  command
+      ->add_option("--datum", a.datum,
+                   "where the map's origin is, for a geodetic reference: latitude,longitude[,height] as in the YAML "
+                   "[deg, m]")
+      ->delimiter(',')
+      ->expected(2, 3);
   command
       ->add_option("--max-time-gap", a.trajectory.max_time_gap_s,
                    "longest pause of the estimate to interpolate over [s]")

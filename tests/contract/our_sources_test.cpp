@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "../unit/plugins/sources/rosbag1_fixture.hpp"
 #include "our_plugins.hpp"
 #include "waymark/testing/source_contract.hpp"
 
@@ -120,6 +121,47 @@ TEST_F(OurKitti, KeepsTheContract) {
   while (log->next()) ++measurements;
   EXPECT_EQ(measurements, 22);
   EXPECT_EQ(log->bad_records().size(), 2U);
+}
+
+TEST(OurNmea, KeepsTheContract) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("waymark_contract_nmea_" + std::to_string(::getpid()) + ".nmea");
+  {
+    std::ofstream out(file, std::ios::binary);
+    for (int k = 0; k < 30; ++k) {
+      const std::string time = "1200" + std::to_string(10 + k);
+      if (k % 3 == 0) out << "$GPRMC," << time << ",A,4930.0,N,00830.0,E,1.0,90.0,010125,,,A\r\n";
+      out << "$GPGGA," << time << ",4930.0" << k << ",N,00830.0,E," << (k % 7 == 6 ? 0 : 1) << ",08,1.5,100,M,47,M,,\n";
+      out << (k == 11 ? "noise\n" : "$GPHDT,12.5,T\n");
+    }
+  }
+  const std::string yaml = "{ file: " + file.string() +
+                           ", require_checksum: false, delay_s: 0.1, gnss: { sensor: gps },"
+                           " heading: { sensor: imu } }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("nmea", yaml); })), "");
+  std::filesystem::remove(file);
+}
+
+TEST(OurRosbag1, KeepsTheContract) {
+  using namespace rosbag1_test;
+  const auto file =
+      std::filesystem::temp_directory_path() / ("waymark_contract_rosbag1_" + std::to_string(::getpid()) + ".bag");
+  BagWriter bag;
+  const auto odometry = bag.connect("/odom", kOdometry);
+  const auto imu = bag.connect("/imu", kImu);
+  for (int k = 1; k <= 60; ++k) {
+    const std::int64_t time = 100'000'000LL * k;
+    bag.add(odometry, time, k == 17 ? "fault" : odometry_message(time - 1'000'000 * (k % 3), 0.1 * k, 1.0));
+    bag.add(imu, time + 5'000'000, imu_message(time - 20'000'000, {}));
+    if (k % 20 == 0) bag.end_chunk(k == 20 ? "bz2" : "lz4");
+  }
+  std::ofstream(file, std::ios::binary) << bag.closed() << "cut";
+  const std::string yaml = "{ file: " + file.string() +
+                           ", max_bad_records: 4, channels: [{ topic: /odom, sensor: wheels },"
+                           " { topic: /odom, sensor: gps, payload: Height }, { topic: /imu, sensor: imu }], arrival: ";
+  for (const char* arrival : {"recorded }", "stamp }"})
+    EXPECT_EQ(to_text(check_source([&] { return make<Source>("rosbag1", yaml + arrival); })), "");
+  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "waymark/error.hpp"
@@ -28,6 +30,9 @@ const std::vector<Alias>& trajectory_aliases() {
       {"qy", {"qy"}},
       {"qz", {"qz"}},
       {"qw", {"qw"}},
+      {"latitude", {"latitude_deg"}},
+      {"longitude", {"longitude_deg"}},
+      {"height", {"height_m"}},
   };
   return aliases;
 }
@@ -114,6 +119,43 @@ void sort_by_stamp(std::vector<Trajectory::Point>& points) {
   points.resize(kept);
 }
 
+/// Columns of a file that tell where on the Earth a point is.
+class GeodeticColumns {
+ public:
+  GeodeticColumns(const Columns& columns, const std::optional<Datum>& datum)
+      : latitude_(column_or_none(columns, "latitude")),
+        longitude_(column_or_none(columns, "longitude")),
+        height_(column_or_none(columns, "height")),
+        datum_(datum) {
+    if (datum) frame_.Reset(datum->latitude_deg, datum->longitude_deg, datum->height_m);
+  }
+
+  bool given() const { return latitude_ >= 0 && longitude_ >= 0; }
+  bool has_height() const { return given() && height_ >= 0; }
+
+  /// East, north, up [m]; up is NaN if there is no height. Throws DataError.
+  Eigen::Vector3d position(const Table& table, std::size_t row) const {
+    const double latitude = table.number(row, latitude_, "latitude");
+    const double longitude = table.number(row, longitude_, "longitude");
+    if (!datum_) {
+      throw DataError(
+          fmt::format("{}: the positions are geodetic; --datum must tell where the map's origin is", table.place(row)));
+    }
+    const double height = height_ >= 0 ? table.number_or_nan(row, height_) : std::numeric_limits<double>::quiet_NaN();
+    Eigen::Vector3d p;
+    frame_.Forward(latitude, longitude, std::isnan(height) ? datum_->height_m : height, p.x(), p.y(), p.z());
+    if (std::isnan(height)) p.z() = height;
+    return p;
+  }
+
+ private:
+  int latitude_;
+  int longitude_;
+  int height_;
+  std::optional<Datum> datum_;
+  GeographicLib::LocalCartesian frame_;
+};
+
 }  // namespace
 
 const std::vector<std::string>& trajectory_quantities() {
@@ -126,7 +168,8 @@ const std::vector<std::string>& survey_quantities() {
   return names;
 }
 
-Trajectory read_trajectory(const std::filesystem::path& file, const std::optional<Columns>& given) {
+Trajectory read_trajectory(const std::filesystem::path& file, const std::optional<Columns>& given,
+                           const std::optional<Datum>& datum) {
   Table table(file);
   const auto& aliases = trajectory_aliases();
   Columns columns = settle_columns(table, aliases, given);
@@ -134,8 +177,9 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
     columns = {{"t", 0}, {"x", 1}, {"y", 2}, {"z", 3}, {"qx", 4}, {"qy", 5}, {"qz", 6}, {"qw", 7}};
   }
   const int t = column(table, columns, "t", aliases);
-  const int x = column(table, columns, "x", aliases);
-  const int y = column(table, columns, "y", aliases);
+  const GeodeticColumns geodetic(columns, datum);
+  const int x = geodetic.given() ? column_or_none(columns, "x") : column(table, columns, "x", aliases);
+  const int y = geodetic.given() ? column_or_none(columns, "y") : column(table, columns, "y", aliases);
   const int z = column_or_none(columns, "z");
   const int yaw = column_or_none(columns, "yaw");
   const int qx = column_or_none(columns, "qx");
@@ -146,12 +190,16 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
 
   Trajectory out;
   out.name = file.string();
-  out.has_z = z >= 0;
+  out.has_z = z >= 0 || geodetic.has_height();
   bool turned = false;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double up = z >= 0 ? table.number_or_nan(row, z) : 0.0;
-    if (std::isnan(up)) out.has_z = false;
-    Pose pose{Eigen::Quaterniond::Identity(), {table.number(row, x, "x"), table.number(row, y, "y"), up}};
+    Pose pose;
+    if (geodetic.given() && (x < 0 || y < 0 || std::isnan(table.number_or_nan(row, x)))) {
+      pose.p = geodetic.position(table, row);
+    } else {
+      pose.p = {table.number(row, x, "x"), table.number(row, y, "y"), z >= 0 ? table.number_or_nan(row, z) : 0.0};
+    }
+    if (std::isnan(pose.p.z())) out.has_z = false;
     if (quaternion) {
       pose.q = read_quaternion(table, row, qx, qy, qz, qw);
       turned = turned || pose.q.vec() != Eigen::Vector3d::Zero();

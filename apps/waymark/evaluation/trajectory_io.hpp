@@ -9,6 +9,7 @@
 
 #include "apps/waymark/evaluation/table.hpp"
 #include "waymark/pose.hpp"
+#include "waymark/sensor.hpp"
 #include "waymark/time.hpp"
 
 namespace waymark::evaluation {
@@ -45,8 +46,10 @@ const std::vector<std::string>& survey_quantities();
 /// y, y_m, north_m; z, z_m, up_m; yaw, yaw_rad; qx … qw); else eight blank-separated columns are TUM (t x y z qx qy qz
 /// qw). Seconds, metres, radians. z counts only if every row has one; a file whose quaternions are all exactly the
 /// identity has no orientation (that is how "unknown" is written). Rows are sorted by stamp; of equal stamps the last
-/// row stays. Throws DataError with file and line.
-Trajectory read_trajectory(const std::filesystem::path& file, const std::optional<Columns>& columns = std::nullopt);
+/// row stays. Where x is empty or absent, latitude_deg, longitude_deg and height_m count, with `datum` as the origin.
+/// Throws DataError with file and line.
+Trajectory read_trajectory(const std::filesystem::path& file, const std::optional<Columns>& columns = std::nullopt,
+                           const std::optional<Datum>& datum = std::nullopt);
 
 /// Reads landmarks by the names in the first row (id, name; x, x_m, east_m; y, y_m, north_m; radius, radius_m;
 /// sightings) or by `columns`. Throws DataError with file and line.

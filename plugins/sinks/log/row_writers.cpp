@@ -228,7 +228,9 @@ std::unique_ptr<RowWriter> make_fix_writer() {
           {"sigma_vertical_m", [](const GnssFix& f) { return f.sigma_vertical_m; }},
           {"hdop", [](const GnssFix& f) { return f.hdop; }},
           {"satellites", [](const GnssFix& f) { return f.satellites < 0 ? kUnknown : f.satellites; }},
-          {"type", [](const GnssFix& f) { return type_number(f.type); }}},
+          {"type", [](const GnssFix& f) { return type_number(f.type); }},
+          {"speed_mps", [](const GnssFix& f) { return f.speed_mps; }},
+          {"course_rad", [](const GnssFix& f) { return f.course_rad; }}},
       true);
 }
 
@@ -242,7 +244,20 @@ std::unique_ptr<RowWriter> make_imu_writer() {
                                           {"f_z_mps2", [](const ImuSample& s) { return s.f_sensor.z(); }},
                                           {"m_x_t", [](const ImuSample& s) { return s.m_sensor.x(); }},
                                           {"m_y_t", [](const ImuSample& s) { return s.m_sensor.y(); }},
-                                          {"m_z_t", [](const ImuSample& s) { return s.m_sensor.z(); }}},
+                                          {"m_z_t", [](const ImuSample& s) { return s.m_sensor.z(); }},
+                                          {"q_w", [](const ImuSample& s) { return s.q_enu_sensor.w(); }},
+                                          {"q_x", [](const ImuSample& s) { return s.q_enu_sensor.x(); }},
+                                          {"q_y", [](const ImuSample& s) { return s.q_enu_sensor.y(); }},
+                                          {"q_z", [](const ImuSample& s) { return s.q_enu_sensor.z(); }}},
+      true);
+}
+
+std::unique_ptr<RowWriter> make_heading_writer() {
+  return std::make_unique<NumbersWriter<CompassHeading>>(
+      std::vector<NumberField<CompassHeading>>{
+          {"heading_rad", [](const CompassHeading& c) { return c.heading_rad; }},
+          {"sigma_rad", [](const CompassHeading& c) { return c.sigma_rad; }},
+          {"from_true_north", [](const CompassHeading& c) { return c.from_true_north ? 1.0 : 0.0; }}},
       true);
 }
 
@@ -272,9 +287,18 @@ std::unique_ptr<RowWriter> make_row_writer(const Measurement& first, std::filesy
                                             {"v_y_mps", [](const BodyTwist& t) { return t.v_y_mps; }},
                                             {"w_z_radps", [](const BodyTwist& t) { return t.w_z_radps; }}});
   }
-  if (type == CompassHeading::kType) {
-    return std::make_unique<NumbersWriter<CompassHeading>>(std::vector<NumberField<CompassHeading>>{
-        {"heading_rad", [](const CompassHeading& c) { return c.heading_rad; }}});
+  if (type == CompassHeading::kType) return make_heading_writer();
+  if (type == MagneticField::kType) {
+    return std::make_unique<NumbersWriter<MagneticField>>(
+        std::vector<NumberField<MagneticField>>{{"m_x_t", [](const MagneticField& m) { return m.m_sensor.x(); }},
+                                                {"m_y_t", [](const MagneticField& m) { return m.m_sensor.y(); }},
+                                                {"m_z_t", [](const MagneticField& m) { return m.m_sensor.z(); }}});
+  }
+  if (type == Height::kType) {
+    return std::make_unique<NumbersWriter<Height>>(
+        std::vector<NumberField<Height>>{{"height_m", [](const Height& h) { return h.height_m; }},
+                                         {"sigma_m", [](const Height& h) { return h.sigma_m; }}},
+        true);
   }
   if (type == GnssFix::kType) return make_fix_writer();
   if (type == ImuSample::kType) return make_imu_writer();

@@ -71,7 +71,10 @@ std::optional<int> power_of_ten(double value) {
 }  // namespace
 
 Column ColumnFinder::find(const Config& config, std::string_view key, std::string_view field) {
-  const std::string name = config.text(key);
+  return find(config, key, config.text(key), field);
+}
+
+Column ColumnFinder::find(const Config& config, std::string_view key, const std::string& name, std::string_view field) {
   std::size_t index = 0;
   const auto [stop, error] = std::from_chars(name.data(), name.data() + name.size(), index);
   const bool is_number = !name.empty() && error == std::errc{} && stop == name.data() + name.size();

@@ -36,6 +36,8 @@ class ColumnFinder {
 
   /// The column that scalar `key` of `config` names, for the payload field `field`. Throws ConfigError (no such name).
   Column find(const Config& config, std::string_view key, std::string_view field);
+  /// The same for a column whose name was read already.
+  Column find(const Config& config, std::string_view key, const std::string& name, std::string_view field);
   /// Counts `count` columns from `first` as used by `field`.
   void use(std::size_t first, std::size_t count, std::string_view field);
 

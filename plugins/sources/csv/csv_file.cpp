@@ -36,6 +36,9 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
     entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
   }
   min_step_ = from_seconds(entry.non_negative("min_step_s", 0.0));
+  for (const std::string& name : entry.texts("only_changes_of", std::vector<std::string>{}))
+    changing_.push_back(finder_.find(entry, "only_changes_of", name, "only_changes_of"));
+  if (group_by_time_ && !changing_.empty()) entry.fail("only_changes_of", "cannot be combined with group_by_time");
   if (group_by_time_ && min_step_ > Duration{}) entry.fail("min_step_s", "cannot be combined with group_by_time");
   entry.reject_unread();
 }
@@ -48,6 +51,7 @@ void CsvFile::restart() {
   reader_.restart();
   newest_.reset();
   last_taken_.reset();
+  last_values_.clear();
   fields_of_first_row_ = 0;
   group_ = {};
   group_set_.reset();
@@ -83,6 +87,10 @@ std::optional<Measurement> CsvFile::take_row() {
   read.stamp = time_.read(row);
   read.arrival = arrival_ ? arrival_->read(row) : read.stamp;
   check_order(read.stamp, read.arrival);
+  if (is_repetition(row)) {
+    newest_ = read.arrival;
+    return std::nullopt;
+  }
   if (min_step_ > Duration{} && last_taken_ && read.stamp - *last_taken_ < min_step_) {
     newest_ = read.arrival;
     return std::nullopt;
@@ -102,6 +110,16 @@ std::optional<Measurement> CsvFile::take_row() {
   std::swap(payload, group_set_);
   if (!read.payload) return std::nullopt;
   return read;
+}
+
+/// True if the row says in the columns of `only_changes_of` what the last one said.
+bool CsvFile::is_repetition(Row row) {
+  if (changing_.empty()) return false;
+  std::string values;
+  for (const Column& column : changing_) (values += row[column.index]) += '\n';
+  if (values == last_values_) return true;
+  last_values_ = std::move(values);
+  return false;
 }
 
 void CsvFile::check_order(Time stamp, Time arrival) const {

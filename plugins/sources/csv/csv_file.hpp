@@ -40,6 +40,7 @@ class CsvFile {
  private:
   std::optional<Measurement> take_row();
   void check_order(Time stamp, Time arrival) const;
+  bool is_repetition(Row row);
 
   std::string sensor_;
   std::string_view type_;
@@ -52,9 +53,11 @@ class CsvFile {
   bool group_by_time_ = false;
   Duration max_time_jump_;
   Duration min_step_{};
+  std::vector<Column> changing_;  // of `only_changes_of`
 
   std::optional<Time> newest_;
   std::optional<Time> last_taken_;  // stamp of the last measurement, for min_step_
+  std::string last_values_;         // of the changing columns
   std::size_t fields_of_first_row_ = 0;
   Measurement group_;                   // the set that rows are added to; no payload: none
   std::shared_ptr<Payload> group_set_;  // its payload, writable

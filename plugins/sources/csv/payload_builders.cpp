@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "image_builder.hpp"
+#include "inertial_builders.hpp"
 #include "number_text.hpp"
 #include "waymark/payloads.hpp"
 
@@ -18,10 +19,10 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-constexpr std::array<std::string_view, 9> kTypes = {
-    WheelSpeeds::kType, WheelSteering::kType,  BodyTwist::kType,
-    GnssFix::kType,     LaserScan::kType,      Image::kType,
-    ImuSample::kType,   CompassHeading::kType, LandmarkObservations::kType};
+constexpr std::array<std::string_view, 11> kTypes = {
+    WheelSpeeds::kType,   WheelSteering::kType, BodyTwist::kType,           GnssFix::kType,
+    LaserScan::kType,     Image::kType,         ImuSample::kType,           CompassHeading::kType,
+    MagneticField::kType, Height::kType,        LandmarkObservations::kType};
 
 std::string_view short_name(std::string_view type) {
   type.remove_prefix(type.find('/') + 1);
@@ -73,7 +74,7 @@ class GnssBuilder final : public PayloadBuilder {
   GnssBuilder(const Config& columns, ColumnFinder& finder) {
     check_fields(columns,
                  {"east_m", "north_m", "up_m", "latitude_deg", "longitude_deg", "height_m", "sigma_horizontal_m",
-                  "sigma_vertical_m", "hdop", "satellites", "type"},
+                  "sigma_vertical_m", "hdop", "satellites", "type", "speed_mps", "course_rad"},
                  {}, "GnssFix");
     const bool local = columns.has("east_m") && columns.has("north_m");
     const bool geodetic = columns.has("latitude_deg") && columns.has("longitude_deg");
@@ -83,12 +84,14 @@ class GnssBuilder final : public PayloadBuilder {
     constexpr std::array<std::string_view, 3> kAxes = {"east_m", "north_m", "up_m"};
     for (std::size_t i = 0; i < kAxes.size(); ++i) local_[i] = optional_number_column(columns, kAxes[i], finder);
     latitude_ = optional_number_column(columns, "latitude_deg", finder);
-    constexpr std::array<std::pair<std::string_view, double GnssFix::*>, 5> kOthers = {
+    constexpr std::array<std::pair<std::string_view, double GnssFix::*>, 7> kOthers = {
         {{"longitude_deg", &GnssFix::longitude_deg},
          {"height_m", &GnssFix::height_m},
          {"sigma_horizontal_m", &GnssFix::sigma_horizontal_m},
          {"sigma_vertical_m", &GnssFix::sigma_vertical_m},
-         {"hdop", &GnssFix::hdop}}};
+         {"hdop", &GnssFix::hdop},
+         {"speed_mps", &GnssFix::speed_mps},
+         {"course_rad", &GnssFix::course_rad}}};
     for (const auto& [name, member] : kOthers) {
       if (auto column = optional_number_column(columns, name, finder)) others_.emplace_back(std::move(*column), member);
     }
@@ -198,49 +201,6 @@ class ScanBuilder final : public PayloadBuilder {
   bool allow_non_finite_ = false;
 };
 
-class ImuBuilder final : public PayloadBuilder {
- public:
-  ImuBuilder(const Config& columns, ColumnFinder& finder) {
-    check_fields(columns,
-                 {"w_x_radps", "w_y_radps", "w_z_radps", "f_x_mps2", "f_y_mps2", "f_z_mps2", "m_x_t", "m_y_t", "m_z_t"},
-                 {"w_x_radps", "w_y_radps", "w_z_radps"}, "ImuSample");
-    for (const std::string_view name : {"w_x_radps", "w_y_radps", "w_z_radps"}) w_.emplace_back(columns, name, finder);
-    f_ = optional_axes(columns, {"f_x_mps2", "f_y_mps2", "f_z_mps2"}, finder);
-    m_ = optional_axes(columns, {"m_x_t", "m_y_t", "m_z_t"}, finder);
-  }
-
-  std::shared_ptr<Payload> build(Row row) const override {
-    auto sample = std::make_shared<ImuSample>();
-    read(row, w_, sample->w_sensor);
-    read(row, f_, sample->f_sensor);
-    read(row, m_, sample->m_sensor);
-    return sample;
-  }
-
- private:
-  using Axes = std::vector<NumberColumn>;  // x, y, z, or none
-
-  static Axes optional_axes(const Config& columns, std::array<std::string_view, 3> names, ColumnFinder& finder) {
-    Axes axes;
-    for (const std::string_view name : names) {
-      if (auto column = optional_number_column(columns, name, finder)) axes.push_back(std::move(*column));
-    }
-    if (!axes.empty() && axes.size() != names.size()) {
-      columns.fail("ImuSample needs " + in_quotes(names[0]) + ", " + in_quotes(names[1]) + " and " +
-                   in_quotes(names[2]) + ", or none of them");
-    }
-    return axes;
-  }
-
-  static void read(Row row, const Axes& axes, Eigen::Vector3d& vector) {
-    for (std::size_t i = 0; i < axes.size(); ++i) vector[static_cast<Eigen::Index>(i)] = axes[i].read(row);
-  }
-
-  Axes w_;
-  Axes f_;
-  Axes m_;
-};
-
 class LandmarksBuilder final : public PayloadBuilder {
  public:
   LandmarksBuilder(const Config& columns, ColumnFinder& finder)
@@ -324,9 +284,13 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
   if (type == GnssFix::kType) return std::make_unique<GnssBuilder>(columns, finder);
   if (type == LaserScan::kType) return std::make_unique<ScanBuilder>(entry, columns, finder);
   if (type == ImuSample::kType) return std::make_unique<ImuBuilder>(columns, finder);
-  if (type == CompassHeading::kType) {
-    return std::make_unique<NumbersBuilder<CompassHeading>>(
-        columns, std::initializer_list<Field<CompassHeading>>{{"heading_rad", &CompassHeading::heading_rad}}, finder);
+  if (type == CompassHeading::kType) return std::make_unique<HeadingBuilder>(columns, finder);
+  if (type == MagneticField::kType) return std::make_unique<FieldBuilder>(columns, finder);
+  if (type == Height::kType) {
+    return std::make_unique<NumbersBuilder<Height>>(
+        columns,
+        std::initializer_list<Field<Height>>{{"height_m", &Height::height_m}, {"sigma_m", &Height::sigma_m, false}},
+        finder);
   }
   if (type == Image::kType) {
     return std::make_unique<ImageBuilder>(columns, readable_file(entry, "path").parent_path(), finder);

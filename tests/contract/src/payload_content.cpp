@@ -52,6 +52,16 @@ std::string problem_of_fix(const GnssFix& fix) {
   return {};
 }
 
+std::string problem_of_imu(const ImuSample& sample) {
+  for (const auto& v : {sample.w_sensor, sample.f_sensor, sample.m_sensor}) {
+    if (!v.allFinite() && !v.array().isNaN().all()) return "a vector of an IMU is neither finite nor unknown";
+  }
+  const auto& q = sample.q_enu_sensor.coeffs();
+  if (!q.array().isNaN().all() && !(std::abs(q.norm() - 1.0) < 1e-6))
+    return "an orientation is neither a unit quaternion nor unknown";
+  return {};
+}
+
 std::string problem_of_landmarks(const LandmarkObservations& seen) {
   for (const auto& one : seen.landmarks) {
     if (!finite(one.range_m, one.bearing_rad) || one.range_m < 0.0)
@@ -69,8 +79,17 @@ std::string content_of(const Payload& payload) {
   if (const auto* p = as<BodyTwist>(payload)) return bytes_of(p->v_x_mps, p->v_y_mps, p->w_z_radps);
   if (const auto* p = as<GnssFix>(payload)) {
     return bytes_of(p->p_map_antenna.x(), p->p_map_antenna.y(), p->p_map_antenna.z(), p->latitude_deg, p->longitude_deg,
-                    p->height_m, p->sigma_horizontal_m, p->sigma_vertical_m, p->hdop, p->satellites, p->type);
+                    p->height_m, p->sigma_horizontal_m, p->sigma_vertical_m, p->hdop, p->satellites, p->type,
+                    p->speed_mps, p->course_rad);
   }
+  if (const auto* p = as<ImuSample>(payload)) {
+    std::string out;
+    for (const auto& v : {p->w_sensor, p->f_sensor, p->m_sensor}) out += bytes_of(v.x(), v.y(), v.z());
+    return out + bytes_of(p->q_enu_sensor.w(), p->q_enu_sensor.x(), p->q_enu_sensor.y(), p->q_enu_sensor.z());
+  }
+  if (const auto* p = as<MagneticField>(payload)) return bytes_of(p->m_sensor.x(), p->m_sensor.y(), p->m_sensor.z());
+  if (const auto* p = as<CompassHeading>(payload)) return bytes_of(p->heading_rad, p->sigma_rad, p->from_true_north);
+  if (const auto* p = as<Height>(payload)) return bytes_of(p->height_m, p->sigma_m);
   if (const auto* p = as<LaserScan>(payload))
     return bytes_of(p->start_rad, p->step_rad) + bytes_of(p->ranges_m) + bytes_of(p->intensities);
   if (const auto* p = as<LandmarkObservations>(payload)) {
@@ -87,6 +106,10 @@ std::string problem_of(const Payload& payload) {
   if (const auto* p = as<WheelSteering>(payload)) return finite(p->speed_mps, p->steering_rad) ? "" : not_finite;
   if (const auto* p = as<BodyTwist>(payload)) return finite(p->v_x_mps, p->v_y_mps, p->w_z_radps) ? "" : not_finite;
   if (const auto* p = as<GnssFix>(payload)) return problem_of_fix(*p);
+  if (const auto* p = as<ImuSample>(payload)) return problem_of_imu(*p);
+  if (const auto* p = as<MagneticField>(payload)) return p->m_sensor.allFinite() ? "" : not_finite;
+  if (const auto* p = as<CompassHeading>(payload)) return finite(p->heading_rad) ? "" : not_finite;
+  if (const auto* p = as<Height>(payload)) return finite(p->height_m) ? "" : not_finite;
   if (const auto* p = as<LaserScan>(payload)) return problem_of_scan(*p);
   if (const auto* p = as<LandmarkObservations>(payload)) return problem_of_landmarks(*p);
   return {};

@@ -48,6 +48,22 @@ constexpr unsigned char kGzipped[] = {0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 
                                       0xa9, 0xd0, 0xa9, 0xe4, 0x32, 0xd4, 0x33, 0xd5, 0x31, 0xd2, 0x31, 0xe6,
                                       0x02, 0x00, 0xf8, 0x3f, 0xa6, 0xc3, 0x0e, 0x00, 0x00, 0x00};
 
+TEST_F(TrajectoryIo, GeodeticPositionsNeedADatum) {
+  const auto held_out = file(
+      "t_s,sensor,x_m,y_m,z_m,latitude_deg,longitude_deg,height_m\n"
+      "1,gps,,,,49.001,8.001,110\n2,other,3,4,,,,\n");
+  const Trajectory t = read_trajectory(held_out, std::nullopt, Datum{49.0, 8.0, 100.0});
+  ASSERT_EQ(t.points.size(), 2u);
+  EXPECT_NEAR(t.points[0].pose.p.x(), 73.17, 0.01);
+  EXPECT_NEAR(t.points[0].pose.p.y(), 111.21, 0.01);
+  EXPECT_EQ(t.points[1].pose.p.head<2>(), Eigen::Vector2d(3.0, 4.0));
+  EXPECT_FALSE(t.has_z) << "one row has no height";
+  EXPECT_THAT(message_of([&] { read_trajectory(held_out); }),
+              ::testing::HasSubstr("data.txt:2: the positions are geodetic"));
+  const auto heights = file("t,latitude_deg,longitude_deg,height_m\n1,49,8,110\n");
+  EXPECT_NEAR(read_trajectory(heights, std::nullopt, Datum{49.0, 8.0, 100.0}).points[0].pose.p.z(), 10.0, 1e-6);
+}
+
 TEST_F(TrajectoryIo, ReadsTum) {
   const Trajectory t = read_trajectory(file("# comment\n1.000000001 2 3 4 0 0 0.6 0.8\n\n2 5 6 7 0 0 0 1\n"));
   ASSERT_EQ(t.points.size(), 2u);

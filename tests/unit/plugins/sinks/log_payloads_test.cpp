@@ -72,6 +72,8 @@ TEST_F(LogPayloads, UnknownFieldsOfAFixStayUnknown) {
   geodetic.longitude_deg = 151.19;
   geodetic.satellites = 0;
   geodetic.hdop = 1.25;
+  geodetic.speed_mps = 0.1;
+  geodetic.course_rad = 6.2;
   arrive(3, local, 0);
   arrive(3, geodetic, 1);
   arrive(3, GnssFix{}, 2);
@@ -86,7 +88,10 @@ TEST_F(LogPayloads, UnknownFieldsOfAFixStayUnknown) {
   EXPECT_EQ(got[1].satellites, 0);
   EXPECT_EQ(got[1].hdop, 1.25);
   EXPECT_EQ(got[1].type, GnssFix::Type::unknown);
-  EXPECT_EQ(out_.lines("log/gps.csv").at(1), "0,0,1.5,-2,,,,,,,,,3");
+  EXPECT_EQ(got[1].speed_mps, 0.1);
+  EXPECT_EQ(got[1].course_rad, 6.2);
+  EXPECT_TRUE(std::isnan(got[0].speed_mps) && std::isnan(got[0].course_rad));
+  EXPECT_EQ(out_.lines("log/gps.csv").at(1), "0,0,1.5,-2,,,,,,,,,3,,");
 }
 
 TEST_F(LogPayloads, WritesTheOtherPayloadsToo) {
@@ -117,6 +122,50 @@ TEST_F(LogPayloads, WritesTheOtherPayloadsToo) {
   EXPECT_EQ(got[4].as<ImuSample>().f_sensor, nine.f_sensor);
   EXPECT_EQ(got[4].as<ImuSample>().m_sensor, nine.m_sensor);
   EXPECT_TRUE(out_.has("log/wheels.csv") && out_.has("log/wheels_2.csv")) << "a sensor with two payload types";
+}
+
+TEST_F(LogPayloads, WhatDevicesTellOfThemselvesComesBack) {
+  start();
+  CompassHeading magnetic;
+  magnetic.heading_rad = 0.1;
+  CompassHeading by_satellites;
+  by_satellites.heading_rad = 1.0 / 3.0;
+  by_satellites.sigma_rad = 0.01;
+  by_satellites.from_true_north = true;
+  MagneticField field;
+  field.m_sensor = {1e-6 / 3.0, -0.0, -4.4e-5};
+  Height barometer;
+  barometer.height_m = 0.7;
+  Height ultrasound;
+  ultrasound.height_m = -0.1;
+  ultrasound.sigma_m = 0.03;
+  ImuSample oriented;
+  oriented.w_sensor = {0.1, 0.2, 0.3};
+  oriented.q_enu_sensor = Eigen::Quaterniond(1.0, -2.0, 3.0, 0.1).normalized();
+  ImuSample not_oriented;
+  not_oriented.w_sensor = {0.1, 0.2, 0.3};
+  arrive(0, magnetic, 1);
+  arrive(0, by_satellites, 2);
+  arrive(2, field, 3);
+  arrive(3, barometer, 4);
+  arrive(3, ultrasound, 5);
+  arrive(2, oriented, 6);
+  arrive(2, not_oriented, 7);
+  const std::vector<Measurement> got = read_back();
+  ASSERT_EQ(got.size(), 7u);
+  EXPECT_TRUE(std::isnan(got[0].as<CompassHeading>().sigma_rad));
+  EXPECT_FALSE(got[0].as<CompassHeading>().from_true_north);
+  EXPECT_EQ(got[1].as<CompassHeading>().heading_rad, 1.0 / 3.0);
+  EXPECT_EQ(got[1].as<CompassHeading>().sigma_rad, 0.01);
+  EXPECT_TRUE(got[1].as<CompassHeading>().from_true_north);
+  EXPECT_EQ(got[2].as<MagneticField>().m_sensor, field.m_sensor);
+  EXPECT_TRUE(std::signbit(got[2].as<MagneticField>().m_sensor.y()));
+  EXPECT_EQ(got[3].as<Height>().height_m, 0.7);
+  EXPECT_TRUE(std::isnan(got[3].as<Height>().sigma_m));
+  EXPECT_EQ(got[4].as<Height>().height_m, -0.1);
+  EXPECT_EQ(got[4].as<Height>().sigma_m, 0.03);
+  EXPECT_EQ(got[5].as<ImuSample>().q_enu_sensor.coeffs(), oriented.q_enu_sensor.coeffs());
+  EXPECT_TRUE(got[6].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
 }
 
 TEST_F(LogPayloads, SetsOfLandmarksStaySets) {

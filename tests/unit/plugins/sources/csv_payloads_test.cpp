@@ -63,6 +63,76 @@ TEST_F(CsvPayloads, ReadsACompass) {
   EXPECT_NEAR(measurement->as<CompassHeading>().heading_rad, 1.5707963, 1e-6);
 }
 
+TEST_F(CsvPayloads, ACompassMayKnowTrueNorthAndItsDoubt) {
+  write("a.csv", "t,h,s,true_north\n0,1,0.1,1\n1,2,,0\n2,3,,2\n");
+  const std::string columns =
+      "payload: CompassHeading, empty_is_unknown: true, columns: { heading_rad: h, sigma_rad: s";
+  const auto by_column = source(columns + ", from_true_north: true_north }", "max_bad_rows: 1\n");
+  const auto all = read_all(*by_column);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].as<CompassHeading>().sigma_rad, 0.1);
+  EXPECT_TRUE(all[0].as<CompassHeading>().from_true_north);
+  EXPECT_TRUE(std::isnan(all[1].as<CompassHeading>().sigma_rad));
+  EXPECT_FALSE(all[1].as<CompassHeading>().from_true_north);
+  EXPECT_THAT(by_column->bad_records().at(0).reason,
+              HasSubstr("\"2\" in column 3 (from_true_north) is neither 0 nor 1"));
+  EXPECT_TRUE(source(columns + ", from_true_north: true }")->next()->as<CompassHeading>().from_true_north);
+  EXPECT_FALSE(source(columns + " }")->next()->as<CompassHeading>().from_true_north);
+}
+
+TEST_F(CsvPayloads, ReadsAFieldAndAHeight) {
+  write("a.csv", "t,x,y,z\n0,10,-20,30\n");
+  const auto micro = [](const char* axis) { return std::string("{ column: ") + axis + ", scale: 1e-6 }"; };
+  const auto field = source("payload: MagneticField, columns: { m_x_t: " + micro("x") + ", m_y_t: " + micro("y") +
+                            ", m_z_t: " + micro("z") + " }")
+                         ->next();
+  EXPECT_TRUE(field->as<MagneticField>().m_sensor.isApprox(Eigen::Vector3d(1e-5, -2e-5, 3e-5)));
+  const auto height = source("payload: Height, columns: { height_m: x, sigma_m: z }")->next();
+  EXPECT_EQ(height->as<Height>().height_m, 10.0);
+  EXPECT_EQ(height->as<Height>().sigma_m, 30.0);
+  EXPECT_THAT(construction_error<ConfigError>(entry("payload: MagneticField, columns: { m_x_t: x, m_y_t: y }")),
+              HasSubstr("MagneticField needs the column \"m_z_t\""));
+}
+
+TEST_F(CsvPayloads, ReadsTheVelocityOfAFix) {
+  write("a.csv", "t,lat,lon,kmh,deg\n0,51,13,36,90\n");
+  const auto measurement = source(
+                               "payload: GnssFix, columns: { latitude_deg: lat, longitude_deg: lon,"
+                               " speed_mps: { column: kmh, scale: 0.2777777777777778 },"
+                               " course_rad: { column: deg, scale: 0.0174532925199433 } }")
+                               ->next();
+  EXPECT_NEAR(measurement->as<GnssFix>().speed_mps, 10.0, 1e-12);
+  EXPECT_NEAR(measurement->as<GnssFix>().course_rad, 1.5707963, 1e-6);
+}
+
+TEST_F(CsvPayloads, RepeatedFixesAreOne) {
+  write("a.csv", "t,lat,lon,x\n0,51,13,1\n1,51,13,2\n2,51,14,3\n3,51,14,4\n4,52,14,5\n5,51,14,6\n");
+  const std::string columns = "payload: GnssFix, columns: { latitude_deg: lat, longitude_deg: lon, hdop: x }";
+  const auto fixes = source(columns + ", only_changes_of: [lat, lon]");
+  std::vector<double> first_of_each;
+  for (const Measurement& m : read_all(*fixes)) first_of_each.push_back(m.as<GnssFix>().hdop);
+  EXPECT_THAT(first_of_each, ::testing::ElementsAre(1, 3, 5, 6));
+  EXPECT_EQ(read_all(*source(columns + ", only_changes_of: lat")).size(), 3u);
+  EXPECT_THAT(construction_error<ConfigError>(entry(columns + ", only_changes_of: [lat, long]")),
+              HasSubstr("the header has no column \"long\""));
+}
+
+TEST_F(CsvPayloads, AnOrientationIsAUnitQuaternionOrUnknown) {
+  write("a.csv", "t,x,y,z,w\n0,0,0.6,0,0.8\n1,0,0,0,0\n2,,,,\n3,0,0,0.7071,0.7071\n4,0,0,0,0.5\n");
+  const std::string columns =
+      "payload: ImuSample, empty_is_unknown: true, columns: { w_x_radps: t, w_y_radps: t, w_z_radps: t, q_w: w";
+  const auto imu = source(columns + ", q_x: x, q_y: y, q_z: z }", "max_bad_rows: 1\n");
+  const auto all = read_all(*imu);
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_EQ(all[0].as<ImuSample>().q_enu_sensor.coeffs(), Eigen::Vector4d(0.0, 0.6, 0.0, 0.8));
+  EXPECT_TRUE(all[1].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
+  EXPECT_TRUE(all[2].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
+  EXPECT_NEAR(all[3].as<ImuSample>().q_enu_sensor.norm(), 1.0, 1e-15);
+  EXPECT_THAT(imu->bad_records().at(0).reason, HasSubstr("no unit quaternion"));
+  EXPECT_THAT(construction_error<ConfigError>(entry(columns + " }")),
+              HasSubstr("\"q_w\", \"q_x\", \"q_y\" and \"q_z\", or none of them"));
+}
+
 TEST_F(CsvPayloads, DeliversAnImagesFileAsItIs) {
   std::filesystem::create_directories(folder_ / "log" / "pictures");
   const std::string bytes("\x89PNG\0\r\n#\n,", 10);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line_stream.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+#include "waymark/error.hpp"
+
+namespace waymark::nmea {
+namespace {
+
+constexpr std::size_t kBufferBytes = 1 << 14;
+constexpr auto kPause = std::chrono::milliseconds(20);
+
+}  // namespace
+
+LineStream::LineStream(std::filesystem::path file, Duration patience)
+    : file_(std::move(file)), patience_(patience), buffer_(kBufferBytes) {
+  std::error_code ignored;
+  is_file_ = file_ != "-" && std::filesystem::is_regular_file(file_, ignored);
+}
+
+LineStream::~LineStream() {
+  if (descriptor_ > STDIN_FILENO) ::close(descriptor_);
+}
+
+LineStream::LineStream(LineStream&& other) noexcept
+    : file_(std::move(other.file_)),
+      patience_(other.patience_),
+      is_file_(other.is_file_),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      buffer_(std::move(other.buffer_)),
+      begin_(other.begin_),
+      end_(other.end_),
+      consumed_(other.consumed_),
+      size_(other.size_),
+      line_(other.line_),
+      after_cr_(other.after_cr_) {}
+
+std::string LineStream::place() const { return fmt::format("{}:{}", file_ == "-" ? "stdin" : file_.string(), line_); }
+
+double LineStream::progress() const {
+  if (!is_file_) return -1.0;
+  return size_ == 0 ? 0.0 : std::min(1.0, static_cast<double>(consumed_) / static_cast<double>(size_));
+}
+
+void LineStream::open() {
+  descriptor_ = file_ == "-" ? STDIN_FILENO : ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) throw DataError(fmt::format("{}: cannot be read: {}", file_.string(), std::strerror(errno)));
+  std::error_code ignored;
+  if (is_file_) size_ = std::filesystem::file_size(file_, ignored);
+}
+
+bool LineStream::refill() {
+  if (descriptor_ < 0) open();
+  const auto give_up = std::chrono::steady_clock::now() + patience_;
+  for (;;) {
+    const ssize_t count = ::read(descriptor_, buffer_.data(), buffer_.size());
+    if (count > 0) {
+      begin_ = 0;
+      end_ = static_cast<std::size_t>(count);
+      return true;
+    }
+    if (count < 0 && errno != EINTR)
+      throw DataError(fmt::format("{}: cannot be read on: {}", place(), std::strerror(errno)));
+    if (count == 0) {
+      if (!is_file_ || std::chrono::steady_clock::now() >= give_up) return false;
+      std::this_thread::sleep_for(kPause);
+    }
+  }
+}
+
+bool LineStream::next(std::string& line) {
+  line.clear();
+  bool any = false;
+  for (;;) {
+    if (begin_ == end_ && !refill()) {
+      if (any) ++line_;
+      return any;
+    }
+    const char c = buffer_[begin_++];
+    ++consumed_;
+    if (c == '\n' && std::exchange(after_cr_, false)) continue;  // the second half of CR LF
+    after_cr_ = c == '\r';
+    if (c == '\n' || c == '\r') {
+      ++line_;
+      return true;
+    }
+    any = true;
+    if (line.size() < kLongest) line += c;
+  }
+}
+
+}  // namespace waymark::nmea

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "waymark/time.hpp"
+
+namespace waymark::nmea {
+
+/// The lines of a file, a FIFO or the standard input. Lines end with LF, CR LF or CR.
+class LineStream {
+ public:
+  static constexpr std::size_t kLongest = 1000;  ///< what follows in a line is left out
+
+  /// `file`: "-" is the standard input. It is opened by the first `next`, as opening a FIFO waits for its writer.
+  /// `patience`: how long more lines are waited for at the end of a regular file that grows.
+  LineStream(std::filesystem::path file, Duration patience);
+  ~LineStream();
+  LineStream(LineStream&& other) noexcept;
+  LineStream(const LineStream&) = delete;
+  LineStream& operator=(const LineStream&) = delete;
+  LineStream& operator=(LineStream&&) = delete;
+
+  /// The next line, without its end; false at the end. Throws DataError if the file cannot be read.
+  bool next(std::string& line);
+
+  std::string place() const;  ///< "file:line" of the last line
+  /// True for a file that can be read again.
+  bool is_file() const { return is_file_; }
+  /// Share that was read, 0..1; negative if that is unknown.
+  double progress() const;
+
+ private:
+  void open();
+  bool refill();
+
+  std::filesystem::path file_;
+  Duration patience_;
+  bool is_file_;
+  int descriptor_ = -1;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  std::uint64_t consumed_ = 0;
+  std::uint64_t size_ = 0;
+  std::uint64_t line_ = 0;
+  bool after_cr_ = false;
+};
+
+}  // namespace waymark::nmea

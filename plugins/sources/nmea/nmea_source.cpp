@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <charconv>
+#include <deque>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "epoch.hpp"
+#include "epoch_clock.hpp"
+#include "line_stream.hpp"
+#include "sentence.hpp"
+#include "waymark/bad_record_list.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::nmea {
+namespace {
+
+BadRecordList bad_up_to(std::uint64_t limit) {
+  return {limit, {"record", "max_bad_records", "goes on after such ones"}};
+}
+
+/// A GNSS receiver's sentences of NMEA 0183: fixes, and headings of a compass that knows true north.
+class NmeaSource final : public Source {
+ public:
+  NmeaSource(const Config& config, const Rig& rig);
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override { return next(bad_); }
+  double progress() const override { return lines_->progress(); }
+  const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
+  void save(OutArchive& archive) const override;
+  void load(InArchive& archive) override;
+
+ private:
+  std::optional<std::uint32_t> add_channel(const Config& config, const Rig& rig, std::string_view key,
+                                           std::string_view payload);
+  void restart();
+  std::optional<Measurement> next(BadRecordList& bad);
+  void take(const std::string& line, BadRecordList& bad);
+  void take_heading(const Sentence& sentence);
+  void finish_epoch(BadRecordList& bad);
+  void deliver(Time stamp, std::uint32_t channel, std::shared_ptr<const Payload> payload);
+
+  std::vector<Channel> channels_;
+  std::optional<std::uint32_t> gnss_;  // their channels
+  std::optional<std::uint32_t> heading_;
+  bool heading_of_next_ = false;
+  BadRecordList bad_;
+  std::filesystem::path file_;
+  Duration patience_;
+  Duration delay_;
+  Duration max_jump_;
+  bool needs_checksum_;
+  std::optional<std::chrono::sys_days> start_date_;
+
+  // The position.
+  std::optional<LineStream> lines_;
+  std::optional<EpochClock> clock_;
+  Epoch epoch_;
+  std::optional<double> next_heading_deg_;  // of the epoch to come
+  std::deque<Measurement> ready_;
+  std::uint64_t delivered_ = 0;
+  bool ended_ = false;
+};
+
+std::filesystem::path file_of(const Config& config) {
+  const std::string name = config.text("file");
+  if (name == "-") return name;
+  std::filesystem::path file = config.file().parent_path() / name;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) config.fail("file", file.string() + " does not exist");
+  if (std::filesystem::is_directory(file, ignored))
+    config.fail("file", file.string() + " is a folder, a file, a FIFO or - is expected");
+  return file;
+}
+
+std::optional<std::chrono::sys_days> start_date_of(const Config& config) {
+  const std::string text = config.text("start_date", "none");
+  if (text == "none") return std::nullopt;
+  int year = 0;
+  unsigned month = 0;
+  unsigned day = 0;
+  const char* const end = text.data() + text.size();
+  const bool read = text.size() == 10 && text[4] == '-' && text[7] == '-' &&
+                    std::from_chars(text.data(), end, year).ptr == text.data() + 4 &&
+                    std::from_chars(text.data() + 5, end, month).ptr == text.data() + 7 &&
+                    std::from_chars(text.data() + 8, end, day).ptr == end;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+  if (!read || !date.ok()) config.fail("start_date", fmt::format("\"{}\" is no date as 2024-12-31", text));
+  return std::chrono::sys_days(date);
+}
+
+NmeaSource::NmeaSource(const Config& config, const Rig& rig)
+    : bad_(bad_up_to(static_cast<std::uint64_t>(
+          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 100)))),
+      file_(file_of(config)),
+      patience_(from_seconds(config.number_in("follow_s", 0.0, 1e6, 0.0))),
+      delay_(from_seconds(config.number_in("delay_s", 0.0, 3600.0, 0.0))),
+      max_jump_(from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))),
+      needs_checksum_(config.boolean("require_checksum", true)),
+      start_date_(start_date_of(config)) {
+  gnss_ = add_channel(config, rig, "gnss", GnssFix::kType);
+  heading_ = add_channel(config, rig, "heading", CompassHeading::kType);
+  if (!gnss_ && !heading_) config.fail("neither gnss nor heading is given; at least one of them is expected");
+  if (heading_) {
+    heading_of_next_ = config.child("heading").choice("time", {"previous", "next"}, "previous") == "next";
+    config.child("heading").reject_unread();
+  }
+  if (gnss_) config.child("gnss").reject_unread();
+  restart();
+}
+
+std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const Rig& rig, std::string_view key,
+                                                     std::string_view payload) {
+  if (!config.has(key)) return std::nullopt;
+  const Config entry = config.child(key);
+  const std::string sensor = entry.text("sensor");
+  const int index = rig.find(sensor);
+  if (index < 0) entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
+  const std::string& takes = rig.mountings()[static_cast<std::size_t>(index)].payload;
+  if (!takes.empty() && takes != payload)
+    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, takes, payload));
+  channels_.push_back({sensor, std::string(payload)});
+  return static_cast<std::uint32_t>(channels_.size() - 1);
+}
+
+void NmeaSource::restart() {
+  lines_.emplace(file_, patience_);
+  clock_.emplace(start_date_, max_jump_);
+  epoch_ = {};
+  next_heading_deg_.reset();
+  ready_.clear();
+  delivered_ = 0;
+  ended_ = false;
+}
+
+void NmeaSource::deliver(Time stamp, std::uint32_t channel, std::shared_ptr<const Payload> payload) {
+  Measurement measurement;
+  measurement.stamp = stamp;
+  measurement.arrival = stamp + delay_;
+  measurement.sensor = channel;
+  measurement.payload = std::move(payload);
+  ready_.push_back(std::move(measurement));
+}
+
+/// Makes measurements of what the sentences of one time said.
+void NmeaSource::finish_epoch(BadRecordList& bad) {
+  const Epoch epoch = std::exchange(epoch_, {});
+  const auto stamp = clock_->stamp(epoch, bad);
+  if (!stamp) return;
+  try {
+    if (gnss_) {
+      if (auto fix = epoch.fix()) deliver(*stamp, *gnss_, std::move(fix));
+    }
+  } catch (const Unusable& unusable) {
+    bad.add(epoch.place, unusable.what());
+  }
+  if (heading_) {
+    if (auto heading = epoch.heading()) deliver(*stamp, *heading_, std::move(heading));
+  }
+}
+
+/// Headings carry no time of their own.
+void NmeaSource::take_heading(const Sentence& sentence) {
+  const auto degrees = sentence.number(0);
+  if (!degrees) return;
+  if (heading_of_next_) {
+    next_heading_deg_ = degrees;
+  } else if (epoch_.time_of_day) {
+    epoch_.set_heading(*degrees);
+  }
+}
+
+void NmeaSource::take(const std::string& line, BadRecordList& bad) {
+  try {
+    if (line.size() >= LineStream::kLongest)
+      throw Unusable(fmt::format("a line of {} characters or more", LineStream::kLongest));
+    const auto sentence = read_sentence(line, needs_checksum_);
+    if (!sentence || !Epoch::reads(*sentence)) return;
+    if (sentence->type == "HDT") return take_heading(*sentence);
+    const auto time = Epoch::time_of(*sentence);
+    // Without a time a receiver knows nothing else either; VTG has none of its own.
+    if (!time && !(sentence->type == "VTG" && epoch_.time_of_day)) return;
+    if (time && epoch_.time_of_day != time) {
+      if (epoch_.time_of_day) finish_epoch(bad);
+      epoch_.time_of_day = time;
+      epoch_.place = lines_->place();
+      if (next_heading_deg_) epoch_.set_heading(*std::exchange(next_heading_deg_, {}));
+    }
+    epoch_.add(*sentence);
+  } catch (const Unusable& unusable) {
+    bad.add(lines_->place(), unusable.what());
+  }
+}
+
+std::optional<Measurement> NmeaSource::next(BadRecordList& bad) {
+  std::string line;
+  while (ready_.empty()) {
+    if (ended_) return std::nullopt;
+    if (lines_->next(line)) {
+      take(line, bad);
+    } else {
+      ended_ = true;
+      finish_epoch(bad);
+    }
+  }
+  Measurement measurement = std::move(ready_.front());
+  ready_.pop_front();
+  measurement.sequence = delivered_++;
+  return measurement;
+}
+
+void NmeaSource::save(OutArchive& archive) const {
+  archive.section("nmea", 1);
+  archive.value(delivered_);
+  archive.value(ended_);
+  bad_.save(archive);
+}
+
+void NmeaSource::load(InArchive& archive) {
+  archive.section("nmea", 1);
+  std::uint64_t delivered = 0;
+  bool ended = false;
+  archive.value(delivered);
+  archive.value(ended);
+  bad_.load(archive);
+  if (!lines_->is_file() && delivered > 0)
+    throw DataError(fmt::format("{}: a stream cannot be continued from a checkpoint", file_.string()));
+  restart();
+  BadRecordList known = bad_up_to(std::numeric_limits<std::uint64_t>::max());  // counted in the checkpoint already
+  while (delivered_ < delivered) {
+    if (!next(known)) throw DataError(fmt::format("checkpoint: a place behind the end of {}", file_.string()));
+  }
+  while (ended && !ended_) {
+    std::string line;
+    if (lines_->next(line)) {
+      take(line, known);
+    } else {
+      ended_ = true;
+      finish_epoch(known);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace waymark::nmea
+
+WAYMARK_PLUGIN(waymark::Source, waymark::nmea::NmeaSource, "nmea", "1.0.0")

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <queue>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bag.hpp"
+#include "message_stream.hpp"
+#include "messages.hpp"
+#include "nearest_name.hpp"
+#include "waymark/bad_record_list.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::rosbag1 {
+namespace {
+
+BadRecordList bad_up_to(std::uint64_t limit) {
+  return {limit, {"record", "max_bad_records", "goes on after such ones"}};
+}
+
+std::string_view short_name(std::string_view payload) {
+  payload.remove_prefix(payload.find('/') + 1);
+  return payload.substr(0, payload.find('@'));
+}
+
+/// Bags of ROS 1, in order of the time of recording or of the stamps.
+class Rosbag1Source final : public Source {
+ public:
+  Rosbag1Source(const Config& config, const Rig& rig);
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override;
+  double progress() const override { return stream_->progress(); }
+  const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
+  void save(OutArchive& archive) const override;
+  void load(InArchive& archive) override;
+
+ private:
+  /// An entry of `channels` in the YAML.
+  struct Route {
+    std::string topic;
+    const MessageKind* kind = nullptr;
+    std::uint32_t channel = 0;
+    bool stamp_recorded = false;
+    Duration stamp_offset{};
+  };
+  struct LaterArrival {
+    bool operator()(const Measurement& a, const Measurement& b) const {
+      return a.arrival != b.arrival ? a.arrival > b.arrival : a.sequence > b.sequence;
+    }
+  };
+
+  void open_bags(const Config& config);
+  void add_route(const Config& entry, const Rig& rig);
+  const MessageKind& kind_for(const Config& entry, const std::string& topic) const;
+  std::string topics_with_counts() const;
+  void restart();
+  std::optional<Measurement> next(BadRecordList& bad);
+  void take(const RawMessage& message, BadRecordList& bad);
+  Measurement measure(const Route& route, const RawMessage& message) const;
+  bool is_due() const;
+
+  std::vector<Bag> bags_;
+  std::vector<Route> routes_;
+  std::vector<Channel> channels_;
+  BadRecordList bad_;
+  bool arrival_recorded_ = true;
+  Duration reorder_window_{};
+
+  // The position.
+  std::optional<MessageStream> stream_;
+  std::priority_queue<Measurement, std::vector<Measurement>, LaterArrival> ready_;
+  Time newest_recorded_ = Time::min();   // of the messages that were taken
+  Time newest_delivered_ = Time::min();  // arrival
+  std::uint64_t taken_ = 0;              // measurements made, for the order of equal arrivals
+  std::uint64_t delivered_ = 0;
+  bool ended_ = false;
+};
+
+Rosbag1Source::Rosbag1Source(const Config& config, const Rig& rig)
+    : bad_(bad_up_to(static_cast<std::uint64_t>(
+          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)))) {
+  arrival_recorded_ = config.choice("arrival", {"recorded", "stamp"}, "recorded") == "recorded";
+  if (!arrival_recorded_) reorder_window_ = from_seconds(config.number_in("reorder_window_s", 0.0, 3600.0, 1.0));
+  open_bags(config);
+  const std::vector<Config> entries = config.items("channels");
+  if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
+  for (const Config& entry : entries) add_route(entry, rig);
+  restart();
+}
+
+void Rosbag1Source::open_bags(const Config& config) {
+  const std::vector<std::string> names = config.texts("file");
+  if (names.empty()) config.fail("file", "the list is empty, at least one bag is expected");
+  for (const std::string& name : names) {
+    try {
+      bags_.emplace_back(config.file().parent_path() / name);
+    } catch (const DataError& error) {
+      config.fail("file", error.what());
+    }
+  }
+}
+
+std::string Rosbag1Source::topics_with_counts() const {
+  std::map<std::pair<std::string, std::string>, std::uint64_t> count;
+  for (const Bag& bag : bags_) {
+    for (const auto& [number, connection] : bag.connections())
+      count[{connection.topic, connection.type}] += bag.messages(number);
+  }
+  if (count.empty()) return "there is no topic in the bag";
+  std::string text;
+  for (const auto& [topic, messages] : count)
+    text += fmt::format("{}{} ({}, {})", text.empty() ? "" : ", ", topic.first, topic.second, messages);
+  return "topics in the bag, with type and number of messages: " + text;
+}
+
+const MessageKind& Rosbag1Source::kind_for(const Config& entry, const std::string& topic) const {
+  std::set<std::pair<std::string, std::string>> types;  // with their md5
+  std::vector<std::string> topics;
+  for (const Bag& bag : bags_) {
+    for (const auto& [number, connection] : bag.connections()) {
+      topics.push_back(connection.topic);
+      if (connection.topic == topic) types.insert({connection.type, connection.md5});
+    }
+  }
+  if (types.empty()) {
+    const std::string nearest = nearest_name(topic, topics);
+    entry.fail("topic", fmt::format("there is no topic \"{}\"{}; {}", topic,
+                                    nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest),
+                                    topics_with_counts()));
+  }
+  if (types.size() > 1) {
+    entry.fail("topic", fmt::format("\"{}\" carries messages of {} types or definitions; one is expected; {}", topic,
+                                    types.size(), topics_with_counts()));
+  }
+  const auto& [type, md5] = *types.begin();
+  const std::string asked = entry.text("payload", "");
+  const MessageKind* usual = nullptr;
+  std::string readable;
+  std::string payloads;
+  for (const MessageKind& kind : message_kinds()) {
+    if (readable.find(kind.type) == std::string::npos)
+      readable += fmt::format("{}{}", readable.empty() ? "" : ", ", kind.type);
+    if (kind.type != type) continue;
+    if (kind.md5 != md5) {
+      entry.fail("topic",
+                 fmt::format("\"{}\" carries {} with the md5 sum {}, but {} is expected: its definition is another one",
+                             topic, type, md5, kind.md5));
+    }
+    if (asked == kind.payload || asked == short_name(kind.payload)) return kind;
+    payloads += fmt::format("{}{}", payloads.empty() ? "" : " or ", short_name(kind.payload));
+    if (usual == nullptr) usual = &kind;
+  }
+  if (usual == nullptr)
+    entry.fail("topic", fmt::format("\"{}\" carries {}; types that can be read: {}", topic, type, readable));
+  if (!asked.empty())
+    entry.fail("payload", fmt::format("{} cannot be made of {}; {} is expected", asked, type, payloads));
+  return *usual;
+}
+
+void Rosbag1Source::add_route(const Config& entry, const Rig& rig) {
+  Route route;
+  route.topic = entry.text("topic");
+  route.kind = &kind_for(entry, route.topic);
+  route.stamp_recorded = entry.choice("stamp", {"header", "recorded"}, "header") == "recorded";
+  route.stamp_offset = from_seconds(entry.number_in("stamp_offset_s", -3600.0, 3600.0, 0.0));
+  const std::string sensor = entry.text("sensor");
+  const std::string payload(route.kind->payload);
+  const int index = rig.find(sensor);
+  if (index < 0) {
+    std::vector<std::string> names;
+    for (const Mounting& mounting : rig.mountings()) names.push_back(mounting.name);
+    const std::string nearest = nearest_name(sensor, names);
+    entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors{}", sensor,
+                                     nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+  }
+  const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(index)];
+  if (!mounting.payload.empty() && mounting.payload != payload) {
+    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but {} gives {}; see payload", sensor, mounting.payload,
+                                     route.topic, payload));
+  }
+  for (const Route& other : routes_) {
+    if (other.topic == route.topic && other.kind == route.kind) {
+      entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
+                                       channels_[other.channel].sensor, sensor, short_name(payload), route.topic));
+    }
+  }
+  const auto channel = std::ranges::find_if(
+      channels_, [&](const Channel& one) { return one.sensor == sensor && one.payload_type == payload; });
+  route.channel = static_cast<std::uint32_t>(channel - channels_.begin());
+  if (channel == channels_.end()) channels_.push_back({sensor, payload});
+  entry.reject_unread();
+  routes_.push_back(std::move(route));
+}
+
+void Rosbag1Source::restart() {
+  std::set<std::pair<std::size_t, std::uint32_t>> wanted;
+  for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
+    for (const auto& [number, connection] : bags_[bag].connections()) {
+      const std::string& topic = connection.topic;
+      if (std::ranges::any_of(routes_, [&](const Route& route) { return route.topic == topic; }))
+        wanted.insert({bag, number});
+    }
+  }
+  stream_.emplace(bags_, std::move(wanted));
+  ready_ = {};
+  newest_recorded_ = newest_delivered_ = Time::min();
+  taken_ = delivered_ = 0;
+  ended_ = false;
+}
+
+Measurement Rosbag1Source::measure(const Route& route, const RawMessage& message) const {
+  const Decoded decoded = decode(*route.kind, message.data);
+  Measurement measurement;
+  if (route.stamp_recorded) {
+    measurement.stamp = message.recorded;
+  } else if (decoded.stamp) {
+    measurement.stamp = *decoded.stamp;
+  } else {
+    throw Unusable("its header has no stamp; `stamp: recorded` takes the time of recording");
+  }
+  measurement.stamp += route.stamp_offset;
+  measurement.arrival = arrival_recorded_ ? message.recorded : measurement.stamp;
+  if (measurement.stamp > measurement.arrival) {
+    throw Unusable(
+        fmt::format("its stamp lies {:.6f} s after it was recorded; with clocks that differ `stamp: recorded` or a "
+                    "negative stamp_offset_s helps",
+                    to_seconds(measurement.stamp - measurement.arrival)));
+  }
+  measurement.sensor = route.channel;
+  measurement.payload = decoded.payload;
+  return measurement;
+}
+
+/// Makes the measurements of one message.
+void Rosbag1Source::take(const RawMessage& message, BadRecordList& bad) {
+  if (arrival_recorded_ && message.recorded < newest_recorded_) {
+    bad.add(stream_->place(message), fmt::format("it was recorded {:.6f} s before a message that the index says is "
+                                                 "earlier",
+                                                 to_seconds(newest_recorded_ - message.recorded)));
+    return;
+  }
+  newest_recorded_ = std::max(newest_recorded_, message.recorded);
+  const std::string& topic = bags_[message.bag].connections().at(message.connection).topic;
+  for (const Route& route : routes_) {
+    if (route.topic != topic) continue;
+    try {
+      Measurement measurement = measure(route, message);
+      if (measurement.arrival < newest_delivered_) {
+        throw Unusable(
+            fmt::format("its stamp lies {:.6f} s before one that was delivered; a larger reorder_window_s "
+                        "would put them in order",
+                        to_seconds(newest_delivered_ - measurement.arrival)));
+      }
+      measurement.sequence = taken_++;
+      ready_.push(std::move(measurement));
+    } catch (const Unusable& unusable) {
+      bad.add(stream_->place(message), fmt::format("{}: {}", topic, unusable.what()));
+    }
+  }
+}
+
+/// True if nothing that comes before the first of `ready_` can still be read.
+bool Rosbag1Source::is_due() const {
+  if (ready_.empty()) return false;
+  return ended_ || arrival_recorded_ || ready_.top().arrival <= newest_recorded_ - reorder_window_;
+}
+
+std::optional<Measurement> Rosbag1Source::next(BadRecordList& bad) {
+  while (!is_due()) {
+    if (ended_) return std::nullopt;
+    if (const auto message = stream_->next(bad)) {
+      take(*message, bad);
+    } else {
+      ended_ = true;
+    }
+  }
+  Measurement measurement = ready_.top();
+  ready_.pop();
+  newest_delivered_ = measurement.arrival;
+  measurement.sequence = delivered_++;
+  return measurement;
+}
+
+std::optional<Measurement> Rosbag1Source::next() { return next(bad_); }
+
+void Rosbag1Source::save(OutArchive& archive) const {
+  archive.section("rosbag1", 1);
+  archive.value(static_cast<std::uint64_t>(bags_.size()));
+  for (const Bag& bag : bags_) {
+    archive.value(std::string_view(bag.file().filename().native()));
+    archive.value(bag.size());
+  }
+  archive.value(delivered_);
+  archive.value(ended_);
+  bad_.save(archive);
+}
+
+void Rosbag1Source::load(InArchive& archive) {
+  archive.section("rosbag1", 1);
+  std::uint64_t count = 0;
+  archive.value(count);
+  if (count != bags_.size())
+    throw DataError(fmt::format("checkpoint: {} bags, but the configuration has {}", count, bags_.size()));
+  for (const Bag& bag : bags_) {
+    std::string name;
+    std::uint64_t size = 0;
+    archive.value(name);
+    archive.value(size);
+    if (name != bag.file().filename().native() || size != bag.size()) {
+      throw DataError(fmt::format("checkpoint: made with the bag {} of {} bytes, but the configuration has {} of {}",
+                                  name, size, bag.file().string(), bag.size()));
+    }
+  }
+  std::uint64_t delivered = 0;
+  bool ended = false;
+  archive.value(delivered);
+  archive.value(ended);
+  bad_.load(archive);
+  restart();
+  BadRecordList known = bad_up_to(std::numeric_limits<std::uint64_t>::max());  // counted in the checkpoint already
+  while (delivered_ < delivered) {
+    if (!next(known)) throw DataError("checkpoint: a place behind the end of the bag");
+  }
+  if (ended) {
+    while (!ended_) {
+      if (const auto message = stream_->next(known)) {
+        take(*message, known);
+      } else {
+        ended_ = true;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace waymark::rosbag1
+
+WAYMARK_PLUGIN(waymark::Source, waymark::rosbag1::Rosbag1Source, "rosbag1", "1.0.0")

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the source rosbag1 makes of messages, their order and their times.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "rosbag1_fixture.hpp"
+
+namespace waymark {
+namespace {
+
+using namespace rosbag1_test;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+class Rosbag1 : public Rosbag1Test {
+ protected:
+  static std::vector<double> speeds(Source& source) {
+    std::vector<double> all;
+    for (const Measurement& m : read_all(source)) all.push_back(m.as<BodyTwist>().v_x_mps);
+    return all;
+  }
+  static std::string drained_state(Source& source) {
+    read_all(source);
+    std::ostringstream out;
+    OutArchive archive(out);
+    source.save(archive);
+    return out.str();
+  }
+};
+
+TEST_F(Rosbag1, ReadsAnImu) {
+  const auto all = one(kImu, imu_message(4 * kSecond + 1, {.q = {0.0, 0.6, 0.0, 0.8}}));
+  ASSERT_THAT(all, SizeIs(1));
+  EXPECT_EQ(all[0].stamp.time_since_epoch().count(), 4'000'000'001);
+  EXPECT_EQ(all[0].arrival.time_since_epoch().count(), 5'000'000'000);
+  const auto& sample = all[0].as<ImuSample>();
+  EXPECT_EQ(sample.w_sensor, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(sample.f_sensor, Eigen::Vector3d(0.0, 0.0, 9.81));
+  EXPECT_TRUE(sample.m_sensor.array().isNaN().all());
+  EXPECT_EQ(sample.q_enu_sensor.coeffs(), Eigen::Vector4d(0.0, 0.6, 0.0, 0.8));
+}
+
+TEST_F(Rosbag1, WhatAnImuDoesNotMeasureIsUnknown) {
+  const auto no_orientation = one(kImu, imu_message(1, {.q_variance = -1.0}));
+  EXPECT_TRUE(no_orientation.at(0).as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
+  const auto zero_quaternion = one(kImu, imu_message(1, {.q = {0.0, 0.0, 0.0, 0.0}}));
+  EXPECT_TRUE(zero_quaternion.at(0).as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
+  const auto no_force = one(kImu, imu_message(1, {.f = {kNaN, 0.0, 0.0}, .f_variance = -1.0}));
+  EXPECT_TRUE(no_force.at(0).as<ImuSample>().f_sensor.array().isNaN().all());
+  EXPECT_THAT(bad_, IsEmpty());
+}
+
+TEST_F(Rosbag1, AnOrientationIsNormalisedOrRefused) {
+  const auto rounded = one(kImu, imu_message(1, {.q = {0.0, 0.0, 0.7071, 0.7071}}));
+  EXPECT_NEAR(rounded.at(0).as<ImuSample>().q_enu_sensor.norm(), 1.0, 1e-15);
+  EXPECT_THAT(one(kImu, imu_message(1, {.q = {0.0, 0.0, 0.0, 0.5}})), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("/x: the orientation (0, 0, 0, 0.5) is no unit quaternion"));
+}
+
+TEST_F(Rosbag1, ReadsAFix) {
+  const auto all = one(kFix, fix_message(1, 0, 49.5));
+  const auto& fix = all.at(0).as<GnssFix>();
+  EXPECT_EQ(fix.type, GnssFix::Type::single);
+  EXPECT_EQ(fix.latitude_deg, 49.5);
+  EXPECT_EQ(fix.longitude_deg, 8.5);
+  EXPECT_EQ(fix.height_m, 112.0);
+  EXPECT_EQ(fix.sigma_horizontal_m, 1.0);
+  EXPECT_EQ(fix.sigma_vertical_m, 2.0);
+  EXPECT_EQ(one(kFix, fix_message(1, 1, 49.5)).at(0).as<GnssFix>().type, GnssFix::Type::differential);
+  EXPECT_EQ(one(kFix, fix_message(1, 2, 49.5)).at(0).as<GnssFix>().type, GnssFix::Type::differential);
+  EXPECT_TRUE(std::isnan(one(kFix, fix_message(1, 0, 49.5, 0)).at(0).as<GnssFix>().sigma_horizontal_m));
+}
+
+TEST_F(Rosbag1, NoFixIsAMeasurementButAFixWithoutAPositionIsNone) {
+  const auto none = one(kFix, fix_message(1, -1, kNaN));
+  EXPECT_EQ(none.at(0).as<GnssFix>().type, GnssFix::Type::none);
+  EXPECT_TRUE(std::isnan(none.at(0).as<GnssFix>().latitude_deg));
+  EXPECT_THAT(one(kFix, fix_message(1, 0, kNaN)), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("status 0 at latitude nan"));
+  EXPECT_THAT(one(kFix, fix_message(1, 0, 95.0)), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("95 is no latitude"));
+}
+
+TEST_F(Rosbag1, OneTopicFeedsSeveralSensors) {
+  BagWriter bag;
+  bag.add(bag.connect("/odom", kOdometry), 10, odometry_message(9, 1.5, 0.7));
+  bag.end_chunk();
+  write_bag(bag);
+  const auto source = make("{ topic: /odom, sensor: a }, { topic: /odom, sensor: b, payload: Height }");
+  EXPECT_THAT(source->channels(), SizeIs(2));
+  const auto all = read_all(*source);
+  ASSERT_THAT(all, SizeIs(2));
+  EXPECT_EQ(all[0].as<BodyTwist>().v_x_mps, 0.7);
+  EXPECT_EQ(all[0].as<BodyTwist>().v_y_mps, 0.2);
+  EXPECT_EQ(all[0].as<BodyTwist>().w_z_radps, -0.3);
+  EXPECT_EQ(all[1].as<Height>().height_m, 1.5);
+  EXPECT_EQ(all[1].as<Height>().sigma_m, 0.2);
+  EXPECT_EQ(all[1].stamp.time_since_epoch().count(), 9);
+}
+
+TEST_F(Rosbag1, ReadsTwistsAndFields) {
+  EXPECT_EQ(one(kTwist, twist_message(1, 1.25)).at(0).as<BodyTwist>().v_x_mps, 1.25);
+  EXPECT_THAT(bad_, IsEmpty());
+  EXPECT_EQ(one(kTwistWithCovariance, twist_message(1, 1.25) + covariance(36, 1)).at(0).as<BodyTwist>().w_z_radps, 0.5);
+  const auto field = one(kField, header(1) + packed({1e-6, 2e-6, -4e-5}) + covariance(9, 0));
+  EXPECT_THAT(bad_, IsEmpty());
+  EXPECT_EQ(field.at(0).as<MagneticField>().m_sensor, Eigen::Vector3d(1e-6, 2e-6, -4e-5));
+}
+
+TEST_F(Rosbag1, ReadsAScan) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto scan = [](std::initializer_list<float> ranges, std::initializer_list<float> intensities) {
+    const auto list = [](std::initializer_list<float> v) {
+      return bytes_of(static_cast<std::uint32_t>(v.size())) + packed(v);
+    };
+    return header(1) + packed({-1.5f, 1.5f, 0.5f, 0.0f, 0.1f, 0.2f, 30.0f}) + list(ranges) + list(intensities);
+  };
+  const auto all =
+      one(kScan, scan({1.0f, kInfinity, -kInfinity, static_cast<float>(kNaN), 40.0f}, {1.0f, 2.0f, 3.0f, 4.0f, 5.0f}));
+  const auto& got = all.at(0).as<LaserScan>();
+  EXPECT_EQ(got.start_rad, -1.5);
+  EXPECT_EQ(got.step_rad, 0.5);
+  EXPECT_THAT(got.ranges_m, ElementsAre(1.0f, kInfinity, 0.0f, kInfinity, 40.0f));
+  EXPECT_THAT(got.intensities, SizeIs(5));
+  EXPECT_THAT(one(kScan, scan({1.0f, 2.0f}, {1.0f})), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("2 ranges, but 1 intensities"));
+}
+
+TEST_F(Rosbag1, ReadsImages) {
+  const auto image = [](std::uint32_t width, const std::string& encoding, std::uint32_t step, const std::string& data) {
+    return header(1) + packed({2U, width}) + counted(encoding) + bytes_of(std::uint8_t{0}) + bytes_of(step) +
+           counted(data);
+  };
+  const auto rgb = one(kImage, image(1, "rgb8", 4, "rgb.RGB."));
+  EXPECT_EQ(rgb.at(0).as<Image>().encoding, Image::Encoding::bgr8);
+  EXPECT_THAT(rgb.at(0).as<Image>().data, ElementsAre('b', 'g', 'r', 'B', 'G', 'R'));
+  EXPECT_THAT(one(kImage, image(1, "bgra8", 4, "bgraBGRA")).at(0).as<Image>().data,
+              ElementsAre('b', 'g', 'r', 'B', 'G', 'R'));
+  const auto mono = one(kImage, image(2, "mono8", 3, "ab.cd."));
+  EXPECT_EQ(mono.at(0).as<Image>().encoding, Image::Encoding::mono8);
+  EXPECT_THAT(mono.at(0).as<Image>().data, ElementsAre('a', 'b', 'c', 'd'));
+  EXPECT_THAT(one(kImage, image(2, "bayer_rggb8", 2, "abcd")), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("\"bayer_rggb8\""));
+  EXPECT_THAT(one(kImage, image(2, "mono8", 2, "abc")), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("2 x 2 pixels in rows of 2 bytes has 3 bytes"));
+  const auto file = one(kCompressed, header(1) + counted("jpeg") + counted("\xff\xd8"));
+  EXPECT_EQ(file.at(0).as<Image>().encoding, Image::Encoding::compressed);
+  EXPECT_THAT(file.at(0).as<Image>().data, ElementsAre(0xff, 0xd8));
+}
+
+TEST_F(Rosbag1, EveryCompressionGivesTheSame) {
+  for (const std::string compression : {"none", "bz2", "lz4"}) {
+    BagWriter bag;
+    const auto connection = bag.connect("/x", kTwist);
+    for (int k = 1; k <= 300; ++k) {
+      bag.add(connection, k, twist_message(k, 0.1 * k));
+      if (k % 100 == 0) bag.end_chunk(compression);
+    }
+    write_bag(bag);
+    const auto source = make("{ topic: /x, sensor: a }");
+    const std::vector<double> got = speeds(*source);
+    ASSERT_THAT(got, SizeIs(300)) << compression;
+    for (int k = 1; k <= 300; ++k) EXPECT_EQ(got[static_cast<std::size_t>(k - 1)], 0.1 * k);
+    EXPECT_EQ(source->progress(), 1.0);
+    EXPECT_THAT(source->bad_records(), IsEmpty());
+  }
+}
+
+TEST_F(Rosbag1, MergesChunksAndBagsByTheTimeOfRecording) {
+  BagWriter first;
+  const auto x = first.connect("/x", kTwist);
+  first.add(x, 30, twist_message(1, 3));
+  first.add(x, 10, twist_message(1, 1));
+  first.end_chunk();
+  const auto other = first.connect("/x", kTwist);  // a second publisher
+  first.add(other, 20, twist_message(1, 2));
+  first.add(other, 50, twist_message(1, 5));
+  first.end_chunk("bz2");
+  write("a.bag", first.closed());
+  BagWriter second;
+  second.add(second.connect("/x", kTwist), 40, twist_message(1, 4));
+  second.end_chunk();
+  write("b.bag", second.closed());
+  EXPECT_THAT(speeds(*make("{ topic: /x, sensor: a }", "file: [a.bag, b.bag]")), ElementsAre(1, 2, 3, 4, 5));
+}
+
+TEST_F(Rosbag1, StampsCanBeTakenFromTheRecordAndBeMoved) {
+  const auto recorded = one(kTwist, twist_message(0, 1), ", stamp: recorded");
+  EXPECT_EQ(recorded.at(0).stamp.time_since_epoch().count(), 5 * kSecond);
+  EXPECT_THAT(one(kTwist, twist_message(0, 1)), IsEmpty());
+  EXPECT_THAT(bad_, AllOf(HasSubstr("header has no stamp"), HasSubstr("stamp: recorded")));
+  const auto moved = one(kTwist, twist_message(4 * kSecond, 1), ", stamp_offset_s: -0.25");
+  EXPECT_EQ(moved.at(0).stamp.time_since_epoch().count(), 3'750'000'000);
+  EXPECT_EQ(moved.at(0).arrival.time_since_epoch().count(), 5 * kSecond);
+  EXPECT_THAT(one(kTwist, twist_message(6 * kSecond, 1)), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("1.000000 s after it was recorded"));
+}
+
+TEST_F(Rosbag1, MessagesCanArriveWithTheirStamps) {
+  BagWriter bag;
+  const auto slow = bag.connect("/slow", kTwist);
+  const auto fast = bag.connect("/fast", kTwist);
+  for (int k = 1; k <= 5; ++k) {
+    bag.add(fast, k * kSecond, twist_message(k * kSecond, k));
+    bag.add(slow, k * kSecond + 1, twist_message(k * kSecond - kSecond / 2, k - 0.5));
+  }
+  bag.add(slow, 9 * kSecond, twist_message(3 * kSecond, 99));
+  bag.end_chunk();
+  write_bag(bag);
+  const auto source = make("{ topic: /fast, sensor: a }, { topic: /slow, sensor: b }",
+                           "file: a.bag\narrival: stamp\nreorder_window_s: 0.6\nmax_bad_records: 1");
+  const auto all = read_all(*source);
+  ASSERT_THAT(all, SizeIs(10));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i].as<BodyTwist>().v_x_mps, 0.5 * static_cast<double>(i + 1));
+    EXPECT_EQ(all[i].arrival, all[i].stamp);
+    EXPECT_EQ(all[i].sequence, i);
+  }
+  ASSERT_THAT(source->bad_records(), SizeIs(1));
+  EXPECT_THAT(source->bad_records()[0].reason, HasSubstr("reorder_window_s"));
+}
+
+TEST_F(Rosbag1, ContinuesWhereItWasSaved) {
+  BagWriter bag;
+  const auto x = bag.connect("/x", kTwist);
+  for (int k = 1; k <= 20; ++k) {
+    bag.add(x, k * kSecond, k == 7 ? "short" : twist_message(k * kSecond - (k % 3) * 1000, k));
+    if (k % 6 == 0) bag.end_chunk("lz4");
+  }
+  bag.end_chunk();
+  write("a.bag", bag.closed() + "end");
+  for (const std::string arrival : {"recorded", "stamp"}) {
+    const std::string keys = "file: a.bag\nmax_bad_records: 2\narrival: " + arrival;
+    const std::string expected = drained_state(*make("{ topic: /x, sensor: a }", keys));
+    for (int cut = 0; cut <= 20; ++cut) {
+      const auto source = make("{ topic: /x, sensor: a }", keys);
+      for (int k = 0; k < cut; ++k) source->next();
+      std::stringstream bytes;
+      OutArchive out(bytes);
+      source->save(out);
+      const auto loaded = make("{ topic: /x, sensor: a }", keys);
+      InArchive in(bytes);
+      loaded->load(in);
+      const auto rest = read_all(*loaded);
+      const auto rest_of_source = read_all(*source);
+      ASSERT_EQ(rest.size(), rest_of_source.size());
+      EXPECT_EQ(loaded->bad_records().size(), 2U);
+      EXPECT_EQ(drained_state(*loaded), expected);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace waymark
