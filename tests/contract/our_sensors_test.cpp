@@ -83,6 +83,25 @@ TEST(OurDgps, GeodeticFixesKeepTheContract) {
   expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7 }", fixes, setting);
 }
 
+TEST(OurDgps, VelocityAndMonitoringKeepTheContract) {
+  const auto fixes = stream_of<GnssFix>(120, [](GnssFix& fix, double t) {
+    fix.p_map_antenna = {3.0 + t, -2.0 + 0.5 * t, 1.0};
+    if (t > 2.0 && t < 3.0) fix.p_map_antenna.x() += 50.0 * t;
+    if (t > 4.0 && t < 5.0) fix.p_map_antenna = {7.0, 0.0, 1.0};
+    fix.satellites = t < 6.0 ? 9 : 5;
+    fix.type = t < 7.0 ? GnssFix::Type::differential : GnssFix::Type::single;
+    if (t > 1.0) {
+      fix.speed_mps = 1.0 + 0.2 * t;
+      fix.course_rad = 0.6 * t;
+    }
+  });
+  const std::string velocity = ", velocity_sigma_mps: 0.1, course_sigma_deg: 2, good_satellites: 7";
+  const std::string quick = ", adaptive_window: 5, outage_s: 0.2, settling_s: 1, jump_patience: 2 }";
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3" + velocity + quick, fixes);
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7" + velocity + quick,
+              fixes);
+}
+
 TEST(OurImu, KeepsTheContract) {
   const auto samples = stream_of<ImuSample>(40, [](ImuSample& imu, double t) {
     const Eigen::Quaterniond q_sensor_map =
