@@ -102,6 +102,52 @@ TEST(OurDgps, VelocityAndMonitoringKeepTheContract) {
               fixes);
 }
 
+/// The Earth's field near the equator in the compass' axes. (Where it is steep, a heading is so bent a function of the
+/// tilt that differences are no measure for its Jacobian.)
+template <class P, class Set>
+std::vector<Measurement> fields(const Set& set) {
+  auto stream = stream_of<P>(40, [&](P& payload, double t) {
+    const Eigen::Quaterniond q_sensor_map =
+        (so3::from_rpy(0.03 * std::sin(t), 0.02, 0.3 + 0.2 * t) * so3::from_rpy(0.05, 0.1, -0.7)).conjugate();
+    const double disturbed = t > 2.0 && t < 2.5 ? 2.0 : 1.0;
+    set(payload, q_sensor_map * (disturbed * Eigen::Vector3d(0.0, 39.7e-6, 10.6e-6)), q_sensor_map);
+  });
+  for (Measurement& m : stream) m.stamp += std::chrono::seconds(1'750'000'000);  // 2025: the model's time
+  return stream;
+}
+
+TEST(OurCompass, HeadingsKeepTheContract) {
+  const auto headings = stream_of<CompassHeading>(40, [](CompassHeading& compass, double t) {
+    compass.heading_rad = 1.2 - 0.2 * t + (t > 2.0 && t < 2.5 ? 2.0 : 0.0);
+    if (t > 1.0) compass.sigma_rad = 0.05;
+    compass.from_true_north = t > 3.0;
+  });
+  expect_good("compass", "{ name: compass, declination_deg: 3 }", headings);
+  expect_good("compass", "{ name: compass, declination: none, offset_sigma_deg: 4, jump_patience_s: 0.3 }", headings);
+}
+
+TEST(OurCompass, FieldsKeepTheContract) {
+  const auto vectors =
+      fields<MagneticField>([](MagneticField& field, const Eigen::Vector3d& m, const auto&) { field.m_sensor = m; });
+  SensorSetting setting;
+  setting.datum = Datum{0.0, 120.0, 0.0};
+  expect_good("compass", "{ name: compass, declination: auto }", vectors, setting);
+  expect_good("compass", "{ name: compass, declination_deg: -2, offset_sigma_deg: 4 }", vectors);
+  expect_good("compass",
+              "{ name: compass, declination_deg: 3, hard_iron_t: [1e-6, -2e-6, 3e-6],"
+              "  soft_iron: [1.1, 0.02, 0, 0.02, 0.95, 0, 0, 0, 1] }",
+              vectors);
+}
+
+TEST(OurCompass, TheMagnetometerOfAnImuKeepsTheContract) {
+  const auto samples =
+      fields<ImuSample>([](ImuSample& imu, const Eigen::Vector3d& m, const Eigen::Quaterniond& q_sensor_map) {
+        imu.m_sensor = m;
+        imu.f_sensor = q_sensor_map * Eigen::Vector3d(0.0, 0.0, 9.81);
+      });
+  expect_good("compass", "{ name: compass, declination_deg: 3 }", samples);
+}
+
 TEST(OurImu, KeepsTheContract) {
   const auto samples = stream_of<ImuSample>(40, [](ImuSample& imu, double t) {
     const Eigen::Quaterniond q_sensor_map =
