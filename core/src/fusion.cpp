@@ -171,6 +171,22 @@ class Fusion::Impl {
         !any([](const Sensor& s) { return s.observes_roll_and_pitch(); })) {
       throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
     }
+    check_magnetometers(sensors);
+  }
+
+  /// One magnetometer feeds the IMU's own filter or a compass, never both.
+  static void check_magnetometers(const std::vector<SensorSlot>& sensors) {
+    const SensorSlot* first = nullptr;
+    for (const SensorSlot& slot : sensors) {
+      if (!slot.enabled || !slot.sensor || !goes_on_to_be_fused(slot) || !slot.sensor->uses_magnetometer()) continue;
+      if (first != nullptr) {
+        throw ConfigError(fmt::format(
+            "sensors.{} and sensors.{} both take their heading from a magnetometer: if it is the same one, leave it to "
+            "one of them; if not, set own_magnetometer: true",
+            first->name, slot.name));
+      }
+      first = &slot;
+    }
   }
 
   void event(Time stamp, std::string text) {
