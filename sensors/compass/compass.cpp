@@ -43,6 +43,7 @@ class Compass final : public Sensor {
         offset_sigma_(kDegree * config.non_negative("offset_sigma_deg", 0.0)),
         offset_tau_(config.positive("offset_tau_s", 60.0)),
         noise_time_(config.non_negative("noise_time_s", offset_sigma_ > 0.0 ? 0.0 : 1.0)),
+        own_magnetometer_(config.boolean("own_magnetometer", false)),
         field_(config),
         jumps_(config) {}
 
@@ -56,6 +57,7 @@ class Compass final : public Sensor {
     return {offset};
   }
   bool is_absolute() const override { return true; }
+  bool uses_magnetometer() const override { return !own_magnetometer_ && !earth_.from_true_north(); }
 
   /// Level, or as the specific force has it if there is one: as good as the robot is at rest.
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
@@ -179,6 +181,7 @@ class Compass final : public Sensor {
   double offset_sigma_;
   double offset_tau_;
   double noise_time_;
+  bool own_magnetometer_;
 
   compass::FieldMonitor field_;
   compass::HeadingMonitor jumps_;
