@@ -155,7 +155,12 @@ TEST(OurImu, KeepsTheContract) {
     imu.w_sensor = {0.05 * std::cos(t), 0.02, 0.3};
     imu.f_sensor = q_sensor_map * Eigen::Vector3d(0.1 * std::sin(t), 0.0, 9.81);
     imu.m_sensor = q_sensor_map * Eigen::Vector3d(0.0, 20e-6, -45e-6);
+    imu.q_enu_sensor = q_sensor_map.conjugate();
   });
+  expect_good("imu", "{ name: imu, orientation: device }", samples);
+  SensorSetting other_states;  // none half a turn off the attitude, where the shortest way to it flips
+  other_states.seed = 5;
+  expect_good("imu", "{ name: imu, orientation: device, heading: true, declination_deg: 3 }", samples, other_states);
   expect_good("imu", "{ name: imu }", samples);
   expect_good("imu", "{ name: imu, heading: true }", samples);
   expect_good("imu", "{ name: imu, tilt: false, tells_standstill: false }", samples);
