@@ -148,6 +148,17 @@ TEST(OurCompass, TheMagnetometerOfAnImuKeepsTheContract) {
   expect_good("compass", "{ name: compass, declination_deg: 3 }", samples);
 }
 
+TEST(OurAltimeter, KeepsTheContract) {
+  const auto heights = stream_of<Height>(20, [](Height& height, double t) {
+    height.height_m = 2.0 + std::sin(t);
+    if (t > 1.0) height.sigma_m = 0.3;
+  });
+  for (const std::string more : {"", ", offset_sigma_m: 0.5, offset_tau_s: 30", ", offset_sigma_m: 0.5"}) {
+    const auto altimeter = make<Sensor>("altimeter", "{ name: altimeter, sigma_m: 0.1" + more + " }");
+    EXPECT_EQ(to_text(check_sensor(*altimeter, heights, Motion::spatial)), "") << more;
+  }
+}
+
 TEST(OurImu, KeepsTheContract) {
   const auto samples = stream_of<ImuSample>(40, [](ImuSample& imu, double t) {
     const Eigen::Quaterniond q_sensor_map =
