@@ -28,12 +28,13 @@ Settling::Settling(const Config& config)
       satellites_change_(static_cast<int>(config.integer_in("settling_satellites", 1, 100, 3))) {}
 
 double Settling::factor(Time stamp, const GnssFix& fix) {
+  // What a sentence does not say has not changed.
+  const bool typed = fix.type != GnssFix::Type::unknown && type_ != GnssFix::Type::unknown;
   const bool counted = fix.satellites >= 0 && satellites_ >= 0;
-  if (known_ && (fix.type != type_ || (counted && std::abs(fix.satellites - satellites_) >= satellites_change_))) {
+  if ((typed && fix.type != type_) || (counted && std::abs(fix.satellites - satellites_) >= satellites_change_)) {
     changed_ = stamp;
   }
-  known_ = true;
-  type_ = fix.type;
+  if (fix.type != GnssFix::Type::unknown) type_ = fix.type;
   if (fix.satellites >= 0) satellites_ = fix.satellites;
   if (!changed_) return 1.0;
   const double since = to_seconds(stamp - *changed_);
@@ -46,7 +47,6 @@ double Settling::factor(Time stamp, const GnssFix& fix) {
 
 void Settling::save(OutArchive& out) const {
   out.section("settling", 1);
-  out.value(known_);
   out.value(type_);
   out.value(satellites_);
   out.value(changed_);
@@ -54,7 +54,6 @@ void Settling::save(OutArchive& out) const {
 
 void Settling::load(InArchive& in) {
   in.section("settling", 1);
-  in.value(known_);
   in.value(type_);
   in.value(satellites_);
   in.value(changed_);
@@ -62,8 +61,8 @@ void Settling::load(InArchive& in) {
 
 Reacquisition::Reacquisition(const Config& config)
     : outage_(from_seconds(config.positive("outage_s", 5.0))),
-      fixes_(static_cast<int>(config.integer_in("reacquisition_fixes", 0, 1000, 5))),
-      sigma_factor_(config.number_in("reacquisition_factor", 1.0, 100.0, 3.0)) {}
+      fixes_(static_cast<int>(config.integer_in("reacquisition_fixes", 0, 1000, 3))),
+      sigma_factor_(config.number_in("reacquisition_factor", 1.0, 100.0, 2.0)) {}
 
 double Reacquisition::factor(Time stamp, const Eigen::Vector2d& innovation, const Eigen::Matrix2d& prior,
                              const Eigen::Matrix2d& R) {

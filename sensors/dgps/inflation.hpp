@@ -29,7 +29,6 @@ class Settling {
   double sigma_factor_;
   int satellites_change_;
 
-  bool known_ = false;
   GnssFix::Type type_ = GnssFix::Type::unknown;
   int satellites_ = -1;
   std::optional<Time> changed_;

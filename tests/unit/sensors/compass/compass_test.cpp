@@ -75,8 +75,7 @@ MagneticField field(const Eigen::Quaterniond& q_map_sensor, const Eigen::Vector3
   return payload;
 }
 
-// --- headings
-// ---------------------------------------------------------------------------------------------------------
+// --- headings ------------------------------------------------------------------------------------------------------
 
 TEST(Compass, HeadingCountsClockwiseFromNorthAndYawFromEast) {
   Bench bench("declination: none");
@@ -141,8 +140,7 @@ TEST(Compass, FastReadingsRepeatEachOther) {
   EXPECT_NEAR(bench.model().R(0, 0), std::pow(2.0 * kDegree, 2), kExact);
 }
 
-// --- field
-// ------------------------------------------------------------------------------------------------------------
+// --- field ---------------------------------------------------------------------------------------------------------
 
 TEST(Compass, TheFieldIsLevelledWithTheStatesRollAndPitch) {
   Bench bench("declination: none");
@@ -223,8 +221,7 @@ TEST(Compass, JacobiansAgreeWithDifferences) {
   check();
 }
 
-// --- doubts
-// -----------------------------------------------------------------------------------------------------------
+// --- doubts --------------------------------------------------------------------------------------------------------
 
 TEST(Compass, AFieldOfWrongStrengthOrDipIsRefused) {
   Bench bench("declination: none, field_settle_s: 1");
@@ -291,8 +288,7 @@ TEST(Compass, AHeadingThatJumpsIsDoubtedButNotForEver) {
   EXPECT_EQ(doubted, 50);
 }
 
-// --- start, state, refusals
-// -------------------------------------------------------------------------------------------
+// --- start, state, refusals ----------------------------------------------------------------------------------------
 
 TEST(Compass, TellsTheStartsHeading) {
   const Bench bench("declination_deg: 2, sigma_deg: 3, offset_sigma_deg: 4", Motion::planar,

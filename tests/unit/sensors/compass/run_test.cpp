@@ -99,8 +99,7 @@ TEST(CompassRun, TheOffsetStateTakesAConstantErrorWhereFixesShowIt) {
   EXPECT_LT(worst_heading(with_offset, 60.0), 0.7 * worst_heading(plain, 60.0));
 }
 
-// --- one magnetometer, one heading
-// ------------------------------------------------------------------------------------
+// --- one magnetometer, one heading ---------------------------------------------------------------------------------
 
 std::string refusal(const std::string& imu_keys, const std::string& compass_keys) {
   try {

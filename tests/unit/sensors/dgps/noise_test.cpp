@@ -29,8 +29,7 @@ void copy_by_archive(const T& from, T& to) {
   to.load(in);
 }
 
-// --- settling
-// ---------------------------------------------------------------------------------------------------------
+// --- settling ------------------------------------------------------------------------------------------------------
 
 TEST(Settling, AChangeOfTypeCostsForAWhile) {
   Settling settling(Config::parse("{ settling_s: 2, settling_factor: 4 }"));
@@ -47,6 +46,15 @@ TEST(Settling, OneSatelliteMoreOrLessIsNoChangeThreeAre) {
   EXPECT_EQ(settling.factor(at(1.0), fix_of(GnssFix::Type::single, 8)), 1.0);
   EXPECT_EQ(settling.factor(at(2.0), fix_of(GnssFix::Type::single, -1)), 1.0);  // unknown
   EXPECT_GT(settling.factor(at(3.0), fix_of(GnssFix::Type::single, 5)), 1.0);
+}
+
+TEST(Settling, ASentenceWithoutTypeChangesNothing) {
+  Settling settling(Config::parse("{}"));
+  for (int t = 0; t < 10; ++t) {
+    const auto type = t % 2 == 0 ? GnssFix::Type::differential : GnssFix::Type::unknown;
+    EXPECT_EQ(settling.factor(at(t), fix_of(type, -1)), 1.0) << t;
+  }
+  EXPECT_GT(settling.factor(at(10.0), fix_of(GnssFix::Type::single, -1)), 1.0);
 }
 
 TEST(Settling, ZeroTurnsItOff) {
@@ -66,8 +74,7 @@ TEST(Settling, ContinuesWhereItWasSaved) {
   EXPECT_EQ(one.factor(at(2.0), next), other.factor(at(2.0), next));
 }
 
-// --- return after an outage
-// -------------------------------------------------------------------------------------------
+// --- return after an outage ----------------------------------------------------------------------------------------
 
 const Eigen::Matrix2d kUnit = Eigen::Matrix2d::Identity();
 
@@ -120,8 +127,7 @@ TEST(Reacquisition, ContinuesWhereItWasSaved) {
   }
 }
 
-// --- adaptive noise
-// ---------------------------------------------------------------------------------------------------
+// --- adaptive noise ------------------------------------------------------------------------------------------------
 
 /// Share of the time that the scale is not 1, and its mean over the second half, for noise `truth` times the stated.
 std::pair<double, double> adapted(double truth, int window) {
