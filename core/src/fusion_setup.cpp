@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the parts of a robot fit together.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <ranges>
 
@@ -100,6 +102,25 @@ std::optional<Georeference> georeference_of(const StateLayout& layout) {
   return Georeference(layout, static_cast<int>(layout.owners().size()) - 1);
 }
 
+namespace {
+
+/// One magnetometer feeds the IMU's own filter or a compass, never both.
+void check_magnetometers(const std::vector<SensorSlot>& sensors) {
+  const SensorSlot* first = nullptr;
+  for (const SensorSlot& slot : sensors) {
+    if (!slot.enabled || !slot.sensor || !goes_on_to_be_fused(slot) || !slot.sensor->uses_magnetometer()) continue;
+    if (first != nullptr) {
+      throw ConfigError(fmt::format(
+          "sensors.{} and sensors.{} both take their heading from a magnetometer: if it is the same one, leave it to "
+          "one of them; if not, set own_magnetometer: true",
+          first->name, slot.name));
+    }
+    first = &slot;
+  }
+}
+
+}  // namespace
+
 void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                  const std::vector<MapSlot>& maps) {
   const auto any = [&](auto property) {
@@ -127,6 +148,7 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
       !any([](const Sensor& s) { return s.observes_roll_and_pitch(); })) {
     throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
   }
+  check_magnetometers(sensors);
 }
 
 Fusion::Impl::Impl(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps,

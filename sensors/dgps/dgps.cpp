@@ -1,67 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <GeographicLib/LocalCartesian.hpp>
+#include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numbers>
 
+#include "adaptive_noise.hpp"
+#include "fix_monitor.hpp"
+#include "fix_noise.hpp"
+#include "fix_position.hpp"
+#include "inflation.hpp"
+#include "updates.hpp"
+#include "waymark/ekf.hpp"
 #include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/georeference.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {
 
 namespace {
 
-/// A position fix of the antenna: z = p + R l + b, with lever arm l and, if configured, the slowly varying offset b out
-/// of the block.
-class PositionUpdate final : public Update {
- public:
-  PositionUpdate(const Eigen::Vector3d& p_map_antenna, const Eigen::Vector3d& lever_arm, double sigma_horizontal,
-                 double sigma_vertical, int rows, int block_size)
-      : z_(p_map_antenna),
-        arm_(lever_arm),
-        variance_(sigma_horizontal * sigma_horizontal, sigma_horizontal * sigma_horizontal,
-                  sigma_vertical * sigma_vertical),
-        rows_(rows),
-        block_size_(block_size) {}
+constexpr double kDegree = std::numbers::pi / 180.0;
 
-  void linearize(const StateView& state, Linearization& out) const override {
-    out.reset(rows_, block_size_);
-    const Eigen::Vector3d arm = state.nav.T_map_base.q * arm_;
-    Eigen::Vector3d residual = z_ - state.nav.T_map_base.p - arm;
-    for (int i = 0; i < std::min(block_size_, rows_); ++i) residual[i] -= state.block[i];
-    out.residual = residual.head(rows_);
-    out.R.diagonal() = variance_.head(rows_);
-    out.position() = Eigen::Matrix3d::Identity().topRows(rows_);
-    if (!arm_.isZero(0.0)) out.attitude() = -so3::skew(arm).topRows(rows_);
-    if (block_size_ > 0) out.block().leftCols(std::min(block_size_, rows_)).setIdentity();
-  }
-
- private:
-  Eigen::Vector3d z_;
-  Eigen::Vector3d arm_;
-  Eigen::Vector3d variance_;
-  int rows_;
-  int block_size_;
+/// The velocity that some receivers measure by Doppler.
+struct VelocitySettings {
+  double sigma = 0.0;         ///< per axis [m/s]; 0: not used
+  double course_sigma = 0.0;  ///< what the course errs beyond that [rad]
+  double min_speed = 0.0;     ///< below it a course says nothing [m/s]
+  bool tells_heading = false;
 };
 
-/// GNSS fixes, in local metres or geodetic (estimation.md, "DGPS").
+/// GNSS fixes, in local metres or geodetic (estimation.md §2, "DGPS"): noise per fix, quality monitoring before, soft
+/// return after an outage.
 class Dgps final : public Sensor {
  public:
   explicit Dgps(const Config& config)
       : lever_arm_(read_lever_arm(config)),
-        sigma_(config.positive("sigma_m")),
-        sigma_vertical_(config.positive("sigma_vertical_m", 2.0 * sigma_)),
-        sigma_per_hdop_(config.non_negative("sigma_per_hdop_m", 0.0)),
-        use_reported_(config.boolean("use_reported_sigma", true)),
+        noise_(config),
         offset_sigma_(config.non_negative("offset_sigma_m", 0.0)),
         offset_tau_(config.positive("offset_tau_s", 30.0)),
-        min_satellites_(static_cast<int>(config.integer_in("min_satellites", 0, 100, 0))) {
-    const Config by_type = config.child_or_empty("sigma_by_type_m");
-    for (const auto& [type, word] : kTypes) {
-      if (by_type.has(word)) sigma_by_type_[static_cast<std::size_t>(type)] = by_type.positive(word);
-    }
-  }
+        min_satellites_(static_cast<int>(config.integer_in("min_satellites", 0, 100, 0))),
+        velocity_(read_velocity(config)),
+        monitor_(config),
+        settling_(config),
+        reacquisition_(config),
+        adaptive_(config.boolean("adaptive_noise", offset_sigma_ == 0.0)),
+        horizontal_(read_window(config)),
+        vertical_(horizontal_) {}
 
   StateBlock block() const override {
     if (offset_sigma_ == 0.0) return {};
@@ -78,39 +62,95 @@ class Dgps final : public Sensor {
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     const auto& fix = measurement.as<GnssFix>();
-    check(fix);
+    dgps::check_usable(fix, min_satellites_);
     StartHint hint;
-    if (is_geodetic(fix) && datum == nullptr) {
+    if (dgps::is_geodetic(fix) && datum == nullptr) {
       hint.datum = Datum{fix.latitude_deg, fix.longitude_deg, std::isfinite(fix.height_m) ? fix.height_m : 0.0};
       return hint;
     }
-    hint.p_map_point = position(fix, datum);
+    hint.p_map_point = dgps::position(fix, datum);
     if (!std::isfinite(hint.p_map_point->z())) hint.p_map_point->z() = 0.0;
     hint.p_base_point = lever_arm_;
-    hint.sigma_m = std::hypot(horizontal_sigma(fix), offset_sigma_);
+    hint.sigma_m = std::hypot(noise_.horizontal(fix), offset_sigma_);
+    if (velocity_.tells_heading && has_course(fix)) {
+      hint.yaw_rad = so3::wrap(0.5 * std::numbers::pi - fix.course_rad);
+      hint.yaw_sigma_rad = std::hypot(velocity_.sigma / fix.speed_mps, velocity_.course_sigma, kSideslip);
+    }
     return hint;
   }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
+    pending_ = false;
     const auto& fix = measurement.as<GnssFix>();
-    check(fix);
-    const Eigen::Vector3d p = position(fix, prediction.datum);
+    dgps::check_usable(fix, min_satellites_);
+    const Eigen::Vector3d p = dgps::position(fix, prediction.datum);
+    const double horizontal = noise_.horizontal(fix);
+    const double vertical = noise_.vertical(fix);
+    const dgps::ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, prediction);
+
+    const double settling = settling_.factor(measurement.stamp, fix);
+    if (settling > 1.0) out.report_doubt("settling after a change of fix type or satellites");
+    if (const auto verdict = monitor_.judge(seen); verdict != dgps::FixMonitor::Verdict::good) {
+      out.report_doubt(dgps::FixMonitor::reason(verdict));
+      return;
+    }
+    if (horizontal_.scale() >= dgps::AdaptiveNoise::kMaxScale)
+      out.report_doubt("residuals far beyond the stated noise");
+
+    stated_ = {horizontal * horizontal, vertical * vertical};
+    used_ = {stated_.x() * horizontal_.scale() * settling, stated_.y() * vertical_.scale() * settling};
+    const Eigen::Matrix2d R = used_.x() * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d prior = seen.S - stated_.x() * Eigen::Matrix2d::Identity();
+    used_ *= reacquisition_.factor(measurement.stamp, seen.innovation, prior, R);
+
     const bool height = prediction.layout.motion() == StateLayout::Motion::spatial && std::isfinite(p.z());
-    const double vertical = use_reported_ && std::isfinite(fix.sigma_vertical_m)
-                                ? std::max(fix.sigma_vertical_m, sigma_vertical_)
-                                : sigma_vertical_;
-    out.emplace<PositionUpdate>(p, lever_arm_, horizontal_sigma(fix), vertical, height ? 3 : 2,
-                                offset_sigma_ > 0.0 ? 2 : 0);
+    const int block_size = offset_sigma_ > 0.0 ? 2 : 0;
+    out.emplace<dgps::PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
+                                      block_size);
+    pending_ = true;
+    if (velocity_.sigma > 0.0 && has_course(fix)) {
+      out.emplace<dgps::VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma,
+                                        lever_arm_, block_size);
+    }
+  }
+
+  /// A rejected fix says nothing about the noise of the others.
+  void outcome(const Outcome& outcome) override {
+    if (!pending_ || outcome.update != 0) return;
+    pending_ = false;
+    if (!adaptive_ || !outcome.accepted) return;
+    const double trace = outcome.S.topLeftCorner<2, 2>().trace();
+    horizontal_.take(outcome.innovation.head<2>().squaredNorm(), trace - 2.0 * used_.x(), 2.0 * stated_.x(), 2);
+    if (outcome.innovation.size() < 3) return;
+    vertical_.take(outcome.innovation[2] * outcome.innovation[2], outcome.S(2, 2) - used_.y(), stated_.y(), 1);
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Dgps>(*this); }
+  void save(OutArchive& out) const override {
+    out.section("dgps", 1);
+    monitor_.save(out);
+    settling_.save(out);
+    reacquisition_.save(out);
+    horizontal_.save(out);
+    vertical_.save(out);
+    out.value(pending_);
+    out.value(stated_);
+    out.value(used_);
+  }
+  void load(InArchive& in) override {
+    in.section("dgps", 1);
+    monitor_.load(in);
+    settling_.load(in);
+    reacquisition_.load(in);
+    horizontal_.load(in);
+    vertical_.load(in);
+    in.value(pending_);
+    in.value(stated_);
+    in.value(used_);
+  }
 
  private:
-  static constexpr std::array<std::pair<GnssFix::Type, const char*>, 4> kTypes = {
-      {{GnssFix::Type::single, "single"},
-       {GnssFix::Type::differential, "differential"},
-       {GnssFix::Type::rtk_float, "rtk_float"},
-       {GnssFix::Type::rtk_fixed, "rtk_fixed"}}};
+  static constexpr double kSideslip = 10.0 * kDegree;  // a vehicle does not drive exactly where it points
 
   static Eigen::Vector3d read_lever_arm(const Config& config) {
     // An antenna a metre off the axle makes a metre of error: the YAML must say where it is, or that it does not
@@ -123,54 +163,81 @@ class Dgps final : public Sensor {
     return {arm[0], arm[1], arm[2]};
   }
 
-  static bool is_geodetic(const GnssFix& fix) { return !std::isfinite(fix.p_map_antenna.x()); }
+  static VelocitySettings read_velocity(const Config& config) {
+    VelocitySettings velocity;
+    if (!config.has("velocity_sigma_mps")) return velocity;
+    velocity.sigma = config.positive("velocity_sigma_mps");
+    velocity.course_sigma = kDegree * config.number_in("course_sigma_deg", 0.0, 90.0, 0.0);
+    velocity.min_speed = config.positive("velocity_min_mps", 1.0);
+    velocity.tells_heading = config.boolean("course_tells_heading", true);
+    return velocity;
+  }
 
-  void check(const GnssFix& fix) const {
-    if (fix.type == GnssFix::Type::none) throw DataError("the receiver reports no fix");
-    if (fix.satellites >= 0 && fix.satellites < min_satellites_)
-      throw DataError("too few satellites: " + std::to_string(fix.satellites));
-    const bool local = std::isfinite(fix.p_map_antenna.x()) && std::isfinite(fix.p_map_antenna.y());
-    const bool geodetic = std::isfinite(fix.latitude_deg) && std::isfinite(fix.longitude_deg);
-    if (!local && !geodetic) throw DataError("the fix has neither east and north nor latitude and longitude");
-    if (!local && (std::abs(fix.latitude_deg) > 90.0 || std::abs(fix.longitude_deg) > 180.0)) {
-      throw DataError("latitude " + std::to_string(fix.latitude_deg) + ", longitude " +
-                      std::to_string(fix.longitude_deg) + " is no place on Earth");
+  static dgps::AdaptiveNoise read_window(const Config& config) {
+    return dgps::AdaptiveNoise(
+        static_cast<int>(config.integer_in("adaptive_window", 5, dgps::AdaptiveNoise::kMaxWindow, 20)));
+  }
+
+  bool has_course(const GnssFix& fix) const {
+    return std::isfinite(fix.speed_mps) && std::isfinite(fix.course_rad) && fix.speed_mps >= velocity_.min_speed;
+  }
+
+  /// The fix beside what the mixture expects. The offset counts with its whole stationary uncertainty, not with what is
+  /// left of it: the monitor had rather doubt too little.
+  dgps::ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma,
+                                      const Prediction& prediction) const {
+    const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;
+    const dgps::PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
+    const auto& owners = prediction.layout.owners();
+    const bool georeferenced = !owners.empty() && owners.back().name == Georeference::kOwner;
+    Linearization linear;
+    ekf::Innovation innovation;
+    NavState state = prediction.belief.mean;
+    if (georeferenced) {
+      const Georeference earth(prediction.layout, static_cast<int>(owners.size()) - 1);
+      const EarthJacobian jacobian = earth.jacobian(state);
+      state = earth.in_enu(state);
+      model.linearize({state, nullptr}, linear);
+      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation, &jacobian);
+    } else {
+      model.linearize({state, nullptr}, linear);
+      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
     }
-  }
-
-  static Eigen::Vector3d position(const GnssFix& fix, const Datum* datum) {
-    if (!is_geodetic(fix)) return fix.p_map_antenna;
-    if (datum == nullptr) throw DataError("a geodetic fix needs a datum");
-    const GeographicLib::LocalCartesian frame(datum->latitude_deg, datum->longitude_deg, datum->height_m);
-    Eigen::Vector3d p;
-    frame.Forward(fix.latitude_deg, fix.longitude_deg, std::isfinite(fix.height_m) ? fix.height_m : datum->height_m,
-                  p.x(), p.y(), p.z());
-    if (!std::isfinite(fix.height_m)) p.z() = GnssFix::kUnknown;
-    return p;
-  }
-
-  /// The best that is known of this fix, never below `sigma_m`.
-  double horizontal_sigma(const GnssFix& fix) const {
-    if (use_reported_ && std::isfinite(fix.sigma_horizontal_m)) return std::max(sigma_, fix.sigma_horizontal_m);
-    double sigma = sigma_;
-    if (sigma_per_hdop_ > 0.0 && std::isfinite(fix.hdop)) sigma = std::max(sigma, sigma_per_hdop_ * fix.hdop);
-    const double by_type = sigma_by_type_[static_cast<std::size_t>(fix.type)];
-    return std::max(sigma, by_type);
+    dgps::ObservedFix seen;
+    seen.stamp = stamp;
+    seen.z = p.head<2>();
+    seen.innovation = innovation.nu;
+    if (offset_sigma_ > 0.0) seen.innovation -= Eigen::Map<const Eigen::Vector2d>(prediction.block);
+    seen.S = innovation.S;
+    seen.sigma = std::sqrt(variance);
+    const Eigen::Vector3d v = state.v_base + state.w_base.cross(lever_arm_);
+    seen.speed = (state.T_map_base.q * v).head<2>().norm();
+    const int forward = prediction.layout.active(6);
+    seen.speed_sigma = std::sqrt(std::max(0.0, prediction.belief.P(forward, forward)));
+    seen.standing = prediction.standing;
+    return seen;
   }
 
   Eigen::Vector3d lever_arm_;
-  double sigma_;
-  double sigma_vertical_;
-  double sigma_per_hdop_;
-  bool use_reported_;
+  dgps::FixNoise noise_;
   double offset_sigma_;
   double offset_tau_;
   int min_satellites_;
-  std::array<double, 6> sigma_by_type_{};
+  VelocitySettings velocity_;
+
+  dgps::FixMonitor monitor_;
+  dgps::Settling settling_;
+  dgps::Reacquisition reacquisition_;
+  bool adaptive_;
+  dgps::AdaptiveNoise horizontal_;
+  dgps::AdaptiveNoise vertical_;
+  bool pending_ = false;                              // the outcome of a position is still to come
+  Eigen::Vector2d stated_ = Eigen::Vector2d::Zero();  // variance of the last fix, horizontal and vertical
+  Eigen::Vector2d used_ = Eigen::Vector2d::Zero();    // the same as given to the filter
 };
 
 }  // namespace
 
 }  // namespace waymark
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Dgps, "dgps", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::Dgps, "dgps", "1.1.0")

@@ -4,8 +4,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "attitude_filter.hpp"
+#include "device_orientation.hpp"
+#include "earth_field.hpp"
 #include "imu_updates.hpp"
 #include "waymark/plugin.hpp"
 
@@ -15,7 +18,9 @@ namespace {
 
 constexpr double kDegree = imu::AttitudeSettings::kDegree;
 
-imu::AttitudeSettings read_attitude_settings(const Config& config) {
+/// `earth`: a declination that the YAML gives turns the filter's own map; the model's comes in behind it, where date
+/// and place are known.
+imu::AttitudeSettings read_attitude_settings(const Config& config, const magnetic::EarthField& earth) {
   imu::AttitudeSettings s;
   const auto degrees = [&](const char* key, double& value) { value = kDegree * config.positive(key, value / kDegree); };
   s.gravity_mps2 = config.positive("gravity_mps2", s.gravity_mps2);
@@ -33,7 +38,7 @@ imu::AttitudeSettings read_attitude_settings(const Config& config) {
   s.tilt_per_magnitude = config.non_negative("tilt_per_magnitude", s.tilt_per_magnitude);
   degrees("heading_sigma_deg", s.heading_sigma);
   s.heading_time_s = config.non_negative("heading_time_s", s.heading_time_s);
-  s.declination = kDegree * config.number_in("declination_deg", -180.0, 180.0, 0.0);
+  if (!earth.uses_model()) s.declination = earth.at(Time{}, nullptr).declination;
   s.field_strength_limit = config.positive("field_strength_limit", s.field_strength_limit);
   degrees("field_dip_limit_deg", s.field_dip_limit);
   return s;
@@ -41,32 +46,44 @@ imu::AttitudeSettings read_attitude_settings(const Config& config) {
 
 /// An inertial measurement unit as a cascade (estimation.md §2, IMU): its own filter makes attitude and bias-free rates
 /// out of the axes; the main filter gets the rates with roll and pitch, or, if configured, the whole attitude with the
-/// heading and then no rates of the same gyro.
+/// heading and then no rates of the same gyro. The device's own attitude can take the place of the cascade's.
 class Imu final : public Sensor {
  public:
   Imu(const Config& config, const Rig& rig)
       : q_base_sensor_(rig.T_base_sensor(config.text("name")).q),
-        filter_(read_attitude_settings(config)),
+        earth_(config, 0.0),
+        filter_(read_attitude_settings(config, std::as_const(earth_))),
         heading_(config.boolean("heading", false)),
         tilt_(config.boolean("tilt", true)),
         tells_standstill_(config.boolean("tells_standstill", true)),
         bias_time_(config.non_negative("bias_time_s", 10.0)),
         mounting_limit_(kDegree * config.number_in("max_mounting_tilt_deg", 1.0, 180.0, 45.0)) {
     if (heading_ && !tilt_) config.fail("tilt", "heading needs roll and pitch, too");
+    if (config.choice("orientation", {"own", "device"}, "own") == "device") device_.emplace(config);
+    if (heading_) own_magnetometer_ = config.boolean("own_magnetometer", false);
   }
 
   bool is_motion_source() const override { return !heading_; }
   bool is_absolute() const override { return heading_; }
   bool observes_roll_and_pitch() const override { return tilt_; }
+  bool uses_magnetometer() const override { return heading_ && !own_magnetometer_; }
 
   /// From one sample, so only as good as the robot is at rest.
-  std::optional<StartHint> start_hint(const Measurement& measurement, const Datum*) const override {
+  std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     if (!heading_) return std::nullopt;
-    imu::AttitudeFilter alone(filter_.settings());
-    alone.process(measurement.stamp, measurement.as<ImuSample>());
-    if (!alone.knows_heading()) return std::nullopt;
+    const auto& sample = measurement.as<ImuSample>();
     StartHint hint;
-    hint.yaw_rad = so3::yaw(alone.q_map_sensor() * q_base_sensor_.conjugate());
+    if (device_) {
+      const Eigen::Quaterniond q = from_true_north(device_->of(sample), device_declination(measurement.stamp, datum));
+      hint.yaw_rad = so3::yaw(q * q_base_sensor_.conjugate());
+      hint.yaw_sigma_rad = device_->heading_sigma();
+      return hint;
+    }
+    imu::AttitudeFilter alone(filter_.settings());
+    alone.process(measurement.stamp, sample);
+    if (!alone.knows_heading()) return std::nullopt;
+    const Eigen::Quaterniond q = from_true_north(alone.q_map_sensor(), model_declination(measurement.stamp, datum));
+    hint.yaw_rad = so3::yaw(q * q_base_sensor_.conjugate());
     hint.yaw_sigma_rad = filter_.settings().levelling_heading_sigma;
     return hint;
   }
@@ -76,9 +93,10 @@ class Imu final : public Sensor {
     const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;
     const std::uint64_t saturated = filter_.counts().saturated;
     const bool was_levelled = filter_.levelled();
-    if (!filter_.process(measurement.stamp, sample)) {
-      throw DataError(sample.w_sensor.allFinite() ? "the sample is not later than the one before"
-                                                  : "the angular rate is not finite");
+    const bool has_rate = !device_ || sample.w_sensor.allFinite();  // a device may deliver its attitude alone
+    if (has_rate ? !filter_.process(measurement.stamp, sample) : interval <= 0.0) {
+      throw DataError(device_ || sample.w_sensor.allFinite() ? "the sample is not later than the one before"
+                                                             : "the angular rate is not finite");
     }
     last_stamp_ = measurement.stamp;
     if (filter_.levelled() && !was_levelled) check_mounting();
@@ -86,13 +104,27 @@ class Imu final : public Sensor {
 
     const double dt = std::clamp(interval, kMinInterval, filter_.settings().max_gap_s);
     const bool planar = prediction.layout.motion() == StateLayout::Motion::planar;
-    if (tells_standstill_) out.report_motion(!filter_.resting());
+    if (tells_standstill_ && has_rate) out.report_motion(!filter_.resting());
     if (heading_) {
-      if (filter_.levelled() && filter_.knows_heading()) add_attitude(dt, planar, out);
+      if (device_) {
+        const double declination = device_declination(measurement.stamp, prediction.datum);
+        add_attitude(from_true_north(device_->of(sample), declination), device_->variance(dt).asDiagonal(), planar,
+                     out);
+      } else if (filter_.levelled() && filter_.knows_heading()) {
+        const double declination = model_declination(measurement.stamp, prediction.datum);
+        add_attitude(from_true_north(filter_.q_map_sensor(), declination), own_covariance(dt), planar, out);
+        if (filter_.disturbed()) out.report_doubt("magnetic field disturbed: its strength or dip is not the usual one");
+      }
       return;
     }
-    add_rate(dt, planar, filter_.counts().saturated > saturated, out);
-    if (tilt_ && !planar && filter_.levelled() && filter_.knows_tilt()) add_tilt(dt, out);
+    if (has_rate) add_rate(dt, planar, filter_.counts().saturated > saturated, out);
+    if (!tilt_ || planar) return;
+    if (device_) {
+      add_tilt(device_->of(sample), device_->variance(dt).x(), out);
+    } else if (filter_.levelled() && filter_.knows_tilt()) {
+      const double variance = std::max(filter_.covariance()(0, 0), filter_.covariance()(1, 1));
+      add_tilt(filter_.q_map_sensor(), variance * correlated(filter_.settings().accelerometer_time_s, dt), out);
+    }
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
@@ -133,18 +165,14 @@ class Imu final : public Sensor {
     out.emplace<imu::RateUpdate>(R_base_sensor * w, R_base_sensor * R_sensor * R_base_sensor.transpose(), planar);
   }
 
-  void add_tilt(double dt, UpdateList& out) const {
-    const Eigen::Vector3d up_base = q_base_sensor_ * (filter_.q_map_sensor().conjugate() * Eigen::Vector3d::UnitZ());
-    const double variance = std::max(filter_.covariance()(0, 0), filter_.covariance()(1, 1));
-    out.emplace<imu::TiltUpdate>(up_base, variance * correlated(filter_.settings().accelerometer_time_s, dt));
+  void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {
+    const Eigen::Vector3d up_base = q_base_sensor_ * (q_map_sensor.conjugate() * Eigen::Vector3d::UnitZ());
+    out.emplace<imu::TiltUpdate>(up_base, variance);
   }
 
-  void add_attitude(double dt, bool planar, UpdateList& out) const {
-    const Eigen::Quaterniond q_map_base = filter_.q_map_sensor() * q_base_sensor_.conjugate();
-    const double tilt = std::sqrt(correlated(filter_.settings().accelerometer_time_s, dt));
-    const double heading = std::sqrt(correlated(filter_.settings().heading_time_s, dt));
-    const Eigen::Vector3d scale(tilt, tilt, heading);
-    const Eigen::Matrix3d R = scale.asDiagonal() * filter_.covariance().topLeftCorner<3, 3>() * scale.asDiagonal();
+  void add_attitude(const Eigen::Quaterniond& q_map_sensor, const Eigen::Matrix3d& R, bool planar,
+                    UpdateList& out) const {
+    const Eigen::Quaterniond q_map_base = q_map_sensor * q_base_sensor_.conjugate();
     if (planar) {
       out.emplace<imu::HeadingUpdate>(so3::yaw(q_map_base), R(2, 2));
     } else {
@@ -152,13 +180,37 @@ class Imu final : public Sensor {
     }
   }
 
+  /// Of the cascade's attitude, whose errors stay for a while.
+  Eigen::Matrix3d own_covariance(double dt) const {
+    const double tilt = std::sqrt(correlated(filter_.settings().accelerometer_time_s, dt));
+    const double heading = std::sqrt(correlated(filter_.settings().heading_time_s, dt));
+    const Eigen::Vector3d scale(tilt, tilt, heading);
+    return scale.asDiagonal() * filter_.covariance().topLeftCorner<3, 3>() * scale.asDiagonal();
+  }
+
+  /// What the cascade does not know: it has a given declination in it already.
+  double model_declination(Time stamp, const Datum* datum) {
+    return earth_.uses_model() ? earth_.at(stamp, datum).declination : 0.0;
+  }
+  double model_declination(Time stamp, const Datum* datum) const {
+    return earth_.uses_model() ? earth_.at(stamp, datum).declination : 0.0;
+  }
+  double device_declination(Time stamp, const Datum* datum) { return earth_.at(stamp, datum).declination; }
+  double device_declination(Time stamp, const Datum* datum) const { return earth_.at(stamp, datum).declination; }
+  static Eigen::Quaterniond from_true_north(const Eigen::Quaterniond& q_magnetic_sensor, double declination) {
+    return declination == 0.0 ? q_magnetic_sensor : so3::exp({0.0, 0.0, -declination}) * q_magnetic_sensor;
+  }
+
   Eigen::Quaterniond q_base_sensor_;
+  magnetic::EarthField earth_;
   imu::AttitudeFilter filter_;
   bool heading_;
   bool tilt_;
   bool tells_standstill_;
   double bias_time_;
   double mounting_limit_;
+  bool own_magnetometer_ = false;
+  std::optional<imu::DeviceOrientation> device_;  // instead of the cascade's attitude
   std::optional<Time> last_stamp_;
   std::optional<std::string> fault_;
 };
@@ -167,4 +219,4 @@ class Imu final : public Sensor {
 
 }  // namespace waymark
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Imu, "imu", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::Imu, "imu", "1.1.0")

@@ -18,7 +18,9 @@ inline Rig rig() {
   return Rig({{"wheels", "", {}},
               {"gps", "", {}},
               {"lidar", "", Pose{so3::from_rpy(0.0, 0.0, 0.1), {0.3, 0.05, 0.0}}},
-              {"imu", "", Pose{so3::from_rpy(0.2, -0.1, 1.5), {0.1, 0.0, 0.3}}}});
+              {"imu", "", Pose{so3::from_rpy(0.2, -0.1, 1.5), {0.1, 0.0, 0.3}}},
+              {"compass", "", Pose{so3::from_rpy(0.05, 0.1, -0.7), {0.0, 0.0, 0.4}}},
+              {"altimeter", "", Pose{so3::from_rpy(0.0, 0.0, 0.3), {0.2, -0.1, -0.1}}}});
 }
 
 template <class Interface>

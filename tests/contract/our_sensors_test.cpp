@@ -83,6 +83,82 @@ TEST(OurDgps, GeodeticFixesKeepTheContract) {
   expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7 }", fixes, setting);
 }
 
+TEST(OurDgps, VelocityAndMonitoringKeepTheContract) {
+  const auto fixes = stream_of<GnssFix>(120, [](GnssFix& fix, double t) {
+    fix.p_map_antenna = {3.0 + t, -2.0 + 0.5 * t, 1.0};
+    if (t > 2.0 && t < 3.0) fix.p_map_antenna.x() += 50.0 * t;
+    if (t > 4.0 && t < 5.0) fix.p_map_antenna = {7.0, 0.0, 1.0};
+    fix.satellites = t < 6.0 ? 9 : 5;
+    fix.type = t < 7.0 ? GnssFix::Type::differential : GnssFix::Type::single;
+    if (t > 1.0) {
+      fix.speed_mps = 1.0 + 0.2 * t;
+      fix.course_rad = 0.6 * t;
+    }
+  });
+  const std::string velocity = ", velocity_sigma_mps: 0.1, course_sigma_deg: 2, good_satellites: 7";
+  const std::string quick = ", adaptive_window: 5, outage_s: 0.2, settling_s: 1, jump_patience: 2 }";
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3" + velocity + quick, fixes);
+  expect_good("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0.7" + velocity + quick,
+              fixes);
+}
+
+/// The Earth's field near the equator in the compass' axes. (Where it is steep, a heading is so bent a function of the
+/// tilt that differences are no measure for its Jacobian.)
+template <class P, class Set>
+std::vector<Measurement> fields(const Set& set) {
+  auto stream = stream_of<P>(40, [&](P& payload, double t) {
+    const Eigen::Quaterniond q_sensor_map =
+        (so3::from_rpy(0.03 * std::sin(t), 0.02, 0.3 + 0.2 * t) * so3::from_rpy(0.05, 0.1, -0.7)).conjugate();
+    const double disturbed = t > 2.0 && t < 2.5 ? 2.0 : 1.0;
+    set(payload, q_sensor_map * (disturbed * Eigen::Vector3d(0.0, 39.7e-6, 10.6e-6)), q_sensor_map);
+  });
+  for (Measurement& m : stream) m.stamp += std::chrono::seconds(1'750'000'000);  // 2025: the model's time
+  return stream;
+}
+
+TEST(OurCompass, HeadingsKeepTheContract) {
+  const auto headings = stream_of<CompassHeading>(40, [](CompassHeading& compass, double t) {
+    compass.heading_rad = 1.2 - 0.2 * t + (t > 2.0 && t < 2.5 ? 2.0 : 0.0);
+    if (t > 1.0) compass.sigma_rad = 0.05;
+    compass.from_true_north = t > 3.0;
+  });
+  expect_good("compass", "{ name: compass, declination_deg: 3 }", headings);
+  expect_good("compass", "{ name: compass, declination: none, offset_sigma_deg: 4, jump_patience_s: 0.3 }", headings);
+}
+
+TEST(OurCompass, FieldsKeepTheContract) {
+  const auto vectors =
+      fields<MagneticField>([](MagneticField& field, const Eigen::Vector3d& m, const auto&) { field.m_sensor = m; });
+  SensorSetting setting;
+  setting.datum = Datum{0.0, 120.0, 0.0};
+  expect_good("compass", "{ name: compass, declination: auto }", vectors, setting);
+  expect_good("compass", "{ name: compass, declination_deg: -2, offset_sigma_deg: 4 }", vectors);
+  expect_good("compass",
+              "{ name: compass, declination_deg: 3, hard_iron_t: [1e-6, -2e-6, 3e-6],"
+              "  soft_iron: [1.1, 0.02, 0, 0.02, 0.95, 0, 0, 0, 1] }",
+              vectors);
+}
+
+TEST(OurCompass, TheMagnetometerOfAnImuKeepsTheContract) {
+  const auto samples =
+      fields<ImuSample>([](ImuSample& imu, const Eigen::Vector3d& m, const Eigen::Quaterniond& q_sensor_map) {
+        imu.m_sensor = m;
+        imu.f_sensor = q_sensor_map * Eigen::Vector3d(0.0, 0.0, 9.81);
+      });
+  expect_good("compass", "{ name: compass, declination_deg: 3 }", samples);
+}
+
+TEST(OurAltimeter, KeepsTheContract) {
+  const auto heights = stream_of<Height>(20, [](Height& height, double t) {
+    height.height_m = 2.0 + std::sin(t);
+    if (t > 1.0) height.sigma_m = 0.3;
+  });
+  for (const std::string more : {"", ", offset_sigma_m: 0.5, offset_tau_s: 30", ", offset_sigma_m: 0.5"}) {
+    const auto altimeter = make<Sensor>("altimeter", "{ name: altimeter, sigma_m: 0.1" + more + " }");
+    EXPECT_EQ(to_text(check_sensor(*altimeter, heights, Motion::spatial)), "") << more;
+  }
+}
+
 TEST(OurImu, KeepsTheContract) {
   const auto samples = stream_of<ImuSample>(40, [](ImuSample& imu, double t) {
     const Eigen::Quaterniond q_sensor_map =
@@ -90,7 +166,12 @@ TEST(OurImu, KeepsTheContract) {
     imu.w_sensor = {0.05 * std::cos(t), 0.02, 0.3};
     imu.f_sensor = q_sensor_map * Eigen::Vector3d(0.1 * std::sin(t), 0.0, 9.81);
     imu.m_sensor = q_sensor_map * Eigen::Vector3d(0.0, 20e-6, -45e-6);
+    imu.q_enu_sensor = q_sensor_map.conjugate();
   });
+  expect_good("imu", "{ name: imu, orientation: device }", samples);
+  SensorSetting other_states;  // none half a turn off the attitude, where the shortest way to it flips
+  other_states.seed = 5;
+  expect_good("imu", "{ name: imu, orientation: device, heading: true, declination_deg: 3 }", samples, other_states);
   expect_good("imu", "{ name: imu }", samples);
   expect_good("imu", "{ name: imu, heading: true }", samples);
   expect_good("imu", "{ name: imu, tilt: false, tells_standstill: false }", samples);

@@ -67,6 +67,10 @@ class WAYMARK_TYPE Sensor {
   /// True if this sensor observes roll and pitch; `motion: { kind: spatial }` needs one.
   virtual bool observes_roll_and_pitch() const { return false; }
 
+  /// True if a magnetometer makes this sensor's heading. Two such sensors are refused: they would count one reading
+  /// twice. A sensor whose YAML says that its magnetometer is its own answers false.
+  virtual bool uses_magnetometer() const { return false; }
+
   /// What this measurement says about the start; called only while the filter has not started.
   virtual std::optional<StartHint> start_hint(const Measurement&, const Datum*) const { return std::nullopt; }
 

@@ -147,8 +147,9 @@ TEST(FusionFaults, ASensorWithoutListenerIsSaidOnce) {
   EXPECT_EQ(robot.fusion().report().events.size(), 1U);
 }
 
+// The gate alone, without the receiver's own monitoring before it.
 TEST(FusionGate, AFixFarOffIsGatedAndLeavesTheBeliefAlone) {
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0"));
   std::vector<Measurement> log = forty_seconds();
   log.push_back(fix(39.95, 500.0, 0.0));
   robot.play(in_order(log));
@@ -164,7 +165,7 @@ std::vector<Measurement> jump_at_20() {
 }
 
 TEST(FusionGate, IsReacquiredAfterManyRejectionsInARow) {
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("max_consecutive_rejections: 5"));
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0, max_consecutive_rejections: 5"));
   robot.play(jump_at_20());
   EXPECT_THAT(robot.events(), HasSubstr("gps: 5 measurements in a row rejected"));
   EXPECT_EQ(robot.report(1).gated, 5U);
@@ -173,7 +174,7 @@ TEST(FusionGate, IsReacquiredAfterManyRejectionsInARow) {
 }
 
 TEST(FusionGate, ZeroMeansNeverReacquired) {
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("max_consecutive_rejections: 0"));
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0, max_consecutive_rejections: 0"));
   robot.play(jump_at_20());
   EXPECT_EQ(robot.report(1).gated, 20U);
   EXPECT_EQ(robot.events(), "");

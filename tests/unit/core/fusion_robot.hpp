@@ -32,6 +32,9 @@ class FusionRobot {
     const Config config = Config::parse(yaml, "robot.yaml");
     const PluginLoader loader({WAYMARK_PLUGIN_DIR});
     std::vector<SensorSlot> slots;
+    std::vector<Mounting> mountings;
+    for (const Config& entry : config.items("sensors")) mountings.push_back(read_mounting(entry));
+    const Rig rig(std::move(mountings));
     for (const Config& entry : config.items("sensors")) {
       slots.push_back(read_sensor_slot(entry));
       SensorSlot& slot = slots.back();
@@ -39,7 +42,7 @@ class FusionRobot {
       if (mine != own.end()) {
         slot.sensor = mine->second;
       } else if (!slot.plugin.empty()) {
-        slot.sensor = loader.create<Sensor>(slot.plugin, entry, Rig({}));
+        slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
       }
     }
     fusion_ = std::make_unique<Fusion>(

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "sensor_bench.hpp"
+#include "unit/sensors/sensor_bench.hpp"
+#include "waymark/georeference.hpp"
 
 namespace waymark {
 namespace {
@@ -262,6 +263,61 @@ TEST(Dgps, IsAbsoluteAndNoMotionSource) {
   const auto bench = dgps("");
   EXPECT_TRUE(bench.sensor().is_absolute());
   EXPECT_FALSE(bench.sensor().is_motion_source());
+}
+
+// --- doubts ----------------------------------------------------------------------------------------------------
+
+/// Feeds a fix; the doubt about it, or nothing if it gave its update.
+std::string doubt(Sensor& sensor, const StateLayout& layout, const NavState& mean, const GnssFix& fix, double t) {
+  Belief belief;
+  belief.mean = mean;
+  belief.P = 0.01 * ErrorMatrix::Identity(layout.size(), layout.size());
+  UpdateList updates;
+  sensor.process(measurement_of(fix, t), {belief, layout, mean.block.data(), nullptr, false}, updates);
+  EXPECT_EQ(updates.size() == 0, !updates.doubt().empty());
+  return std::string(updates.doubt());
+}
+
+TEST(DgpsDoubts, AJumpIsSaidAndGivesNoUpdate) {
+  const auto sensor = make_sensor("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3 }");
+  const StateLayout layout(StateLayout::Motion::planar, {{"gps", {}}});
+  EXPECT_EQ(doubt(*sensor, layout, {}, local(0.1, 0.0), 1.0), "");
+  EXPECT_THAT(doubt(*sensor, layout, {}, local(30.0, 0.0), 2.0), HasSubstr("jumps"));
+  EXPECT_EQ(doubt(*sensor, layout, {}, local(0.1, 0.2), 3.0), "");
+}
+
+TEST(DgpsDoubts, WhereTheMapHasAPlaceOnTheEarthTheFixIsLookedForThere) {
+  const auto sensor = make_sensor("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3 }");
+  const StateLayout layout(
+      StateLayout::Motion::planar,
+      {{"gps", {}},
+       {std::string(Georeference::kOwner), Georeference::block(StateLayout::Motion::planar, {.enabled = true})}});
+  NavState mean;
+  mean.T_map_base = Pose::planar(10.0, 0.0, 0.0);
+  mean.block.setZero(layout.block_size());
+  mean.block << 100.0, 50.0, 0.5 * std::numbers::pi;  // x, y, yaw: the robot is at (100, 60)
+  EXPECT_EQ(doubt(*sensor, layout, mean, local(100.0, 60.0), 1.0), "");
+  EXPECT_EQ(doubt(*sensor, layout, mean, local(100.2, 59.9), 2.0), "");
+  EXPECT_THAT(doubt(*sensor, layout, mean, local(10.0, 0.0), 3.0), HasSubstr("jumps"));
+}
+
+TEST(DgpsDoubts, SettlingIsSaidWhileTheFixIsUsed) {
+  auto bench = dgps("");
+  GnssFix fix = local(0.5, -0.2);
+  fix.type = GnssFix::Type::rtk_fixed;
+  EXPECT_NEAR(bench.feed(measurement_of(fix, 1.0)).R(0, 0), 0.09, kExact);
+  fix.type = GnssFix::Type::single;
+  EXPECT_NEAR(bench.feed(measurement_of(fix, 2.0)).R(0, 0), 9.0 * 0.09, kExact);
+}
+
+TEST(DgpsDoubts, FewSatellitesCountAsWorse) {
+  GnssFix fix = local(1.0, 2.0);
+  fix.satellites = 4;
+  EXPECT_NEAR(sigma_of(", good_satellites: 8", fix), 0.6, kExact);
+  fix.satellites = 9;
+  EXPECT_NEAR(sigma_of(", good_satellites: 8", fix), 0.3, kExact);
+  fix.satellites = -1;
+  EXPECT_NEAR(sigma_of(", good_satellites: 8", fix), 0.3, kExact);
 }
 
 // --- refusals

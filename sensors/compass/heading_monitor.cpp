@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "heading_monitor.hpp"
+
+namespace waymark::compass {
+
+HeadingMonitor::HeadingMonitor(const Config& config)
+    : jump_sigmas_(config.non_negative("jump_sigmas", 6.0)),
+      patience_(from_seconds(config.non_negative("jump_patience_s", 20.0))) {}
+
+bool HeadingMonitor::judge(Time stamp, double innovation, double variance) {
+  if (jump_sigmas_ == 0.0 || !known_ || innovation * innovation <= jump_sigmas_ * jump_sigmas_ * variance) {
+    known_ = true;
+    jumping_since_.reset();
+    return true;
+  }
+  if (!jumping_since_) jumping_since_ = stamp;
+  return stamp - *jumping_since_ >= patience_;
+}
+
+void HeadingMonitor::save(OutArchive& out) const {
+  out.section("heading_monitor", 1);
+  out.value(known_);
+  out.value(jumping_since_);
+}
+
+void HeadingMonitor::load(InArchive& in) {
+  in.section("heading_monitor", 1);
+  in.value(known_);
+  in.value(jumping_since_);
+}
+
+}  // namespace waymark::compass

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "inflation.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <cstdlib>
+
+namespace waymark::dgps {
+
+namespace {
+
+constexpr double kSettled = 3.0;     // time constants
+constexpr double kUsual = 3.0;       // an outage is also so many usual intervals long
+constexpr double kStepSigmas = 3.0;  // largest step of the position
+constexpr double kLargestFactor = 1e6;
+
+/// The squared step d = C (C + R)⁻¹ ν in units of C, the covariance before it.
+double squared_step(const Eigen::Vector2d& innovation, const Eigen::Matrix2d& C, const Eigen::Matrix2d& R) {
+  const Eigen::Vector2d weighted = (C + R).inverse() * innovation;
+  return weighted.dot(C * weighted);
+}
+
+}  // namespace
+
+Settling::Settling(const Config& config)
+    : time_(config.non_negative("settling_s", 3.0)),
+      sigma_factor_(config.number_in("settling_factor", 1.0, 100.0, 3.0)),
+      satellites_change_(static_cast<int>(config.integer_in("settling_satellites", 1, 100, 3))) {}
+
+double Settling::factor(Time stamp, const GnssFix& fix) {
+  // What a sentence does not say has not changed.
+  const bool typed = fix.type != GnssFix::Type::unknown && type_ != GnssFix::Type::unknown;
+  const bool counted = fix.satellites >= 0 && satellites_ >= 0;
+  if ((typed && fix.type != type_) || (counted && std::abs(fix.satellites - satellites_) >= satellites_change_)) {
+    changed_ = stamp;
+  }
+  if (fix.type != GnssFix::Type::unknown) type_ = fix.type;
+  if (fix.satellites >= 0) satellites_ = fix.satellites;
+  if (!changed_) return 1.0;
+  const double since = to_seconds(stamp - *changed_);
+  if (since >= kSettled * time_) {
+    changed_.reset();
+    return 1.0;
+  }
+  return 1.0 + (sigma_factor_ * sigma_factor_ - 1.0) * std::exp(-since / time_);
+}
+
+void Settling::save(OutArchive& out) const {
+  out.section("settling", 1);
+  out.value(type_);
+  out.value(satellites_);
+  out.value(changed_);
+}
+
+void Settling::load(InArchive& in) {
+  in.section("settling", 1);
+  in.value(type_);
+  in.value(satellites_);
+  in.value(changed_);
+}
+
+Reacquisition::Reacquisition(const Config& config)
+    : outage_(from_seconds(config.positive("outage_s", 5.0))),
+      fixes_(static_cast<int>(config.integer_in("reacquisition_fixes", 0, 1000, 3))),
+      sigma_factor_(config.number_in("reacquisition_factor", 1.0, 100.0, 2.0)) {}
+
+double Reacquisition::factor(Time stamp, const Eigen::Vector2d& innovation, const Eigen::Matrix2d& prior,
+                             const Eigen::Matrix2d& R) {
+  const Duration gap = last_ ? stamp - *last_ : Duration::zero();
+  last_ = stamp;
+  if (gap > outage_ && to_seconds(gap) > kUsual * usual_s_) {
+    left_ = fixes_;
+  } else if (gap > Duration::zero()) {
+    usual_s_ = to_seconds(gap);
+  }
+  if (left_ == 0) return 1.0;
+  double factor = std::pow(sigma_factor_, 2.0 * left_ / fixes_);
+  --left_;
+  while (factor < kLargestFactor && squared_step(innovation, prior, factor * R) > kStepSigmas * kStepSigmas) {
+    factor *= 2.0;
+  }
+  return factor;
+}
+
+void Reacquisition::save(OutArchive& out) const {
+  out.section("reacquisition", 1);
+  out.value(last_);
+  out.value(usual_s_);
+  out.value(left_);
+}
+
+void Reacquisition::load(InArchive& in) {
+  in.section("reacquisition", 1);
+  in.value(last_);
+  in.value(usual_s_);
+  in.value(left_);
+}
+
+}  // namespace waymark::dgps
