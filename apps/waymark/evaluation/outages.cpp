@@ -118,8 +118,7 @@ class Scorer {
     out.position_end_m = wrong->norm();
     out.error_end_sigma = in_sigma(*wrong, P);
     Pose truth;
-    const bool both_turn =
-        estimate_.orientation != Orientation::none && reference_.orientation != Orientation::none;
+    const bool both_turn = estimate_.orientation != Orientation::none && reference_.orientation != Orientation::none;
     if (both_turn && pose_at(reference_, out.outage.end, options_.max_time_gap_s, truth) == Lookup::found)
       out.yaw_end_rad = so3::wrap((T_reference_estimate_ * end).yaw() - truth.yaw());
   }

@@ -39,7 +39,7 @@ struct OutageError {
   std::optional<double> sigma_end_m;      ///< predicted σ of the position at the end, in its worst direction
   std::optional<double> error_end_sigma;  ///< √(eᵀ P⁻¹ e) of the position at the end
   std::optional<double> step_m;           ///< largest step of the position while it settles
-  std::optional<double> step_sigma;       ///< the step in units of the covariance before it, √(dᵀ P⁻¹ d); its largest
+  std::optional<double> step_sigma;  ///< the step in units of the covariance before it, √(dᵀ P⁻¹ d); its largest
 };
 
 /// Scores the estimate over outages. A step is what an estimate differs from the ones before it, moved on at their

@@ -51,7 +51,9 @@ Json describe(const SensorReport& sensor) {
           {"unusable", sensor.unusable},
           {"unheard", sensor.unheard},
           {"mean_nis", ratio(sensor.nis_sum, static_cast<double>(sensor.nis_count))},
-          {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))}};
+          {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))},
+          {"nis_count", sensor.nis_count},
+          {"nis_dof", sensor.nis_dof}};
 }
 
 /// Length of the log over all sensors; null without measurements.
