@@ -19,6 +19,10 @@ struct Arguments {
   std::string estimate;
   std::string reference;
   std::string covariance;
+  std::string diagnostics;
+  std::vector<std::string> outages;
+  std::string pauses_of;
+  double pauses_longer_than_s = 0.0;  // 0: not given
   std::string landmarks;
   std::string survey;
   std::string columns;
@@ -31,6 +35,7 @@ struct Arguments {
   bool json = false;
   TrajectoryOptions trajectory;
   LandmarkOptions landmark;
+  OutageOptions outage;
 };
 
 std::optional<Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
@@ -47,7 +52,21 @@ std::optional<Datum> datum_of(const Arguments& arguments) {
   return Datum{d[0], d[1], height};
 }
 
-Report evaluate(const Arguments& arguments) {
+std::vector<Outage> outages_of(const Arguments& arguments, const Trajectory& reference) {
+  std::vector<Outage> outages;
+  for (const std::string& text : arguments.outages) outages.push_back(parse_outage(text));
+  if (arguments.pauses_longer_than_s > 0.0) {
+    const auto found = arguments.pauses_of.empty()
+                           ? pauses(reference, arguments.pauses_longer_than_s)
+                           : pauses(read_trajectory(arguments.pauses_of, std::nullopt, datum_of(arguments)),
+                                    arguments.pauses_longer_than_s);
+    outages.insert(outages.end(), found.begin(), found.end());
+  }
+  return outages;
+}
+
+/// Refuses options that mean nothing without others.
+void check(const Arguments& arguments) {
   if (arguments.estimate.empty() != arguments.reference.empty()) {
     throw Error("evaluate: --estimate and --reference belong together");
   }
@@ -57,13 +76,21 @@ Report evaluate(const Arguments& arguments) {
   if (!arguments.covariance.empty() && arguments.estimate.empty()) {
     throw Error("evaluate: --covariance needs --estimate and --reference");
   }
-  if (arguments.estimate.empty() && arguments.landmarks.empty()) {
-    throw Error("evaluate: nothing to score; give --estimate with --reference, or --landmarks with --survey, or both");
+  const bool outages = !arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0;
+  if (outages && arguments.estimate.empty())
+    throw Error("evaluate: --outage and --outages-longer-than need --estimate and --reference");
+  if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.diagnostics.empty()) {
+    throw Error(
+        "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, or --diagnostics");
   }
   if (arguments.estimate.empty() && arguments.align != "none") {
     throw Error(
         "evaluate: --align needs --estimate and --reference (landmarks alone always get their own alignment as well)");
   }
+}
+
+Report evaluate(const Arguments& arguments) {
+  check(arguments);
   Report report;
   report.trajectory_options = arguments.trajectory;
   report.landmark_options = arguments.landmark;
@@ -83,11 +110,21 @@ Report evaluate(const Arguments& arguments) {
     const Trajectory reference =
         read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
     report.trajectory = score_trajectory(estimate, reference, options);
+    std::vector<PoseCovariance> covariances;
     if (!arguments.covariance.empty()) {
-      report.consistency = score_consistency(read_covariances(arguments.covariance), estimate, reference,
-                                             report.trajectory->T_reference_estimate, options.max_time_gap_s);
+      covariances = read_covariances(arguments.covariance);
+      report.consistency = score_consistency(covariances, estimate, reference, report.trajectory->T_reference_estimate,
+                                             options.max_time_gap_s);
+    }
+    if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
+      report.outage_options = arguments.outage;
+      report.outage_options.max_time_gap_s = options.max_time_gap_s;
+      report.outage_options.lever_arm_m = options.lever_arm_m;
+      report.outages = score_outages(outages_of(arguments, reference), estimate, reference, covariances,
+                                     report.trajectory->T_reference_estimate, report.outage_options);
     }
   }
+  if (!arguments.diagnostics.empty()) report.innovations = read_innovations(arguments.diagnostics);
   if (!arguments.landmarks.empty()) {
     const Pose T_survey_map = report.trajectory ? report.trajectory->T_reference_estimate : Pose{};
     report.landmarks =
@@ -104,10 +141,26 @@ void add_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
   command->footer(
       "Example:\n  waymark evaluate --estimate out/quickstart/trajectory.txt --reference out/quickstart/reference.txt "
-      "--align se2");
+      "--align se2\n"
+      "  waymark evaluate --estimate out/run/trajectory.txt --reference out/run/reference.txt \\\n"
+      "      --covariance out/run/covariance.csv --diagnostics out/run/diagnostics.json --outage 30:45 --outage 80:90");
   command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
   command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
   command->add_option("--covariance", a.covariance, "covariance.csv of the tum sink: adds the NEES of x, y, yaw");
+  command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
+  command
+      ->add_option("--outage", a.outages, "begin:end [s] of a span without the sensor that holds the pose; repeatable")
+      ->allow_extra_args(false);
+  auto* pauses_longer =
+      command
+          ->add_option("--outages-longer-than", a.pauses_longer_than_s,
+                       "outages are also the pauses of the reference, or of --outages-of, longer than this [s]")
+          ->check(CLI::PositiveNumber);
+  command->add_option("--outages-of", a.pauses_of, "the recording whose pauses count: columns t, x, y")
+      ->needs(pauses_longer);
+  command->add_option("--settling", a.outage.settling_s, "after an outage, where the largest step is looked for [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   command->add_option("--align", a.align, "motion taken out first: none, se2 (plane, z ignored) or se3")
       ->check(CLI::IsMember({"none", "se2", "se3"}))
       ->capture_default_str();

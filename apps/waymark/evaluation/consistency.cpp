@@ -38,7 +38,8 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   }
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
-  const double bound = gaussian::chi_squared_quantile(0.95, 3);
+  constexpr int kDimensions = 3;
+  const double bound = gaussian::chi_squared_quantile(0.95, kDimensions);
   std::vector<double> nees;
   std::size_t within = 0;
   for (const PoseCovariance& covariance : covariances) {
@@ -61,6 +62,14 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   Consistency out;
   out.scored = nees.size();
   out.share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
+  const auto count = static_cast<double>(nees.size());
+  out.low_95 = gaussian::chi_squared_quantile(0.025, kDimensions);
+  out.high_95 = gaussian::chi_squared_quantile(0.975, kDimensions);
+  out.share_below = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n < out.low_95; })) / count;
+  out.share_above = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n > out.high_95; })) / count;
+  const int dof = kDimensions * static_cast<int>(nees.size());
+  out.mean_low_95 = gaussian::chi_squared_quantile(0.025, dof) / count;
+  out.mean_high_95 = gaussian::chi_squared_quantile(0.975, dof) / count;
   for (std::size_t q = 0; q < 4; ++q) {
     const std::size_t begin = q * nees.size() / 4;
     const std::size_t end = (q + 1) * nees.size() / 4;

@@ -21,7 +21,17 @@ struct PoseCovariance {
 struct Consistency {
   std::size_t scored = 0;
   ErrorStatistics nees;
-  double share_within_95 = 0.0;             ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
+  double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
+  /// Two-sided 95 % bounds of χ² with 3 degrees of freedom, for one time: 2.5 % should lie below, 2.5 % above. Below
+  /// them the covariance is too large, above them too small.
+  double low_95 = 0.0;
+  double high_95 = 0.0;
+  double share_below = 0.0;
+  double share_above = 0.0;
+  /// The same for the mean, if the scored times were independent. Those of one run are not: the error of a pose lives
+  /// on, so the mean of one honest run leaves these bounds easily.
+  double mean_low_95 = 0.0;
+  double mean_high_95 = 0.0;
   std::array<double, 4> mean_by_quarter{};  ///< of the scored times: does the filter grow too sure?
 };
 

@@ -72,6 +72,48 @@ void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options,
                    e.relative.rotation_rad ? "" : ", compared in the map frame (no orientation)"));
 }
 
+void consistency_text(const Consistency& c, std::string& out) {
+  line(
+      out, "NEES of x, y, yaw",
+      fmt::format("mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean 3)",
+                  c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored));
+  line(out, "  two-sided 95 %",
+       fmt::format("{:.2f} to {:.2f}: {:.1f} % below, {:.1f} % above (right: 2.5 % each)", c.low_95, c.high_95,
+                   100.0 * c.share_below, 100.0 * c.share_above));
+}
+
+std::string number_text(const std::optional<double>& value, double factor = 1.0) {
+  return value ? fmt::format("{:.3f}", factor * *value) : std::string("-");
+}
+
+void outages_text(const std::vector<OutageError>& outages, const OutageOptions& options, std::string& out) {
+  out += fmt::format("outages{}\n  {:>12} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}\n",
+                     outages.empty() ? ": none" : "", "end [s]", "for [s]", "error [m]", "yaw [deg]", "largest[m]",
+                     "sigma [m]", "in sigma", "step [m]", "in sigma");
+  for (const OutageError& one : outages) {
+    out += fmt::format("  {:>12.3f} {:>8.2f} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}\n",
+                       to_seconds(one.outage.end.time_since_epoch()), to_seconds(one.outage.end - one.outage.begin),
+                       number_text(one.position_end_m), number_text(one.yaw_end_rad, kDegrees),
+                       number_text(one.position_max_m), number_text(one.sigma_end_m), number_text(one.error_end_sigma),
+                       number_text(one.step_m), number_text(one.step_sigma));
+  }
+  out += fmt::format("  error, yaw, sigma: at the end, before anything new; step: the largest within {:g} s after it\n",
+                     options.settling_s);
+}
+
+std::string_view verdict(const InnovationScore& one) {
+  return one.mean < one.low ? "below" : one.mean > one.high ? "above" : "inside";
+}
+
+void innovations_text(const std::vector<InnovationScore>& innovations, std::string& out) {
+  out += "NIS, mean over a sensor's updates\n";
+  for (const InnovationScore& one : innovations) {
+    line(out, one.sensor,
+         fmt::format("{:.3f}, expected {:.3f}, 95 % bounds {:.3f} to {:.3f} ({} updates): {}", one.mean, one.expected,
+                     one.low, one.high, one.updates, verdict(one)));
+  }
+}
+
 void landmarks_text(const LandmarkError& e, const LandmarkOptions& options, std::string& out) {
   out += "landmarks\n";
   line(out, "matched", fmt::format("{} of {} surveyed, within {:g} m", e.matched, e.surveyed, options.match_radius_m));
@@ -128,6 +170,53 @@ Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options)
   return out;
 }
 
+Json consistency_json(const Consistency& c) {
+  Json out{{"nees_scored", c.scored},
+           {"nees_mean", c.nees.mean},
+           {"nees_median", c.nees.median},
+           {"nees_max", c.nees.max},
+           {"nees_share_within_95", c.share_within_95},
+           {"nees_low_95", c.low_95},
+           {"nees_high_95", c.high_95},
+           {"nees_share_below", c.share_below},
+           {"nees_share_above", c.share_above},
+           {"nees_mean_low_95_if_independent", c.mean_low_95},
+           {"nees_mean_high_95_if_independent", c.mean_high_95}};
+  for (std::size_t q = 0; q < c.mean_by_quarter.size(); ++q)
+    out[fmt::format("nees_mean_quarter_{}", q + 1)] = c.mean_by_quarter[q];
+  return out;
+}
+
+Json outages_json(const std::vector<OutageError>& outages) {
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); };
+  Json out = Json::array();
+  for (const OutageError& one : outages) {
+    out.push_back({{"begin_s", to_seconds(one.outage.begin.time_since_epoch())},
+                   {"end_s", to_seconds(one.outage.end.time_since_epoch())},
+                   {"position_end_m", number(one.position_end_m)},
+                   {"yaw_end_rad", number(one.yaw_end_rad)},
+                   {"position_max_m", number(one.position_max_m)},
+                   {"sigma_end_m", number(one.sigma_end_m)},
+                   {"error_end_sigma", number(one.error_end_sigma)},
+                   {"step_m", number(one.step_m)},
+                   {"step_sigma", number(one.step_sigma)}});
+  }
+  return out;
+}
+
+Json innovations_json(const std::vector<InnovationScore>& innovations) {
+  Json out = Json::array();
+  for (const InnovationScore& one : innovations) {
+    out.push_back({{"sensor", one.sensor},
+                   {"updates", one.updates},
+                   {"nis_mean", one.mean},
+                   {"nis_expected", one.expected},
+                   {"nis_mean_low_95", one.low},
+                   {"nis_mean_high_95", one.high}});
+  }
+  return out;
+}
+
 Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
   Json out;
   out["match_radius_m"] = options.match_radius_m;
@@ -154,13 +243,9 @@ Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
 std::string to_text(const Report& report) {
   std::string out;
   if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
-  if (report.consistency) {
-    const Consistency& c = *report.consistency;
-    line(out, "NEES of x, y, yaw",
-         fmt::format(
-             "mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean 3)",
-             c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored));
-  }
+  if (report.consistency) consistency_text(*report.consistency, out);
+  if (report.outages) outages_text(*report.outages, report.outage_options, out);
+  if (report.innovations) innovations_text(*report.innovations, out);
   if (report.landmarks) landmarks_text(*report.landmarks, report.landmark_options, out);
   return out;
 }
@@ -169,18 +254,9 @@ std::string to_json(const Report& report) {
   Json out;
   out["trajectory"] =
       report.trajectory ? trajectory_json(*report.trajectory, report.trajectory_options) : Json(nullptr);
-  if (report.consistency) {
-    const Consistency& c = *report.consistency;
-    out["consistency"] = {{"nees_scored", c.scored},
-                          {"nees_mean", c.nees.mean},
-                          {"nees_median", c.nees.median},
-                          {"nees_max", c.nees.max},
-                          {"nees_share_within_95", c.share_within_95}};
-    for (std::size_t q = 0; q < c.mean_by_quarter.size(); ++q)
-      out["consistency"][fmt::format("nees_mean_quarter_{}", q + 1)] = c.mean_by_quarter[q];
-  } else {
-    out["consistency"] = nullptr;
-  }
+  out["consistency"] = report.consistency ? consistency_json(*report.consistency) : Json(nullptr);
+  out["outages"] = report.outages ? outages_json(*report.outages) : Json(nullptr);
+  out["innovations"] = report.innovations ? innovations_json(*report.innovations) : Json(nullptr);
   out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
   return out.dump() + "\n";
 }

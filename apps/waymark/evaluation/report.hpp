@@ -3,9 +3,12 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/waymark/evaluation/consistency.hpp"
+#include "apps/waymark/evaluation/innovations.hpp"
 #include "apps/waymark/evaluation/landmark_error.hpp"
+#include "apps/waymark/evaluation/outages.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 
 namespace waymark::evaluation {
@@ -15,6 +18,9 @@ struct Report {
   std::optional<TrajectoryError> trajectory;
   TrajectoryOptions trajectory_options;
   std::optional<Consistency> consistency;
+  std::optional<std::vector<OutageError>> outages;
+  OutageOptions outage_options;
+  std::optional<std::vector<InnovationScore>> innovations;
   std::optional<LandmarkError> landmarks;
   LandmarkOptions landmark_options;
 };

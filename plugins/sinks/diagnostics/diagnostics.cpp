@@ -58,7 +58,9 @@ Json describe(const SensorReport& sensor) {
           {"latency_max_s", finite(sensor.latency_max_s)},
           {"gap_max_s", finite(sensor.gap_max_s)},
           {"mean_nis", ratio(sensor.nis_sum, static_cast<double>(sensor.nis_count))},
-          {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))}};
+          {"expected_nis", ratio(static_cast<double>(sensor.nis_dof), static_cast<double>(sensor.nis_count))},
+          {"nis_count", sensor.nis_count},
+          {"nis_dof", sensor.nis_dof}};
 }
 
 /// Length of the log over all sensors; null without measurements.

@@ -75,6 +75,14 @@ Pose Course::start() const {
   return Pose::planar(corners_[0].x(), corners_[0].y(), std::atan2(ahead.y(), ahead.x()));
 }
 
+Eigen::Vector2d velocity(const Motion& motion, const Eigen::Vector3d& p_base) {
+  const double forward = motion.v_x - motion.w * p_base.y();
+  const double left = motion.w * p_base.x();
+  const double c = std::cos(motion.yaw);
+  const double s = std::sin(motion.yaw);
+  return {c * forward - s * left, s * forward + c * left};
+}
+
 Motion Trajectory::at(Duration time) const {
   const std::int64_t step = time / kStep;
   if (step >= static_cast<std::int64_t>(steps_.size())) return steps_.back();

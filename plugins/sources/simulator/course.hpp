@@ -48,6 +48,10 @@ struct Motion {
   Pose pose() const { return Pose::planar(x, y, yaw); }
 };
 
+/// Velocity in the map of a point of the base. Without the sideways slip: that is white noise, and white noise in
+/// velocity has no finite acceleration, nor a Doppler shift.
+Eigen::Vector2d velocity(const Motion& motion, const Eigen::Vector3d& p_base);
+
 /// The true motion: constant twist in steps of 5 ms, joined by exact arcs; after the last step the robot stands.
 class Trajectory {
  public:

@@ -26,7 +26,8 @@ Eigen::Vector3d random_direction(std::uint64_t seed, std::size_t index) {
 
 }  // namespace
 
-Magnetism::Magnetism(const Config& config, const World& world, std::uint64_t seed) {
+Magnetism::Magnetism(const Config& config, const World& world, std::uint64_t seed)
+    : disturbances_(config, "disturbances_s") {
   const std::vector<double> earth = config.numbers("earth_field_t", 3, {0.0, 2.0e-5, -4.4e-5});
   earth_field_t_ = Eigen::Vector3d::Map(earth.data());
   const double horizontal = earth_field_t_.head<2>().norm();
@@ -48,9 +49,13 @@ Magnetism::Magnetism(const Config& config, const World& world, std::uint64_t see
     const std::size_t number = world.landmarks.size() + i / 3;
     disturbers_.push_back({{listed[i], listed[i + 1]}, kListedNearest, listed[i + 2] * random_direction(seed, number)});
   }
+  disturbance_t_ = Eigen::Vector3d::Map(config.numbers("disturbance_t", 3, {2.0e-5, 1.0e-5, 0.0}).data());
+  disturbance_of_robot_ = config.choice("disturbance_frame", {"base", "map"}, "base") == "base";
+  if (!(disturbance_t_.norm() < 1e-2)) config.fail("disturbance_t", "less than 1e-2 T is expected");
 }
 
-Eigen::Vector3d Magnetism::field(const Eigen::Vector3d& p_map) const {
+Eigen::Vector3d Magnetism::field(const Eigen::Vector3d& p_map, const Eigen::Quaterniond& q_map_base,
+                                 Duration time) const {
   Eigen::Vector3d field = earth_field_t_;
   for (const Disturber& disturber : disturbers_) {
     // The dipole is as high as the sensor: metal that stands there is magnetic all along.
@@ -60,6 +65,9 @@ Eigen::Vector3d Magnetism::field(const Eigen::Vector3d& p_map) const {
     const Eigen::Vector3d direction = r / distance;
     field += kFieldConstant / (distance * distance * distance) *
              (3.0 * disturber.moment_am2.dot(direction) * direction - disturber.moment_am2);
+  }
+  if (disturbances_.contain(time)) {
+    field += disturbance_of_robot_ ? Eigen::Vector3d(q_map_base * disturbance_t_) : disturbance_t_;
   }
   return field;
 }

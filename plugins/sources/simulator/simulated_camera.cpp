@@ -75,17 +75,17 @@ Light SimulatedCamera::light(std::uint64_t seed, Duration stamp) const {
   return {sun_azimuth_rad_, shading_, bgr.cast<float>()};
 }
 
-std::shared_ptr<const Payload> SimulatedCamera::sample(const Truth& truth, Duration stamp) {
-  if (outages_.contain(stamp)) return nullptr;
-  const Pose T_map_camera = truth.trajectory.at(stamp).pose() * T_base_camera_;
-  renderer_->render(truth.world, T_map_camera, light(truth.seed, stamp), pixels_);
+std::shared_ptr<Payload> SimulatedCamera::sample(const Truth& truth, Duration time) {
+  if (outages_.contain(time)) return nullptr;
+  const Pose T_map_camera = truth.trajectory.at(time).pose() * T_base_camera_;
+  renderer_->render(truth.world, T_map_camera, light(truth.seed, time), pixels_);
 
   auto image = std::make_shared<Image>();
   image->encoding = Image::Encoding::bgr8;
   image->width = intrinsics_.width;
   image->height = intrinsics_.height;
   image->data.resize(3 * pixels_.size());
-  auto counter = static_cast<std::uint64_t>(0x1p52 * stream(truth.seed, Draw::pixels, stamp).uniform());
+  auto counter = static_cast<std::uint64_t>(0x1p52 * stream(truth.seed, Draw::pixels, time).uniform());
   const auto sigma = static_cast<float>(noise_sigma_);
   std::uint8_t* out = image->data.data();
   for (const Eigen::Vector3f& pixel : pixels_) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer.hpp"
-#include "simulated_sensors.hpp"
+#include "simulated_sensor.hpp"
 #include "waymark/rig.hpp"
 #include "windows.hpp"
 
@@ -18,7 +18,7 @@ class SimulatedCamera : public SimulatedSensor {
   SimulatedCamera(const Config& config, const Rig& rig, const World& world);
 
  private:
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
   Light light(std::uint64_t seed, Duration stamp) const;
 
   Pose T_base_camera_;

@@ -21,20 +21,10 @@ Eigen::Vector3d normal3(Random& random) {
   return {x, y, random.normal()};
 }
 
-/// Velocity in the map of a point of the base. Without the sideways slip: that is white noise, and white noise in
-/// velocity has no finite acceleration.
-Eigen::Vector2d velocity(const Motion& motion, const Eigen::Vector3d& p_base) {
-  const double forward = motion.v_x - motion.w * p_base.y();
-  const double left = motion.w * p_base.x();
-  const double c = std::cos(motion.yaw);
-  const double s = std::sin(motion.yaw);
-  return {c * forward - s * left, s * forward + c * left};
-}
-
 /// Acceleration in the map of a point of the base.
-Eigen::Vector3d acceleration(const Trajectory& trajectory, Duration stamp, const Eigen::Vector3d& p_base) {
-  const Duration before = std::max(stamp - kDifference, Duration{0});
-  const Duration after = stamp + kDifference;
+Eigen::Vector3d acceleration(const Trajectory& trajectory, Duration time, const Eigen::Vector3d& p_base) {
+  const Duration before = std::max(time - kDifference, Duration{0});
+  const Duration after = time + kDifference;
   const Eigen::Vector2d change = velocity(trajectory.at(after), p_base) - velocity(trajectory.at(before), p_base);
   const Eigen::Vector2d mean = change / to_seconds(after - before);
   return {mean.x(), mean.y(), 0.0};
@@ -64,25 +54,25 @@ SimulatedImu::SimulatedImu(const Config& config, const Rig& rig, const Magnetism
       has_magnetometer_(config.boolean("magnetometer", true)),
       magnetometer_noise_t_(config.non_negative("magnetometer_noise_t", 3e-7)) {}
 
-std::shared_ptr<const Payload> SimulatedImu::sample(const Truth& truth, Duration stamp) {
-  const bool first = stamp < from_seconds(period_s());
-  Random walks = stream(truth.seed, Draw::bias, stamp);
+std::shared_ptr<Payload> SimulatedImu::sample(const Truth& truth, Duration time) {
+  const bool first = time < from_seconds(period_s());
+  Random walks = stream(truth.seed, Draw::bias, time);
   gyroscope_.walk(first, period_s(), walks);
   accelerometer_.walk(first, period_s(), walks);
 
-  const Motion motion = truth.trajectory.at(stamp);
+  const Motion motion = truth.trajectory.at(time);
   const Pose T_map_sensor = motion.pose() * T_base_sensor_;
   const Eigen::Quaterniond q_sensor_map = T_map_sensor.q.conjugate();
   const Eigen::Vector3d force =
-      acceleration(truth.trajectory, stamp, T_base_sensor_.p) + Eigen::Vector3d(0.0, 0.0, kGravity);
-  Random random = stream(truth.seed, Draw::imu, stamp);
+      acceleration(truth.trajectory, time, T_base_sensor_.p) + Eigen::Vector3d(0.0, 0.0, kGravity);
+  Random random = stream(truth.seed, Draw::imu, time);
   const double per_sample = 1.0 / std::sqrt(period_s());
   auto imu = std::make_shared<ImuSample>();
   imu->w_sensor = q_sensor_map * Eigen::Vector3d(0.0, 0.0, motion.w) + gyroscope_.bias +
                   gyroscope_.noise * per_sample * normal3(random);
   imu->f_sensor = q_sensor_map * force + accelerometer_.bias + accelerometer_.noise * per_sample * normal3(random);
   const Eigen::Vector3d noise = magnetometer_noise_t_ * normal3(random);
-  if (has_magnetometer_) imu->m_sensor = q_sensor_map * magnetism_.field(T_map_sensor.p) + noise;
+  if (has_magnetometer_) imu->m_sensor = q_sensor_map * magnetism_.field(T_map_sensor.p, motion.pose().q, time) + noise;
   return imu;
 }
 
@@ -103,11 +93,12 @@ SimulatedCompass::SimulatedCompass(const Config& config, const Rig& rig, const M
       sigma_rad_(kDegree * config.non_negative("sigma_deg", 1.0)),
       offset_rad_(kDegree * config.number_in("offset_deg", -180.0, 180.0, 0.0)) {}
 
-std::shared_ptr<const Payload> SimulatedCompass::sample(const Truth& truth, Duration stamp) {
-  const Pose T_map_sensor = truth.trajectory.at(stamp).pose() * T_base_sensor_;
-  const Eigen::Vector3d field = magnetism_.field(T_map_sensor.p);
+std::shared_ptr<Payload> SimulatedCompass::sample(const Truth& truth, Duration time) {
+  const Motion motion = truth.trajectory.at(time);
+  const Pose T_map_sensor = motion.pose() * T_base_sensor_;
+  const Eigen::Vector3d field = magnetism_.field(T_map_sensor.p, motion.pose().q, time);
   const double magnetic_north = std::atan2(field.y(), field.x());
-  Random random = stream(truth.seed, Draw::compass, stamp);
+  Random random = stream(truth.seed, Draw::compass, time);
   auto compass = std::make_shared<CompassHeading>();
   compass->heading_rad = so3::wrap(magnetic_north - T_map_sensor.yaw() + offset_rad_ + sigma_rad_ * random.normal());
   return compass;

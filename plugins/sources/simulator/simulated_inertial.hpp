@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "magnetism.hpp"
-#include "simulated_sensors.hpp"
+#include "simulated_sensor.hpp"
 #include "waymark/random.hpp"
 #include "waymark/rig.hpp"
 
@@ -29,7 +29,7 @@ class SimulatedImu : public SimulatedSensor {
     void walk(bool first, double period_s, Random& random);
   };
 
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
   void save_state(OutArchive& archive) const override;
   void load_state(InArchive& archive) override;
 
@@ -48,7 +48,7 @@ class SimulatedCompass : public SimulatedSensor {
   SimulatedCompass(const Config& config, const Rig& rig, const Magnetism& magnetism);
 
  private:
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
 
   Pose T_base_sensor_;
   const Magnetism& magnetism_;

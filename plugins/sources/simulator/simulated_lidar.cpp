@@ -88,13 +88,13 @@ double SimulatedLidar::measured(const World& world, const Eigen::Vector3d& origi
   return mixed && background < World::kNothing ? front + share * (background - front) : front;
 }
 
-std::shared_ptr<const Payload> SimulatedLidar::sample(const Truth& truth, Duration stamp) {
-  const Pose T_map_sensor = truth.trajectory.at(stamp).pose() * T_base_sensor_;
+std::shared_ptr<Payload> SimulatedLidar::sample(const Truth& truth, Duration time) {
+  const Pose T_map_sensor = truth.trajectory.at(time).pose() * T_base_sensor_;
   const bool as_it_is = miss_probability_ == 0.0 && clutter_per_scan_ == 0.0;
-  const World disturbed = as_it_is ? World{} : seen(truth, stamp, T_map_sensor);
+  const World disturbed = as_it_is ? World{} : seen(truth, time, T_map_sensor);
   const World& world = as_it_is ? truth.world : disturbed;
-  Random random = stream(truth.seed, Draw::lidar, stamp);
-  Random mixing = stream(truth.seed, Draw::mixing, stamp);
+  Random random = stream(truth.seed, Draw::lidar, time);
+  Random mixing = stream(truth.seed, Draw::mixing, time);
   auto scan = std::make_shared<LaserScan>();
   scan->start_rad = start_rad_;
   scan->step_rad = step_rad_;

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "simulated_sensors.hpp"
+#include "simulated_sensor.hpp"
 #include "waymark/random.hpp"
 #include "waymark/rig.hpp"
 #include "world.hpp"
@@ -18,7 +18,7 @@ class SimulatedLidar : public SimulatedSensor {
   SimulatedLidar(const Config& config, const Rig& rig);
 
  private:
-  std::shared_ptr<const Payload> sample(const Truth& truth, Duration stamp) override;
+  std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
   World seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const;
   double measured(const World& world, const Eigen::Vector3d& origin, double angle_rad, Random& mixing) const;
 

@@ -14,9 +14,10 @@
 #include "magnetism.hpp"
 #include "placing.hpp"
 #include "simulated_camera.hpp"
+#include "simulated_gps.hpp"
 #include "simulated_inertial.hpp"
 #include "simulated_lidar.hpp"
-#include "simulated_sensors.hpp"
+#include "simulated_wheels.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
 
@@ -70,18 +71,18 @@ class Simulator : public Source {
 
   std::optional<Measurement> next() override {
     while (true) {
-      const auto earliest = std::ranges::min_element(sensors_, {}, [&](const auto& sensor) {
-        return sensor->next_stamp() > duration_ ? Duration::max() : sensor->next_arrival();
-      });
+      const auto earliest = std::ranges::min_element(
+          sensors_, {}, [&](const auto& sensor) { return sensor->next_arrival(truth_, duration_); });
       SimulatedSensor& sensor = **earliest;
-      if (sensor.next_stamp() > duration_) return std::nullopt;
+      if (sensor.next_arrival(truth_, duration_) == Duration::max()) return std::nullopt;
+      Sample sample = sensor.take(truth_);
+      position_ = std::max(position_, sample.time);
+      if (!sample.payload) continue;
       Measurement measurement;
-      measurement.stamp = Time{sensor.next_stamp()};
-      measurement.arrival = Time{sensor.next_arrival()};
+      measurement.stamp = Time{sample.stamp};
+      measurement.arrival = Time{sample.arrival};
       measurement.sensor = static_cast<std::uint32_t>(earliest - sensors_.begin());
-      measurement.payload = sensor.take(truth_);
-      position_ = std::max(position_, measurement.stamp.time_since_epoch());
-      if (!measurement.payload) continue;
+      measurement.payload = std::move(sample.payload);
       measurement.sequence = sequence_++;
       return measurement;
     }
@@ -92,19 +93,19 @@ class Simulator : public Source {
   std::shared_ptr<const Reference> reference() const override { return reference_; }
 
   void save(OutArchive& archive) const override {
-    archive.section("simulator", 2);
+    archive.section("simulator", 3);
     archive.value(sequence_);
     archive.value(position_.count());
     for (const auto& sensor : sensors_) sensor->save(archive);
   }
 
   void load(InArchive& archive) override {
-    if (archive.section("simulator", 2) < 2) throw DataError("checkpoint: of a simulator before version 2");
+    if (archive.section("simulator", 3) < 3) throw DataError("checkpoint: of a simulator before version 3");
     archive.value(sequence_);
     Duration::rep position = 0;
     archive.value(position);
     position_ = Duration{position};
-    for (const auto& sensor : sensors_) sensor->load(archive);
+    for (const auto& sensor : sensors_) sensor->load(archive, truth_);
   }
 
  private:
@@ -139,7 +140,7 @@ class Simulator : public Source {
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;
   std::uint64_t sequence_ = 0;
-  Duration position_{0};  // newest stamp delivered
+  Duration position_{0};  // when the newest of the delivered was measured
 };
 
 }  // namespace

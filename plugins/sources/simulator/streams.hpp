@@ -30,12 +30,17 @@ enum class Draw : std::uint32_t {
   imu,
   bias,
   compass,
-  metal
+  metal,
+  jitter,
+  gaps,
+  outliers,
+  drift,
+  doppler
 };
 
-/// The stream of one sample, independent of all others.
-inline Random stream(std::uint64_t seed, Draw draw, Duration time) {
-  return Random({.seed = seed, .slot = 0, .stamp = time.count(), .sensor = static_cast<std::uint32_t>(draw)});
+/// The stream of one sample, independent of all others. `kind` tells the sensors apart that share a kind of draw.
+inline Random stream(std::uint64_t seed, Draw draw, Duration time, std::uint32_t kind = 0) {
+  return Random({.seed = seed, .slot = kind, .stamp = time.count(), .sensor = static_cast<std::uint32_t>(draw)});
 }
 
 }  // namespace waymark::simulator

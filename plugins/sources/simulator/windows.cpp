@@ -20,8 +20,10 @@ Windows::Windows(const Config& config, std::string_view key) {
   }
 }
 
-bool Windows::contain(Duration time) const {
-  return std::ranges::any_of(spans_, [&](const auto& span) { return span.first <= time && time < span.second; });
+std::optional<Duration> Windows::begin(Duration time) const {
+  const auto span =
+      std::ranges::find_if(spans_, [&](const auto& one) { return one.first <= time && time < one.second; });
+  return span == spans_.end() ? std::nullopt : std::optional(span->first);
 }
 
 }  // namespace waymark::simulator

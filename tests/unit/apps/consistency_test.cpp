@@ -58,6 +58,22 @@ TEST(Consistency, TellsHowItChangesOverTime) {
   EXPECT_NEAR(result.mean_by_quarter.back(), 4.0, 1e-9);
 }
 
+TEST(Consistency, HasTwoSidedBounds) {
+  // χ² with 3 degrees of freedom: 0.2158 and 9.3484 (tables). The error is 1 m throughout; σ makes it 4, 0.04 or 25.
+  auto some = covariances({1.0, 0.5, 0.1});
+  some[1].P(1, 1) = 25.0;
+  some[2].P(1, 1) = 25.0;
+  some[3].P(1, 1) = 0.04;
+  const auto result = score_consistency(some, line(1.0, 0.0), line(0.0, 0.0), Pose{}, 1.0);
+  EXPECT_NEAR(result.low_95, 0.2158, 1e-4);
+  EXPECT_NEAR(result.high_95, 9.3484, 1e-4);
+  EXPECT_NEAR(result.share_below, 2.0 / 9.0, 1e-12);
+  EXPECT_NEAR(result.share_above, 1.0 / 9.0, 1e-12);
+  // χ² with 27 degrees of freedom: 14.573 and 43.195.
+  EXPECT_NEAR(result.mean_low_95, 14.573 / 9.0, 1e-3);
+  EXPECT_NEAR(result.mean_high_95, 43.195 / 9.0, 1e-3);
+}
+
 TEST(Consistency, NeedsOrientations) {
   Trajectory points = line(0.0, 0.0);
   points.orientation = Orientation::none;

@@ -193,5 +193,34 @@ TEST(SimulatorCompass, MetalTurnsTheNeedle) {
   EXPECT_LT(std::abs(far - plain), 0.001);
 }
 
+TEST(SimulatorMagnetism, ADisturbanceComesAndGoesAndTurnsWithTheRobot) {
+  const std::string north = "{ duration_s: 9, course: { waypoints_m: [0, 0, 0, 9] }";
+  const auto field = [&](const std::string& magnetism) {
+    return record_imu(north + ", magnetism: { " + magnetism + " }", kExactImu);
+  };
+  const auto plain = field("metal_moment_am2: 0");
+  const auto base = field("disturbances_s: [2, 4], disturbance_t: [3e-6, 1e-6, -2e-6]");
+  const auto map = field("disturbances_s: [2, 4], disturbance_t: [3e-6, 1e-6, -2e-6], disturbance_frame: map");
+  int disturbed = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const bool on = plain[i].time_s >= 2.0 && plain[i].time_s < 4.0;
+    disturbed += on ? 1 : 0;
+    const Eigen::Vector3d of_robot = on ? Eigen::Vector3d(3e-6, 1e-6, -2e-6) : Eigen::Vector3d(0.0, 0.0, 0.0);
+    // The robot looks north: what points east in the map points to its right.
+    const Eigen::Vector3d of_map = on ? Eigen::Vector3d(1e-6, -3e-6, -2e-6) : Eigen::Vector3d(0.0, 0.0, 0.0);
+    ASSERT_LT((base[i].imu.m_sensor - plain[i].imu.m_sensor - of_robot).norm(), 1e-12) << plain[i].time_s;
+    ASSERT_LT((map[i].imu.m_sensor - plain[i].imu.m_sensor - of_map).norm(), 1e-12) << plain[i].time_s;
+    ASSERT_EQ(base[i].imu.w_sensor, plain[i].imu.w_sensor);
+  }
+  EXPECT_EQ(disturbed, 200);
+}
+
+TEST(SimulatorMagnetism, ADisturbanceTurnsTheCompassToo) {
+  const std::string north = "{ duration_s: 3, course: { waypoints_m: [0, 0, 0, 9] }";
+  // As strong as the Earth's horizontal field, to the robot's right: the needle turns by 45°.
+  EXPECT_NEAR(heading_of(north + ", magnetism: { disturbances_s: [0, 9], disturbance_t: [0, -2e-5, 0] }"),
+              -std::numbers::pi / 4.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace waymark

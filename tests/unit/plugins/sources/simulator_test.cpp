@@ -116,7 +116,11 @@ TEST(Simulator, ReadsEveryKeyOfItsReadme) {
       "  wheels: { sensor: wheels, rate_hz: 20, delay_s: 0, track_m: 0.5, noise_m_per_sqrt_s: 0.01,"
       "            scale_error_left: 0.01, scale_error_right: 0 },"
       "  gps: { sensor: gps, base_p_antenna_m: [0, 0, 1], sigma_m: 0.1, sigma_up_m: 0.2, correlated_sigma_m: 0.1,"
-      "         correlation_time_s: 10, outages_s: [1, 2] },"
+      "         correlation_time_s: 10, outages_s: [1, 2], delay_jitter_s: 1, delay_jitter_law: exponential, "
+      "stamp_offset_s: 1,"
+      "         dead_s: [1, 2], nan_s: [1, 2], nan_probability: 0.1, outlier_probability: 0.1, outlier_max_m: 9,"
+      "         frozen_s: [1, 2], drift_s: [1, 2], drift_mps: 1, speed_sigma_mps: 0.1 },"
+      "  magnetism: { disturbances_s: [1, 2], disturbance_t: [1e-6, 0, 0], disturbance_frame: map },"
       "  lidar: { sensor: lidar, range_max_m: 20, start_deg: -90, step_deg: 1, beams: 181, sigma_m: 0.01 } }");
   PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("simulator", config, rig_with({}));
   EXPECT_NO_THROW(config.reject_unread());

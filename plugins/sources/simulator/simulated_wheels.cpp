@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulated_wheels.hpp"
+
+#include <cmath>
+
+#include "streams.hpp"
+#include "waymark/payloads.hpp"
+
+namespace waymark::simulator {
+namespace {
+
+constexpr double kWheelsPhase = 0.0;
+
+}  // namespace
+
+SimulatedWheels::SimulatedWheels(const Config& config)
+    : SimulatedSensor(config, WheelSpeeds::kType, 40.0, kWheelsPhase),
+      track_m_(config.positive("track_m")),
+      noise_m_per_sqrt_s_(config.positive("noise_m_per_sqrt_s", 0.01)),
+      left_scale_(1.0 + config.number_in("scale_error_left", -0.5, 0.5, 0.0)),
+      right_scale_(1.0 + config.number_in("scale_error_right", -0.5, 0.5, 0.0)),
+      spin_ratio_(config.number_in("spin_ratio", -1.0, 10.0, 0.3)),
+      spins_(config, "spins_s") {}
+
+std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration time) {
+  const Motion motion = truth.trajectory.at(time);
+  Random random = stream(truth.seed, Draw::wheels, time);
+  const double sigma = noise_m_per_sqrt_s_ / std::sqrt(period_s());
+  const double spin = spins_.contain(time) ? 1.0 + spin_ratio_ : 1.0;
+  // A wheel that stands gives no pulses, so it has no noise either.
+  const auto measured = [&](double true_mps, double scale) {
+    const double noise = sigma * random.normal();
+    return true_mps == 0.0 ? 0.0 : scale * spin * true_mps + noise;
+  };
+  auto speeds = std::make_shared<WheelSpeeds>();
+  speeds->left_mps = measured(motion.v_x - 0.5 * track_m_ * motion.w, left_scale_);
+  speeds->right_mps = measured(motion.v_x + 0.5 * track_m_ * motion.w, right_scale_);
+  return speeds;
+}
+
+}  // namespace waymark::simulator
