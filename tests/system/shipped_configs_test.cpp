@@ -45,8 +45,10 @@ TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
   const Outcome outcome = Command({"run", file(), "--out", out.string()}).timeout(std::chrono::seconds(140)).run();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.errors(), IsEmpty()) << outcome.err;
-  for (const char* name : {"trajectory.txt", "path.txt", "landmarks.csv"})
-    EXPECT_TRUE(has_complete_lines(out / name, 5));
+  for (const char* name : {"trajectory.txt", "path.txt"}) EXPECT_TRUE(has_complete_lines(out / name, 5));
+  if (read_text(file()).find("\nmaps:") != std::string::npos) {
+    EXPECT_TRUE(has_complete_lines(out / "landmarks.csv", 5));
+  }
   EXPECT_TRUE(nlohmann::json::accept(read_text(out / "diagnostics.json")));
   EXPECT_THAT(read_text(out / "map.png"), HasSubstr("PNG"));
   EXPECT_THAT(read_text(out / "config.yaml"), Not(HasSubstr("${")))
@@ -80,6 +82,34 @@ TEST(CarPark, StaysWithinItsErrorAgainstHeldOutFixes) {
   EXPECT_GT(report.at("trajectory").at("scored").get<int>(), 500) << score.out;
   EXPECT_EQ(report.at("trajectory").at("alignment"), "se2");
   EXPECT_LE(report.at("trajectory").at("ate_rms_m").get<double>(), 0.20) << score.out;
+}
+
+/// Runs a configuration and gives the RMS error of its held-out fixes in the plane [m].
+double error_in_plane(const std::string& name, const std::vector<std::string>& overrides, const std::string& datum,
+                      const std::string& align) {
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  std::vector<std::string> arguments{"run", std::string(WAYMARK_SOURCE_DIR "/config/") + name, "--out", out.string(),
+                                     "--quiet"};
+  for (const std::string& text : overrides) arguments.insert(arguments.end(), {"--set", text});
+  const Outcome run = waymark(arguments);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const Outcome score = waymark({"evaluate", "--estimate", (out / "trajectory.txt").string(), "--reference",
+                                 (out / "held_out.csv").string(), "--align", align, "--datum", datum, "--json"});
+  EXPECT_EQ(score.exit_code, 0) << score.err;
+  const nlohmann::json trajectory = nlohmann::json::parse(score.out).at("trajectory");
+  return trajectory.at(align == "none" ? "ate_horizontal_rms_m" : "ate_rms_m").get<double>();
+}
+
+TEST(Husky, DeadReckoningIsAsGoodAsTheDataSetSays) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const std::string datum = "42.375812,-71.14739467,7.3";
+  // 3.0 m after the best fit in the plane: its README. GPS is not better known than that.
+  EXPECT_LE(error_in_plane("rl_husky.yaml", {"variables.gps=start"}, datum, "se2"), 3.1);
+  const double late = error_in_plane("rl_husky.yaml", {}, datum, "none");
+  EXPECT_LE(late, 2.0);
+  const double in_time = error_in_plane("rl_husky.yaml", {"source.arrival=stamp"}, datum, "none");
+  EXPECT_NEAR(late, in_time, 0.02 * in_time) << "the IMU is up to 36 ms late, max_latency_s covers that";
 }
 
 TEST(KittiExcerpt, TrunksAndMastsAreTrackedThroughAllFrames) {
