@@ -4,15 +4,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <thread>
 
+#include "apps/waymark/paper/jobs.hpp"
+#include "apps/waymark/paper/outages.hpp"
 #include "apps/waymark/paper/page.hpp"
+#include "apps/waymark/paper/sawtooth.hpp"
 #include "commands.hpp"
 #include "waymark/error.hpp"
 #include "waymark/output_file.hpp"
@@ -22,97 +23,113 @@ namespace waymark {
 namespace {
 
 struct PaperOptions {
-  std::filesystem::path config = "config/paper.yaml";
+  std::string config;  // empty: that of the experiment
   std::filesystem::path out = "out/paper";
   std::vector<std::string> overrides;
-  std::vector<double> noises{0.5, 1.0, 2.0, 4.0};
+  std::vector<double> noises;  // empty: those of the experiment
   std::string experiment = "scenarios";
   int seeds = 30;
   int jobs = 0;
 };
 
 std::string command_of(const PaperOptions& options) {
-  std::string text = fmt::format("waymark paper {} --experiment {} --seeds {} --noise {:g}", options.config.string(),
-                                 options.experiment, options.seeds, fmt::join(options.noises, ","));
+  std::string text =
+      fmt::format("waymark paper {} --experiment {} --seeds {}", options.config, options.experiment, options.seeds);
+  if (!options.noises.empty()) text += fmt::format(" --noise {:g}", fmt::join(options.noises, ","));
   for (const std::string& one : options.overrides) text += fmt::format(" --set '{}'", one);
   return text;
 }
 
-/// Courses one after the other on each of `jobs` threads; where a result goes does not depend on which thread was
-/// sooner. The first error ends all.
-class Courses {
- public:
-  Courses(const PaperOptions& options, paper::Results& results) : options_(options), results_(results) {}
-
-  void run() {
-    {
-      std::vector<std::jthread> threads;
-      threads.reserve(static_cast<std::size_t>(options_.jobs));
-      for (int i = 0; i < options_.jobs; ++i) threads.emplace_back([this] { work(); });
-    }
-    if (failure_) std::rethrow_exception(failure_);
+/// Tells on standard error how far it is: on a terminal always, elsewhere every tenth.
+void report(std::size_t done, std::size_t count) {
+  if (isatty(STDERR_FILENO) == 1) {
+    fmt::print(stderr, "\r{} of {} courses{}", done, count, done == count ? "\n" : "");
+    std::fflush(stderr);
+  } else if (done * 10 / count != (done - 1) * 10 / count) {
+    fmt::print(stderr, "{} of {} courses\n", done, count);
   }
+}
 
- private:
-  std::size_t count() const { return results_.noises.size() * results_.seeds.size(); }
+void run_courses(std::size_t count, const PaperOptions& options, const std::function<void(std::size_t)>& work) {
+  paper::run_jobs(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
+}
 
-  void work() {
-    for (std::size_t i = next_++; i < count(); i = next_++) {
-      const std::size_t noise = i / results_.seeds.size();
-      const std::size_t seed = i % results_.seeds.size();
-      const bool pictures = seed == 0 && noise == paper::shown_noise(results_);
-      try {
-        results_.trials[noise][seed] =
-            paper::run(options_.config, options_.overrides,
-                       {results_.seeds[seed], results_.noises[noise],
-                        pictures ? options_.out / results_.experiment.name : std::filesystem::path()},
-                       results_.experiment.scenarios);
-      } catch (...) {
-        const std::scoped_lock lock(mutex_);
-        if (!failure_) failure_ = std::current_exception();
-        next_ = count();
-      }
-      report();
-    }
-  }
+/// Writes page and numbers, says where they are.
+void write(const PaperOptions& options, const std::string& name, const std::string& page, const std::string& json) {
+  write_file(options.out / (name + ".json"), json);
+  write_file(options.out / (name + ".md"), page);
+  fmt::print(stderr, "results in {}\n", (options.out / (name + ".md")).string());
+}
 
-  void report() {
-    const std::scoped_lock lock(mutex_);
-    ++done_;
-    if (isatty(STDERR_FILENO) == 1) {
-      fmt::print(stderr, "\r{} of {} courses{}", done_, count(), done_ == count() ? "\n" : "");
-      std::fflush(stderr);
-    } else if (done_ * 10 / count() != (done_ - 1) * 10 / count()) {
-      fmt::print(stderr, "{} of {} courses\n", done_, count());
-    }
-  }
-
-  const PaperOptions& options_;
-  paper::Results& results_;
-  std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;
-  std::size_t done_ = 0;
-  std::exception_ptr failure_;
-};
-
-int run(PaperOptions options) {
-  if (options.jobs == 0) options.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+void run_scenarios(const PaperOptions& options) {
   paper::Results results;
   results.command = command_of(options);
-  results.config = options.config.string();
+  results.config = options.config;
   results.overrides = options.overrides;
   results.world = paper::surveyed(options.config, options.overrides);
   results.experiment = options.experiment == "signatures" ? paper::signature_rules() : paper::scenarios_of_the_paper();
   results.noises = options.noises;
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
-  create_folder(options.out / results.experiment.name, "output folder");
-  Courses(options, results).run();
-
   const std::string& name = results.experiment.name;
-  write_file(options.out / (name + ".json"), paper::to_json(results));
-  write_file(options.out / (name + ".md"), paper::to_page(results, name));
-  fmt::print(stderr, "results in {}\n", (options.out / (name + ".md")).string());
+  create_folder(options.out / name, "output folder");
+  run_courses(results.noises.size() * results.seeds.size(), options, [&](std::size_t i) {
+    const std::size_t noise = i / results.seeds.size();
+    const std::size_t seed = i % results.seeds.size();
+    const bool pictures = seed == 0 && noise == paper::shown_noise(results);
+    results.trials[noise][seed] = paper::run(
+        options.config, options.overrides,
+        {results.seeds[seed], results.noises[noise], pictures ? options.out / name : std::filesystem::path()},
+        results.experiment.scenarios);
+  });
+  write(options, name, paper::to_page(results, name), paper::to_json(results));
+}
+
+void run_sawtooth(const PaperOptions& options) {
+  if (options.noises.size() != 1) throw Error("paper: --experiment sawtooth takes one --noise");
+  paper::Sawtooth results = paper::Sawtooth::prepare(options.seeds);
+  results.command = command_of(options);
+  results.config = options.config;
+  results.overrides = options.overrides;
+  results.noise = options.noises.front();
+  create_folder(options.out, "output folder");
+  run_courses(results.gps.size() * results.seeds.size(), options,
+              [&](std::size_t i) { results.run(options.config, i / results.seeds.size(), i % results.seeds.size()); });
+  write(options, "sawtooth", paper::to_page(results), paper::to_json(results));
+}
+
+void run_outages(const PaperOptions& options) {
+  if (!options.noises.empty()) throw Error("paper: --experiment outages takes no --noise; use --set");
+  paper::Outages results;
+  results.command = command_of(options);
+  results.config = options.config;
+  results.overrides = options.overrides;
+  for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
+  results.trials.resize(results.seeds.size());
+  create_folder(options.out / "paper", "output folder");
+  run_courses(results.seeds.size(), options,
+              [&](std::size_t i) { results.run(i, i == 0 ? options.out / "paper" : std::filesystem::path()); });
+  write(options, "outages", paper::to_page(results, "paper"), paper::to_json(results));
+}
+
+/// The YAML of an experiment.
+const char* config_of(const std::string& experiment) {
+  if (experiment == "sawtooth") return "config/paper_sawtooth.yaml";
+  return experiment == "outages" ? "config/paper_outages.yaml" : "config/paper.yaml";
+}
+
+int run(PaperOptions options) {
+  if (options.jobs == 0) options.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (options.config.empty()) options.config = config_of(options.experiment);
+  if (options.experiment == "outages") {
+    run_outages(options);
+  } else if (options.experiment == "sawtooth") {
+    if (options.noises.empty()) options.noises = {1.0};
+    run_sawtooth(options);
+  } else {
+    if (options.noises.empty()) options.noises = {0.5, 1.0, 2.0, 4.0};
+    run_scenarios(options);
+  }
   return kSuccess;
 }
 
@@ -120,20 +137,24 @@ int run(PaperOptions options) {
 
 void add_paper_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PaperOptions>();
-  CLI::App* command =
-      app.add_subcommand("paper", "The experiment of the paper: four scenarios over seeds, with figures and tables");
+  CLI::App* command = app.add_subcommand("paper", "The experiments of the paper over seeds, with figures and tables");
   command->footer("Example:\n  waymark paper --out out/paper --seeds 5 --noise 1");
-  command->add_option("config", options->config, "the YAML of scenario 3, on the simulator")->capture_default_str();
-  command->add_option("--out", options->out, "folder for paper.md, paper.json and paper/*.png")->capture_default_str();
+  command->add_option("config", options->config,
+                      "YAML on the simulator (default: config/paper.yaml, paper_outages.yaml or paper_sawtooth.yaml)");
+  command->add_option("--out", options->out, "folder for the page, its numbers and its pictures")
+      ->capture_default_str();
   command
-      ->add_option("--experiment", options->experiment, "scenarios: the four of the paper; signatures: rules compared")
-      ->check(CLI::IsMember({"scenarios", "signatures"}))
+      ->add_option("--experiment", options->experiment,
+                   "scenarios: the four of the paper; signatures: rules compared; outages: Figs. 3.1 and 3.2; "
+                   "sawtooth: what a GPS does to SLAM")
+      ->check(CLI::IsMember({"scenarios", "signatures", "outages", "sawtooth"}))
       ->capture_default_str();
   command->add_option("--seeds", options->seeds, "seeds 1 to N")->check(CLI::Range(1, 100000))->capture_default_str();
-  command->add_option("--noise", options->noises, "factors on the odometry's noise, in simulator and filter")
+  command
+      ->add_option("--noise", options->noises,
+                   "factors on the odometry's noise, in simulator and filter (default: 0.5,1,2,4; 1 for sawtooth)")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      ->check(CLI::PositiveNumber);
   command->add_option("--set", options->overrides, "key=value: overrides a key of the YAML in all runs");
   command->add_option("--jobs", options->jobs, "courses at the same time (default: one per core)")
       ->check(CLI::Range(1, 1024));

@@ -24,6 +24,9 @@ def numbers(node, path=""):
     elif isinstance(node, list):
         if path.endswith("missed"):
             yield path, len(node)
+        for index, item in enumerate(node):
+            if isinstance(item, dict):
+                yield from numbers(item, f"{path}.{item.get('sensor', index)}")
     elif isinstance(node, (int, float)) and not isinstance(node, bool):
         yield path, node
 

@@ -46,6 +46,54 @@ TEST(Paper, ItsNumbersDoNotDependOnTheNumberOfJobs) {
   EXPECT_EQ(read_text(folder / "one/paper.json"), read_text(folder / "three/paper.json"));
 }
 
+TEST(Paper, ShowsTheOutagesOfTheEkf) {
+  const TemporaryFolder folder;
+  const Outcome run = waymark({"paper", WAYMARK_SOURCE_DIR "/config/paper_outages.yaml", "--experiment", "outages",
+                               "--seeds", "3", "--out", (folder / "out").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string page = read_text(folder / "out/outages.md");
+  for (const std::string picture : {"paper/fig_3_1.png", "paper/fig_3_2.png"}) {
+    EXPECT_THAT(page, HasSubstr("](" + picture + ")"));
+    EXPECT_THAT(read_text(folder / "out" / picture), testing::StartsWith("\x89PNG"));
+  }
+  const auto json = nlohmann::json::parse(read_text(folder / "out/outages.json"));
+  ASSERT_EQ(json.at("trials").size(), 3u);
+  for (const auto& trial : json.at("trials")) {
+    ASSERT_EQ(trial.at("outages").size(), 4u) << "as many as in the YAML";
+    for (const auto& outage : trial.at("outages")) {
+      EXPECT_GT(outage.at("sigma_end_m").get<double>(), 0.3) << "an outage makes the pose uncertain";
+      EXPECT_LT(outage.at("error_end_sigma").get<double>(), 8.0);
+      EXPECT_GT(outage.at("step_m").get<double>(), 0.0);
+    }
+  }
+}
+
+TEST(Paper, MeetsSlamWithEveryGps) {
+  const TemporaryFolder folder;
+  const Outcome run = waymark({"paper", WAYMARK_SOURCE_DIR "/config/paper_sawtooth.yaml", "--experiment", "sawtooth",
+                               "--seeds", "1", "--out", (folder / "out").string(), "--set", "source.duration_s=8"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(read_text(folder / "out/sawtooth.json"));
+  // Five rates and four errors and no GPS at all; three filters with one particle and with 25.
+  ASSERT_EQ(json.at("trials").size(), 21u * 6u);
+  const auto rms = [&](double rate, double error) {
+    for (const auto& trial : json.at("trials")) {
+      if (trial.at("gps_rate_hz") == rate && trial.at("gps_correlated_m") == error)
+        return trial.at("position_rms_m").get<double>();
+    }
+    return -1.0;
+  };
+  EXPECT_LT(rms(0.0, 0.0), 0.1);
+  EXPECT_GT(rms(5.0, 2.0), 2.0 * rms(0.0, 0.0)) << "a GPS that errs by metres pulls the paper's filter away";
+  EXPECT_THAT(read_text(folder / "out/sawtooth.md"), HasSubstr("| 0.2 Hz |"));
+}
+
+TEST(Paper, AnExperimentRefusesNoiseThatItCannotTake) {
+  const Outcome run = waymark({"paper", "--experiment", "outages", "--noise", "1"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("--noise"));
+}
+
 TEST(Paper, AConfigWithoutTruthIsRefused) {
   const TemporaryFolder folder;
   const Outcome run = waymark({"paper", WAYMARK_SOURCE_DIR "/config/nowhere.yaml", "--out", (folder / "out").string()});

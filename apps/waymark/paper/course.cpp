@@ -50,13 +50,6 @@ std::vector<evaluation::Landmark> survey_of(const Source& source) {
   return survey;
 }
 
-Trajectory truth_of(const Source& source) {
-  Trajectory truth{"truth", false, evaluation::Orientation::yaw, {}};
-  for (const Reference::Point& point : source.reference()->trajectory)
-    truth.points.push_back({point.stamp, point.T_map_base});
-  return truth;
-}
-
 /// Between two things of the survey [m].
 double least_distance(const std::vector<evaluation::Landmark>& survey) {
   double least = std::numeric_limits<double>::infinity();
@@ -145,6 +138,14 @@ class Run {
 };
 
 }  // namespace
+
+Trajectory truth_of(const Source& source) {
+  if (source.reference() == nullptr) throw Error("paper: the source knows no truth; config must use the simulator");
+  Trajectory truth{"truth", false, evaluation::Orientation::yaw, {}};
+  for (const Reference::Point& point : source.reference()->trajectory)
+    truth.points.push_back({point.stamp, point.T_map_base});
+  return truth;
+}
 
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios) {

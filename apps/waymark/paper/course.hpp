@@ -10,6 +10,7 @@
 #include "apps/waymark/evaluation/landmark_error.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 #include "apps/waymark/paper/scenarios.hpp"
+#include "waymark/source.hpp"
 
 namespace waymark::paper {
 
@@ -41,6 +42,9 @@ struct Course {
 /// such a run is no result.
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios);
+
+/// The trajectory that the source knows to be true. Throws Error if it knows none.
+evaluation::Trajectory truth_of(const Source& source);
 
 /// The world that all courses have in common.
 std::vector<evaluation::Landmark> surveyed(const std::filesystem::path& config,

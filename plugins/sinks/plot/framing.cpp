@@ -49,7 +49,8 @@ double round_step(double least) {
   return 10.0 * power;
 }
 
-View make_view(const Content& content, const Rect& area) {
+View make_view(const Content& content, const Style& style, const Rect& area) {
+  if (style.window) return View(area, style.window->low, style.window->high);
   Extent extent;
   for (const auto& p : content.online) extent.add(p);
   if (content.reference != nullptr) {

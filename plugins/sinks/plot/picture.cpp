@@ -53,7 +53,9 @@ class Painter {
         style_(style),
         unit_(std::clamp(std::min(style.width_px / 1600.0, style.height_px / 1200.0), 0.5, 6.0)),
         canvas_(style.width_px, style.height_px),
-        view_(make_view(content, {px(78), px(72), style.width_px - px(330), style.height_px - px(58)})) {}
+        view_(make_view(content, style,
+                        {px(content.axes.origin.isZero() ? 78 : 112), px(72), style.width_px - px(330),
+                         style.height_px - px(58)})) {}
 
   std::string paint() {
     canvas_.clip(view_.area());
@@ -81,21 +83,26 @@ class Painter {
 
   double grid_step() const { return round_step(px(90) / view_.pixels_per_metre()); }
 
+  /// Visits where a line is and the number that stands there.
   template <class Visit>
   void for_each_grid_line(int axis, Visit visit) const {
     const double step = grid_step();
-    const auto first = static_cast<long long>(std::ceil(view_.low()[axis] / step));
-    const auto last = static_cast<long long>(std::floor(view_.high()[axis] / step));
-    for (long long k = first; k <= last; ++k) visit(static_cast<double>(k) * step);
+    const double origin = content_.axes.origin[axis];
+    const auto first = static_cast<long long>(std::ceil((view_.low()[axis] + origin) / step));
+    const auto last = static_cast<long long>(std::floor((view_.high()[axis] + origin) / step));
+    for (long long k = first; k <= last; ++k) {
+      const double number = static_cast<double>(k) * step;
+      visit(number - origin, number);
+    }
   }
 
   void draw_grid() {
     const Rect& area = view_.area();
-    for_each_grid_line(0, [&](double east) {
+    for_each_grid_line(0, [&](double east, double) {
       const double x = view_.to_pixel({east, 0.0}).x();
       canvas_.line({x, area.top}, {x, area.bottom}, px(1), kGrid);
     });
-    for_each_grid_line(1, [&](double north) {
+    for_each_grid_line(1, [&](double north, double) {
       const double y = view_.to_pixel({0.0, north}).y();
       canvas_.line({area.left, y}, {area.right, y}, px(1), kGrid);
     });
@@ -104,28 +111,29 @@ class Painter {
   void draw_axis_labels() {
     const Rect& area = view_.area();
     const double size = px(10);
-    for_each_grid_line(0, [&](double east) {
+    for_each_grid_line(0, [&](double east, double number) {
       const double x = view_.to_pixel({east, 0.0}).x();
-      const std::string words = fmt::format("{:g}", east);
+      const std::string words = fmt::format("{:.10g}", number);
       canvas_.line({x, area.bottom}, {x, area.bottom + px(5)}, px(1), kFrame);
       canvas_.text({x - 0.5 * Canvas::text_width(words, size), area.bottom + px(20)}, words, size, kSoftInk, px(1));
     });
-    for_each_grid_line(1, [&](double north) {
+    for_each_grid_line(1, [&](double north, double number) {
       const double y = view_.to_pixel({0.0, north}).y();
-      const std::string words = fmt::format("{:g}", north);
+      const std::string words = fmt::format("{:.10g}", number);
       canvas_.line({area.left - px(5), y}, {area.left, y}, px(1), kFrame);
       canvas_.text({area.left - px(10) - Canvas::text_width(words, size), y + 0.5 * size}, words, size, kSoftInk,
                    px(1));
     });
     const double middle = 0.5 * (area.left + area.right);
-    const std::string east = "east [m]";
+    const std::string& east = content_.axes.east;
     canvas_.text({middle - 0.5 * Canvas::text_width(east, px(11)), area.bottom + px(44)}, east, px(11), kInk, px(1));
-    canvas_.text({px(12), area.top - px(12)}, "north [m]", px(11), kInk, px(1));
+    canvas_.text({px(12), area.top - px(12)}, content_.axes.north, px(11), kInk, px(1));
   }
 
   void draw_gnss() {
-    for (const auto& p : content_.gnss_held_out) canvas_.dot(view_.to_pixel(p), px(2.0), kHeldOut);
-    for (const auto& p : content_.gnss_fused) canvas_.dot(view_.to_pixel(p), px(2.0), kFused);
+    const double radius = px(style_.window ? 4.0 : 2.0);  // a part has few of them
+    for (const auto& p : content_.gnss_held_out) canvas_.dot(view_.to_pixel(p), radius, kHeldOut);
+    for (const auto& p : content_.gnss_fused) canvas_.dot(view_.to_pixel(p), radius, kFused);
   }
 
   void draw_reference_trajectory() {
@@ -161,6 +169,7 @@ class Painter {
   }
 
   void draw_uncertainty() {
+    if (!style_.ellipses) return;
     for (const auto& belief : content_.uncertainty) {
       canvas_.outline(ellipse(view_, belief.position, belief.P, style_.sigma), px(1.0), kUncertainty);
     }
@@ -348,7 +357,7 @@ void Painter::draw_panel() {
   const bool known = content_.reference != nullptr;
 
   entry(content_.online.size() > 1, "estimate, online", stroke(3.5, kEstimate));
-  entry(!content_.uncertainty.empty(), "its " + ellipse_name, oval(1.0, kUncertainty));
+  entry(style_.ellipses && !content_.uncertainty.empty(), "its " + ellipse_name, oval(1.0, kUncertainty));
   entry(content_.end && content_.end->best_path.size() > 1, "path of the best particle", stroke(0.7, kBestPath));
   entry(known && content_.reference->trajectory.size() > 1, "reference", stroke(2.5, kReference));
   entry(content_.gnss_fused_count > 0, fmt::format("GNSS, fused ({})", content_.gnss_fused_count), blob(3.0, kFused));
@@ -378,8 +387,8 @@ void Painter::draw_panel() {
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   canvas_.text({left, y}, "Pose at the end (1 sigma)", px(11), kInk, px(1.1));
   y += px(30);
-  row("east", fmt::format("{:.2f} +- {:.2f} m", pose.p.x(), deviation.x()));
-  row("north", fmt::format("{:.2f} +- {:.2f} m", pose.p.y(), deviation.y()));
+  row("east", fmt::format("{:.2f} +- {:.2f} m", pose.p.x() + content_.axes.origin.x(), deviation.x()));
+  row("north", fmt::format("{:.2f} +- {:.2f} m", pose.p.y() + content_.axes.origin.y(), deviation.y()));
   row("yaw", fmt::format("{:.1f} +- {:.1f} deg", pose.yaw() * kDegrees, deviation.z() * kDegrees));
 }
 

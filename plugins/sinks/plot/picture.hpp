@@ -17,7 +17,21 @@ struct Style {
   int width_px = 1600;
   int height_px = 1200;
   Labels landmark_labels = Labels::automatic;
-  double sigma = 3.0;  ///< of every ellipse
+  double sigma = 3.0;    ///< of every ellipse
+  bool ellipses = true;  ///< of the estimate along the way
+  /// The part that is shown, in the picture's axes, counted from the map's origin [m]; absent: everything.
+  struct Window {
+    Eigen::Vector2d low;
+    Eigen::Vector2d high;
+  };
+  std::optional<Window> window;
+};
+
+/// What the numbers on the axes are.
+struct Axes {
+  std::string east = "east [m]";
+  std::string north = "north [m]";
+  Eigen::Vector2d origin{0.0, 0.0};  ///< the numbers at the map's origin
 };
 
 /// What there is to draw, map frame [m].
@@ -34,6 +48,7 @@ struct Content {
   std::vector<Eigen::Vector2d> gnss_held_out;
   std::size_t gnss_fused_count = 0;  ///< before thinning
   std::size_t gnss_held_out_count = 0;
+  Axes axes;
   double log_duration_s = 0.0;
   bool interrupted = false;
 

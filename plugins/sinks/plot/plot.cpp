@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "picture.hpp"
+#include "utm.hpp"
 #include "waymark/output_file.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin.hpp"
@@ -67,6 +69,9 @@ class Plot : public Sink {
     style_.width_px = static_cast<int>(config.integer_in("width_px", 480, 10000, style_.width_px));
     style_.height_px = static_cast<int>(config.integer_in("height_px", 360, 10000, style_.height_px));
     style_.sigma = config.positive("sigma", style_.sigma);
+    style_.ellipses = config.boolean("ellipses", style_.ellipses);
+    if (config.has("window_m")) style_.window = read_window(config);
+    if (config.has("utm_origin_deg")) origin_ = read_origin(config);
     const std::string labels = config.choice("landmark_labels", {"auto", "on", "off"}, "auto");
     style_.landmark_labels = labels == "on"    ? Style::Labels::on
                              : labels == "off" ? Style::Labels::off
@@ -115,11 +120,28 @@ class Plot : public Sink {
       content.end = Content::End{last->belief().mean.T_map_base, pose_covariance(last->belief(), last->layout()),
                                  last->particles(), last->best_path(), last->best_maps()};
     }
+    if (origin_) to_utm(content, *origin_);
     write_file(out_dir_ / file_, draw(content, style_));
   }
 
  private:
+  static Style::Window read_window(const Config& config) {
+    const std::vector<double> corners = config.numbers("window_m", 4);
+    if (!(corners[0] < corners[2] && corners[1] < corners[3]))
+      config.fail("window_m", "east_min, north_min, east_max, north_max are expected, each minimum below its maximum");
+    return {{corners[0], corners[1]}, {corners[2], corners[3]}};
+  }
+
+  static Origin read_origin(const Config& config) {
+    const std::vector<double> origin = config.numbers("utm_origin_deg", 2);
+    // Beyond, the Earth is mapped by UPS.
+    if (!(origin[0] > -80.0 && origin[0] < 84.0 && std::abs(origin[1]) <= 180.0))
+      config.fail("utm_origin_deg", "latitude (-80 to 84) and longitude (-180 to 180) are expected");
+    return {origin[0], origin[1]};
+  }
+
   std::filesystem::path file_;
+  std::optional<Origin> origin_;
   Style style_;
   std::filesystem::path out_dir_;
   std::shared_ptr<const Reference> reference_;

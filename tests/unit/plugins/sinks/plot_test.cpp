@@ -117,6 +117,56 @@ TEST_F(PlotSink, DrawsTheReferenceInRed) {
   EXPECT_TRUE(red);
 }
 
+/// A survey of one thing, far from where the robot drives.
+std::shared_ptr<Reference> thing_at(double east, double north) {
+  auto reference = std::make_shared<Reference>();
+  reference->landmarks.push_back({"thing", {east, north}, 0.5});
+  return reference;
+}
+
+TEST_F(PlotSink, ShowsTheWindowAskedForInItsMiddle) {
+  const cv::Rect around(kMiddleX - 8, kMiddleY - 8, 16, 16);
+  for (const bool inside : {false, true}) {
+    const auto sink = make_sink("plot", "{width_px: 800, height_px: 600, window_m: [90, 40, 110, 60]}");
+    sink->start({out_.path(), nullptr, thing_at(inside ? 100.0 : 109.0, 50.0)});
+    FakeSnapshot snapshot;
+    drive(*sink, snapshot, false);
+    sink->finish(&snapshot, {});
+    EXPECT_EQ(marked(picture(), around) > 0, inside);
+  }
+}
+
+TEST_F(PlotSink, InUtmTheGridTurnsAgainstNorth) {
+  // 3° east of the zone's central meridian, at 49° north, the grid's north is 3° · sin 49° = 2.26° east of true north:
+  // what lies 1000 m true north of the origin is 39.5 m west of it in the grid, and 999 m north.
+  for (const bool utm : {false, true}) {
+    const auto sink = make_sink("plot", std::string("{width_px: 800, height_px: 600, window_m: [-49.5, 988.8, -29.5, "
+                                                    "1008.8]") +
+                                            (utm ? ", utm_origin_deg: [49, 11.999] }" : " }"));
+    sink->start({out_.path(), nullptr, thing_at(0.0, 1000.0)});
+    FakeSnapshot snapshot;
+    drive(*sink, snapshot, false);
+    sink->finish(&snapshot, {});
+    // Wider labels move the map's middle to the right.
+    const int middle = utm ? kMiddleX + 8 : kMiddleX;
+    EXPECT_EQ(marked(picture(), cv::Rect(middle - 16, kMiddleY - 16, 32, 32)) > 0, utm);
+  }
+}
+
+TEST_F(PlotSink, LeavesTheEllipsesOutIfAsked) {
+  std::vector<int> counts;
+  for (const char* ellipses : {"true", "false"}) {
+    const auto sink =
+        make_sink("plot", std::string("{width_px: 800, height_px: 600, sigma: 9, ellipses: ") + ellipses + "}");
+    sink->start({out_.path(), nullptr, nullptr});
+    FakeSnapshot snapshot;
+    drive(*sink, snapshot, false);
+    sink->finish(&snapshot, {});
+    counts.push_back(marked(picture(), cv::Rect(40, 40, 590, 500)));
+  }
+  EXPECT_GT(counts[0], counts[1] + 500);
+}
+
 TEST_F(PlotSink, SaysNoDataWithoutASnapshot) {
   const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
   sink->start({out_.path(), nullptr, nullptr});
@@ -170,6 +220,9 @@ TEST_F(PlotSink, RefusesWhatItCannotDraw) {
   EXPECT_THROW(make_sink("plot", "{sigma: 0}"), ConfigError);
   EXPECT_THROW(make_sink("plot", "{landmark_labels: some}"), ConfigError);
   EXPECT_THROW(make_sink("plot", "{file: map.jpg}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{window_m: [0, 0, 10]}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{window_m: [10, 0, 0, 10]}"), ConfigError);
+  EXPECT_THROW(make_sink("plot", "{utm_origin_deg: [89, 8]}"), ConfigError);
 }
 
 }  // namespace
