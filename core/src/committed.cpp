@@ -21,7 +21,7 @@ void Committed::save(OutArchive& out) const {
   for (const SensorState& state : sensors) {
     state.fuse.save(out);
     out.bytes(&state.counters, sizeof state.counters);
-    out.value(state.rejections_in_a_row);
+    for (const int rejections : state.rejections_in_a_row) out.value(rejections);
     out.value(state.told_unheard);
     out.value(state.sensor != nullptr);
     if (state.sensor) state.sensor->save(out);
@@ -44,7 +44,7 @@ void Committed::load(InArchive& in) {
   for (SensorState& state : sensors) {
     state.fuse.load(in);
     in.bytes(&state.counters, sizeof state.counters);
-    in.value(state.rejections_in_a_row);
+    for (int& rejections : state.rejections_in_a_row) in.value(rejections);
     in.value(state.told_unheard);
     bool in_service = false;
     in.value(in_service);

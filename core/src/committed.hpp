@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -19,7 +20,7 @@ struct SensorState {
   std::shared_ptr<Sensor> sensor;  ///< null: only maps listen to it, or it is out of service
   FuseGate fuse;
   SensorCounters counters;
-  int rejections_in_a_row = 0;
+  std::array<int, UpdateList::kSlots> rejections_in_a_row{};  ///< of each of a measurement's updates
   bool told_unheard = false;
 };
 

@@ -88,13 +88,13 @@ void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Hea
   heard.dof += rows;
   state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
   if (outcome.accepted) {
-    state.rejections_in_a_row = 0;
+    state.rejections_in_a_row[index] = 0;
     return;
   }
   if (heard.fate == Fate::fused) heard.fate = Fate::gated;
   if (!late && part.slot.max_consecutive_rejections > 0 &&
-      ++state.rejections_in_a_row >= part.slot.max_consecutive_rejections) {
-    reacquire(m, updates_[index], outcome);
+      ++state.rejections_in_a_row[index] >= part.slot.max_consecutive_rejections) {
+    reacquire(m, index, outcome);
   }
 }
 
@@ -111,7 +111,7 @@ bool Fusion::Impl::settle_motion(const Measurement& m) {
 
 /// A sensor that was rejected too often in a row is right and the filter is wrong, or the other way round; a filter
 /// that never listens again is the worse of the two.
-void Fusion::Impl::reacquire(const Measurement& m, const Update& model, const MixtureOutcome& outcome) {
+void Fusion::Impl::reacquire(const Measurement& m, std::size_t index, const MixtureOutcome& outcome) {
   constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to turn the heading
   SensorState& state = state_of(m);
   const SensorPart& part = parts_[m.sensor];
@@ -125,12 +125,12 @@ void Fusion::Impl::reacquire(const Measurement& m, const Update& model, const Mi
   committed_.health.reacquired(m.stamp);
   UpdatePolicy open = part.policy;
   open.ignore_gate = true;
-  filter_.update(model, open);
+  filter_.update(updates_[index], open);
   event(m.stamp,
         fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the belief was widened and "
                     "the sensor re-acquired",
-                    part.slot.name, state.rejections_in_a_row, miss));
-  state.rejections_in_a_row = 0;
+                    part.slot.name, state.rejections_in_a_row[index], miss));
+  state.rejections_in_a_row[index] = 0;
 }
 
 Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {

@@ -9,7 +9,8 @@
 
 namespace waymark {
 
-/// The robot stands when all motion sensors that are alive have seen no motion for a while (estimation.md §2).
+/// The robot stands when all motion sensors that are alive have seen no motion for a while, and none fell silent while
+/// it saw some (estimation.md §2).
 class Standstill {
  public:
   Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
@@ -21,8 +22,9 @@ class Standstill {
     report.last = stamp;
     report.moving = moving;
     standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
+      // One that fell silent keeps its last word: wheels that died while they turned did not stop the robot.
       const bool alive = r.heard && stamp - r.last < kSilence;
-      return !alive || (!r.moving && stamp - r.still_since >= after_);
+      return !r.heard || (!r.moving && (!alive || stamp - r.still_since >= after_));
     });
   }
 

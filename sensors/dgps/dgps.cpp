@@ -94,8 +94,7 @@ class Dgps final : public Sensor {
       out.report_doubt(dgps::FixMonitor::reason(verdict));
       return;
     }
-    if (horizontal_.scale() >= dgps::AdaptiveNoise::kMaxScale)
-      out.report_doubt("residuals far beyond the stated noise");
+    if (horizontal_.scale() >= kDoubtedScale) out.report_doubt("residuals far beyond the stated noise");
 
     stated_ = {horizontal * horizontal, vertical * vertical};
     used_ = {stated_.x() * horizontal_.scale() * settling, stated_.y() * vertical_.scale() * settling};
@@ -150,6 +149,9 @@ class Dgps final : public Sensor {
   }
 
  private:
+  /// Twice the stated σ: either the fixes are worse than they say or the belief is off, and nothing here can tell
+  /// which.
+  static constexpr double kDoubtedScale = 4.0;
   static constexpr double kSideslip = 10.0 * kDegree;  // a vehicle does not drive exactly where it points
 
   static Eigen::Vector3d read_lever_arm(const Config& config) {

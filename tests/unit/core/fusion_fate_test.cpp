@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "unit/core/fusion_robot.hpp"
+#include "unit/core/toy_map.hpp"
 
 namespace waymark {
 namespace {
@@ -179,6 +180,29 @@ TEST(FusionGate, ZeroMeansNeverReacquired) {
   EXPECT_EQ(robot.report(1).gated, 20U);
   EXPECT_EQ(robot.events(), "");
   EXPECT_NEAR(robot.pose().p.y(), 0.0, 2.0);
+}
+
+/// Tells a position that is wrong for good, and a twist that fits.
+class HalfWrong final : public Sensor {
+ public:
+  bool is_absolute() const override { return true; }
+  void process(const Measurement&, const Prediction&, UpdateList& out) override {
+    out.emplace<PositionModel>(Eigen::Vector2d(500.0, 0.0), 0.1);
+    out.emplace<TwistModel>(Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(1.0, 1.0, 1.0));
+  }
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<HalfWrong>(*this); }
+};
+
+TEST(FusionReacquisition, AnUpdateThatFitsDoesNotHideOneThatIsAlwaysRejected) {
+  FusionRobot robot(
+      kAtOrigin + "sensors:\n" + kWheels + "  - { name: half, plugin: half, max_consecutive_rejections: 5 }\n",
+      {{"half", std::make_shared<HalfWrong>()}});
+  std::vector<Measurement> log;
+  drive(log, 0.0, 10.0, 1.0);
+  for (int k = 0; k < 10; ++k) log.push_back(fix(k + 0.05, 0.0, 0.0));
+  robot.play(in_order(log));
+  EXPECT_THAT(robot.events(), HasSubstr("half: 5 measurements in a row rejected"));
+  EXPECT_NEAR(robot.pose().p.x(), 500.0, 10.0);
 }
 
 }  // namespace

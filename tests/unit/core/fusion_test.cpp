@@ -46,6 +46,25 @@ TEST(FusionStandstill, BeginsHalfASecondAfterTheLastMotion) {
   }
 }
 
+/// Sees no motion, whatever the robot does: an IMU on a smooth drive.
+class FeelsAtRest final : public Sensor {
+ public:
+  bool is_motion_source() const override { return true; }
+  void process(const Measurement&, const Prediction&, UpdateList& out) override { out.report_motion(false); }
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<FeelsAtRest>(*this); }
+};
+
+TEST(FusionStandstill, WheelsThatDieWhileTheyTurnDoNotStopTheRobot) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: rest, plugin: rest }\n",
+                    {{"rest", std::make_shared<FeelsAtRest>()}});
+  std::vector<Measurement> log;
+  drive(log, 0.0, 5.0, 1.0);
+  for (int k = 0; k < 100; ++k) log.push_back(twist(0.1 * k + 0.05, 0.0, 0.0, 1));
+  robot.play(in_order(log));
+  EXPECT_NEAR(robot.fusion().filter().mixture().mean.v_base.x(), 1.0, 0.1);
+  EXPECT_NEAR(robot.pose().p.x(), 9.9, 1.0);
+}
+
 TEST(FusionStandstill, TheRobotStartsAgain) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
   std::vector<Measurement> log;
