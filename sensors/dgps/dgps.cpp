@@ -59,6 +59,8 @@ class Dgps final : public Sensor {
     return block;
   }
   bool is_absolute() const override { return true; }
+  /// Speed and course tell how the robot moves: enough where there is nothing else.
+  bool is_motion_source() const override { return velocity_.sigma > 0.0; }
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     const auto& fix = measurement.as<GnssFix>();
