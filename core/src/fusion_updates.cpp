@@ -98,7 +98,8 @@ void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Hea
   }
 }
 
-/// Follows what motion sensors say; true if the robot stands, and the zero twist has replaced the update.
+/// Follows what motion sensors say; true if the robot stands, and the zero twist has replaced the update. What a sensor
+/// tells of its own states (a gyro's bias) is never better known than now.
 bool Fusion::Impl::settle_motion(const Measurement& m) {
   if (updates_.motion() == UpdateList::Motion::not_said) return false;
   Standstill& standstill = committed_.standstill;
@@ -106,7 +107,8 @@ bool Fusion::Impl::settle_motion(const Measurement& m) {
   standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving);
   if (!stood && standstill.standing()) filter_.stop();
   if (stood && !standstill.standing()) filter_.release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
-  return standstill.standing() && state_of(m).sensor->is_motion_source();
+  const auto owner = static_cast<std::size_t>(parts_[m.sensor].policy.owner);
+  return standstill.standing() && state_of(m).sensor->is_motion_source() && layout_.owners()[owner].block.empty();
 }
 
 /// A sensor that was rejected too often in a row is right and the filter is wrong, or the other way round; a filter

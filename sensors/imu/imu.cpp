@@ -60,9 +60,20 @@ class Imu final : public Sensor {
         mounting_limit_(kDegree * config.number_in("max_mounting_tilt_deg", 1.0, 180.0, 45.0)) {
     if (heading_ && !tilt_) config.fail("tilt", "heading needs roll and pitch, too");
     if (config.choice("orientation", {"own", "device"}, "own") == "device") device_.emplace(config);
+    yaw_bias_state_ = config.choice("yaw_bias", {"state", "cascade"}, "state") == "state" && !heading_;
     if (heading_) own_magnetometer_ = config.boolean("own_magnetometer", false);
   }
 
+  /// What remains of the gyro's bias about the base's z axis: the cascade cannot see it while the robot moves, and it
+  /// does not change from sample to sample as noise does.
+  StateBlock block() const override {
+    if (!yaw_bias_state_) return {};
+    BlockState bias;
+    bias.name = "yaw_bias_radps";
+    bias.initial_sigma = filter_.settings().bias_sigma;
+    bias.walk_per_sqrt_s = filter_.settings().bias_walk;
+    return {bias};
+  }
   bool is_motion_source() const override { return !heading_; }
   bool is_absolute() const override { return heading_; }
   bool observes_roll_and_pitch() const override { return tilt_; }
@@ -162,7 +173,15 @@ class Imu final : public Sensor {
     const Eigen::Matrix3d R_sensor = filter_.covariance().bottomRightCorner<3, 3>() * correlated(bias_time_, dt) +
                                      Eigen::Matrix3d(Eigen::Vector3d::Constant(density * density / dt).asDiagonal());
     const Eigen::Matrix3d R_base_sensor = q_base_sensor_.toRotationMatrix();
-    out.emplace<imu::RateUpdate>(R_base_sensor * w, R_base_sensor * R_sensor * R_base_sensor.transpose(), planar);
+    Eigen::Vector3d w_base = R_base_sensor * w;
+    Eigen::Matrix3d R_base = R_base_sensor * R_sensor * R_base_sensor.transpose();
+    if (yaw_bias_state_) {  // the rate about z as it was measured: its bias is the main filter's
+      w_base.z() += (R_base_sensor * filter_.gyro_bias()).z();
+      R_base.row(2).setZero();
+      R_base.col(2).setZero();
+      R_base(2, 2) = density * density / dt;
+    }
+    out.emplace<imu::RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
   }
 
   void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {
@@ -210,6 +229,7 @@ class Imu final : public Sensor {
   double bias_time_;
   double mounting_limit_;
   bool own_magnetometer_ = false;
+  bool yaw_bias_state_ = false;
   std::optional<imu::DeviceOrientation> device_;  // instead of the cascade's attitude
   std::optional<Time> last_stamp_;
   std::optional<std::string> fault_;

@@ -9,32 +9,36 @@
 
 namespace waymark::imu {
 
-/// z = ω of the base [rad/s], all of it or, in the plane, its z component.
+/// z = ω of the base [rad/s], all of it or, in the plane, its z component; that one with the bias out of the block, if
+/// there is one.
 class RateUpdate final : public Update {
  public:
-  /// `R`: covariance in the base frame [rad²/s²].
-  RateUpdate(const Eigen::Vector3d& w_base, const Eigen::Matrix3d& R, bool planar)
-      : w_base_(w_base), R_(R), planar_(planar) {}
+  /// `R`: covariance in the base frame [rad²/s²]. `block_size`: 1 with the state of the z component's bias, else 0.
+  RateUpdate(const Eigen::Vector3d& w_base, const Eigen::Matrix3d& R, bool planar, int block_size)
+      : w_base_(w_base), R_(R), planar_(planar), block_size_(block_size) {}
 
   void linearize(const StateView& state, Linearization& out) const override {
-    const Eigen::Vector3d residual = w_base_ - state.nav.w_base;
+    Eigen::Vector3d residual = w_base_ - state.nav.w_base;
+    if (block_size_ > 0) residual.z() -= state.block[0];
     if (planar_) {
-      out.reset(1, 0);
+      out.reset(1, block_size_);
       out.residual(0) = residual.z();
       out.R(0, 0) = R_(2, 2);
       out.angular_rate()(0, 2) = 1.0;
-      return;
+    } else {
+      out.reset(3, block_size_);
+      out.residual = residual;
+      out.R = R_;
+      out.angular_rate() = Eigen::Matrix3d::Identity();
     }
-    out.reset(3, 0);
-    out.residual = residual;
-    out.R = R_;
-    out.angular_rate() = Eigen::Matrix3d::Identity();
+    if (block_size_ > 0) out.block()(planar_ ? 0 : 2, 0) = 1.0;
   }
 
  private:
   Eigen::Vector3d w_base_;
   Eigen::Matrix3d R_;
   bool planar_;
+  int block_size_;
 };
 
 /// Where up is in the base frame: with u = R u_base the residual is the x and y component of u × e_z, zero where R
