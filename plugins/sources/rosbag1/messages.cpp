@@ -48,9 +48,10 @@ std::shared_ptr<Payload> imu(Wire& wire) {
   const auto w_covariance = numbers<9>(wire);
   const Eigen::Vector3d f = vector(wire);
   const auto f_covariance = numbers<9>(wire);
-  if (is_absent(w_covariance)) throw Unusable("it has no angular velocity (covariance -1)");
-  require_finite(w, "angular velocity");
-  sample->w_sensor = w;
+  if (!is_absent(w_covariance)) {
+    require_finite(w, "angular velocity");
+    sample->w_sensor = w;
+  }
   if (!is_absent(f_covariance)) {
     require_finite(f, "linear acceleration");
     sample->f_sensor = f;
@@ -64,6 +65,8 @@ std::shared_ptr<Payload> imu(Wire& wire) {
       throw Unusable(fmt::format("the orientation ({}, {}, {}, {}) is no unit quaternion", q[0], q[1], q[2], q[3]));
     }
     sample->q_enu_sensor = std::abs(norm - 1.0) < kTight ? orientation : orientation.normalized();
+  } else if (is_absent(w_covariance)) {
+    throw Unusable("it has neither an angular velocity nor an orientation");
   }
   return sample;
 }

@@ -177,8 +177,8 @@ TEST_F(Rosbag1Errors, AMessageThatIsNoneIsSkipped) {
   EXPECT_THAT(bad_, HasSubstr("/x: ends early"));
   EXPECT_THAT(one(kTwist, twist_message(1, std::numeric_limits<double>::infinity())), IsEmpty());
   EXPECT_THAT(bad_, HasSubstr("not finite"));
-  EXPECT_THAT(one(kImu, imu_message(1, {.w_variance = -1.0})), IsEmpty());
-  EXPECT_THAT(bad_, HasSubstr("no angular velocity"));
+  EXPECT_THAT(one(kImu, imu_message(1, {.q_variance = -1.0, .w_variance = -1.0})), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("neither an angular velocity nor an orientation"));
 }
 
 }  // namespace

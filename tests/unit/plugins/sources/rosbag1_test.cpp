@@ -54,6 +54,8 @@ TEST_F(Rosbag1, WhatAnImuDoesNotMeasureIsUnknown) {
   EXPECT_TRUE(no_orientation.at(0).as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
   const auto zero_quaternion = one(kImu, imu_message(1, {.q = {0.0, 0.0, 0.0, 0.0}}));
   EXPECT_TRUE(zero_quaternion.at(0).as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
+  const auto no_rate = one(kImu, imu_message(1, {.w_variance = -1.0}));
+  EXPECT_TRUE(no_rate.at(0).as<ImuSample>().w_sensor.array().isNaN().all());
   const auto no_force = one(kImu, imu_message(1, {.f = {kNaN, 0.0, 0.0}, .f_variance = -1.0}));
   EXPECT_TRUE(no_force.at(0).as<ImuSample>().f_sensor.array().isNaN().all());
   EXPECT_THAT(bad_, IsEmpty());
