@@ -31,7 +31,7 @@ std::filesystem::path find_model(const Config& config) {
   }
   std::string tried;
   for (const auto& folder : model_folders()) {
-    const auto file = folder / (std::string(kShipped) + ".wmm");
+    std::filesystem::path file = folder / (std::string(kShipped) + ".wmm");
     std::error_code none;
     if (std::filesystem::exists(file, none)) return file;
     tried += (tried.empty() ? "" : ", ") + folder.string();
@@ -114,11 +114,11 @@ Field EarthField::at(Time stamp, const Datum* datum) const {
 }
 
 double decimal_year(Time utc) {
-  using namespace std::chrono;
-  const year_month_day date(floor<days>(utc));
-  const sys_days begin = date.year() / January / 1;
-  const sys_days end = (date.year() + years(1)) / January / 1;
-  return static_cast<int>(date.year()) + duration<double>(utc - begin) / duration<double>(end - begin);
+  namespace chrono = std::chrono;
+  const chrono::year_month_day date(chrono::floor<chrono::days>(utc));
+  const chrono::sys_days begin = date.year() / chrono::January / 1;
+  const chrono::sys_days end = (date.year() + chrono::years(1)) / chrono::January / 1;
+  return static_cast<int>(date.year()) + chrono::duration<double>(utc - begin) / chrono::duration<double>(end - begin);
 }
 
 }  // namespace waymark::magnetic
