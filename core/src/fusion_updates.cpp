@@ -52,6 +52,8 @@ void Fusion::Impl::update(const Measurement& m, bool late, Heard& heard) {
     state.sensor->process(m, prediction, updates_);
     heard.doubt = updates_.doubt();
     heard.fate = Fate::fused;
+    // What a sensor doubts so much that it gives no update of it is rejected, if not by the gate.
+    if (updates_.size() == 0 && !heard.doubt.empty()) heard.fate = Fate::gated;
     if (!late && settle_motion(m)) return;
     for (std::size_t i = 0; i < updates_.size(); ++i) apply(m, i, late, heard);
   } catch (const DataError& error) {

@@ -40,7 +40,7 @@ struct Bench {
   }
   Linearization model(std::size_t i) const {
     Linearization out;
-    updates[i].linearize({state, nullptr}, out);
+    updates[i].linearize({state, &yaw_bias}, out);
     return out;
   }
 
@@ -48,6 +48,7 @@ struct Bench {
   StateLayout layout;
   NavState state;
   UpdateList updates;
+  double yaw_bias = 0.0;  // the sensor's own state
   double t = 100.0;
 };
 
@@ -88,7 +89,7 @@ TEST(Imu, InThePlaneGivesOneRate) {
 }
 
 TEST(Imu, RateNoiseIsADensityAndFallsWhenTheBiasIsKnown) {
-  Bench bench("", Motion::planar);
+  Bench bench(", yaw_bias: cascade", Motion::planar);
   const ImuSample rest = sample_of(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false);
   bench.feed(rest, 0.5);
   const double before = bench.model(0).R(0, 0);
@@ -98,6 +99,29 @@ TEST(Imu, RateNoiseIsADensityAndFallsWhenTheBiasIsKnown) {
   bench.t += 0.01;
   bench.feed(rest, 0.01);
   EXPECT_NEAR(bench.model(0).R(0, 0), 0.5 * at_100_hz, 0.1 * at_100_hz) << "after twice the time";
+}
+
+TEST(Imu, TheYawBiasIsAStateAndNoNoise) {
+  for (const Motion motion : {Motion::planar, Motion::spatial}) {
+    Bench bench("", motion);
+    const StateBlock block = bench.sensor->block();
+    ASSERT_EQ(block.size(), 1u);
+    EXPECT_GT(block[0].initial_sigma, 0.0);
+    EXPECT_GT(block[0].walk_per_sqrt_s, 0.0);
+    // At rest the cascade learns the bias of 0.02 rad/s; the main filter gets the rate with it, to learn it by itself.
+    ImuSample rest = sample_of({0.0, 0.0, 0.02}, Eigen::Quaterniond::Identity(), false);
+    bench.feed(rest, 5.0);
+    const Eigen::Index z = motion == Motion::planar ? 0 : 2;
+    EXPECT_NEAR(bench.model(0).residual(z), 0.02, 1e-4);
+    EXPECT_EQ(bench.model(0).get_block()(z, 0), 1.0);
+    bench.yaw_bias = 0.02;
+    EXPECT_NEAR(bench.model(0).residual(z), 0.0, 1e-4);
+    const double noise = bench.model(0).R(z, z);
+    bench.feed(rest, 5.0);
+    EXPECT_NEAR(bench.model(0).R(z, z), noise, 1e-3 * noise) << "what is known of the bias is not in the noise";
+  }
+  EXPECT_TRUE(Bench(", heading: true, declination_deg: 0").sensor->block().empty());
+  EXPECT_TRUE(Bench(", yaw_bias: cascade").sensor->block().empty());
 }
 
 TEST(Imu, TellsRest) {
