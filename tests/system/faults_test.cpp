@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The robot of config/faults.yaml with one fault after the other: no divergence, no lock-out, and the health names what
+// is wrong. How often the position is outside its 3σ ellipse while the health says ok is a number, and checked.
+// docs/results/faults.md has the table over more seeds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "waymark/fusion.hpp"
+#include "waymark/plugin_loader.hpp"
+
+namespace waymark {
+namespace {
+
+/// What a run gave, sampled ten times a second.
+struct Result {
+  double largest_m = 0.0;
+  double end_m = 0.0;           ///< mean error of the last ten seconds
+  int ok = 0;                   ///< samples while the health was ok
+  int ok_outside = 0;           ///< of these: outside the 3σ ellipse of the position
+  std::set<std::string> named;  ///< "gps silent"
+};
+
+class Robot {
+ public:
+  explicit Robot(const std::vector<Config::Override>& overrides)
+      : yaml_(Config::load(WAYMARK_SOURCE_DIR "/config/faults.yaml", overrides)), loader_({WAYMARK_PLUGIN_DIR}) {
+    std::vector<Mounting> mountings;
+    for (const Config& entry : yaml_.items("sensors")) mountings.push_back(read_mounting(entry));
+    rig_ = std::make_unique<Rig>(std::move(mountings));
+    for (const Config& entry : yaml_.items("sensors")) {
+      slots_.push_back(read_sensor_slot(entry));
+      slots_.back().sensor = loader_.create<Sensor>(slots_.back().plugin, entry, *rig_);
+    }
+    const Config source = yaml_.child("source");
+    source_ = loader_.create<Source>(source.text("plugin"), source, *rig_);
+    for (const Channel& channel : source_->channels()) sensors_.push_back(rig_->find(channel.sensor));
+  }
+
+  Result run() {
+    Fusion fusion(read_fusion_settings(yaml_), slots_, {}, [this](const Snapshot& snapshot) { look(snapshot); });
+    while (auto m = source_->next()) {
+      m->sensor = static_cast<std::uint32_t>(sensors_[m->sensor]);
+      fusion.add(std::move(*m));
+    }
+    fusion.finish();
+    const std::size_t tail = std::min<std::size_t>(errors_.size(), 100);
+    for (std::size_t i = errors_.size() - tail; i < errors_.size(); ++i) {
+      result_.end_m += errors_[i] / static_cast<double>(tail);
+    }
+    return result_;
+  }
+
+ private:
+  void look(const Snapshot& snapshot) {
+    if (!snapshot.started()) return;
+    const Health& health = snapshot.health();
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      if (health.sensors[i].state == SensorHealth::State::ok) continue;
+      result_.named.insert(slots_[i].name + " " + to_string(health.sensors[i].state));
+    }
+    if (snapshot.stamp() < due_) return;
+    due_ = snapshot.stamp() + from_seconds(0.1);
+    const std::vector<Reference::Point>& truth = source_->reference()->trajectory;
+    const auto after = std::find_if(truth.begin() + next_, truth.end(),
+                                    [&](const Reference::Point& point) { return point.stamp >= snapshot.stamp(); });
+    if (after == truth.end() || after == truth.begin()) return;
+    next_ = after - truth.begin() - 1;
+    const Reference::Point& before = truth[static_cast<std::size_t>(next_)];
+    const double share = to_seconds(snapshot.stamp() - before.stamp) / to_seconds(after->stamp - before.stamp);
+    const Eigen::Vector3d p = before.T_map_base.p + share * (after->T_map_base.p - before.T_map_base.p);
+    const Eigen::Vector2d error = (snapshot.belief().mean.T_map_base.p - p).head<2>();
+    const Eigen::Matrix2d P = pose_covariance(snapshot.belief(), snapshot.layout()).topLeftCorner<2, 2>();
+    errors_.push_back(error.norm());
+    result_.largest_m = std::max(result_.largest_m, error.norm());
+    if (health.state != Health::State::ok) return;
+    ++result_.ok;
+    result_.ok_outside += error.dot(P.inverse() * error) > 9.0 ? 1 : 0;
+  }
+
+  Config yaml_;
+  PluginLoader loader_;
+  std::unique_ptr<Rig> rig_;
+  std::vector<SensorSlot> slots_;
+  std::shared_ptr<Source> source_;
+  std::vector<int> sensors_;
+  Time due_{};
+  std::ptrdiff_t next_ = 0;
+  std::vector<double> errors_;
+  Result result_;
+};
+
+Result run(std::vector<Config::Override> overrides, int seed) {
+  overrides.push_back("source.seed=" + std::to_string(seed));
+  overrides.push_back("filter.seed=" + std::to_string(seed));
+  return Robot(overrides).run();
+}
+
+TEST(Health, IsOffBeyond3SigmaAboutAsRarelyAsAnHonestCovarianceIs) {
+  int ok = 0;
+  int outside = 0;
+  for (int seed = 1; seed <= 6; ++seed) {
+    const Result result = run({}, seed);
+    ok += result.ok;
+    outside += result.ok_outside;
+  }
+  ASSERT_GT(ok, 6 * 2500);
+  const double share = static_cast<double>(outside) / ok;  // 0.011 is right; errors last, so it scatters
+  EXPECT_LT(share, 0.035);
+  EXPECT_GT(share, 0.001) << "covariances far too large are not honest either";
+}
+
+struct Fault {
+  std::string name;
+  std::vector<Config::Override> overrides;
+  double largest_m;   ///< the position is never farther off
+  std::string named;  ///< what the health must have said; empty: nothing is asked
+};
+
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+
+class Faults : public ::testing::TestWithParam<Fault> {};
+
+TEST_P(Faults, NeitherDivergeNorLockOutAndAreNamed) {
+  for (int seed = 1; seed <= 2; ++seed) {
+    const Result result = run(GetParam().overrides, seed);
+    EXPECT_LT(result.largest_m, GetParam().largest_m) << "seed " << seed;
+    EXPECT_LT(result.end_m, 0.6) << "seed " << seed << ": a fault that is over has been overcome";
+    if (!GetParam().named.empty()) {
+      EXPECT_TRUE(result.named.count(GetParam().named) == 1) << GetParam().named << ", seed " << seed;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfTheSimulator, Faults,
+    ::testing::Values(Fault{"outliers", {"source.gps.outlier_probability=0.1"}, 0.8, "gps degraded"},
+                      Fault{"many_outliers", {"source.gps.outlier_probability=0.3"}, 0.8, "gps degraded"},
+                      Fault{"frozen", {"source.gps.frozen_s=[60, 75, 160, 175]"}, 0.8, "gps degraded"},
+                      Fault{"outage", {"source.gps.outages_s=[100, 220]"}, 2.0, "gps silent"},
+                      Fault{"field", {"source.magnetism.disturbances_s=[60, 80, 160, 180]"}, 0.8, "compass degraded"},
+                      Fault{"slip", {"source.wheels.spins_s=[50, 55, 120, 125, 200, 205]"}, 2.5, "gps degraded"},
+                      Fault{"wheels_die", {"source.wheels.dead_s=[100, 120]"}, 1.5, "wheels silent"},
+                      Fault{"imu_dies", {"source.imu.dead_s=[100, 120]"}, 0.8, "imu silent"},
+                      Fault{"nan", {"source.gps.nan_probability=0.05", "source.wheels.nan_probability=0.05"}, 0.8, ""},
+                      Fault{"late",
+                            {"source.gps.delay_jitter_s=1", "source.wheels.delay_jitter_s=1",
+                             "source.imu.delay_jitter_s=1", "filter.max_latency_s=0"},
+                            1.5,
+                            ""}),
+    [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace waymark
