@@ -39,22 +39,24 @@ class DiagnosticsSink : public ::testing::Test {
 
 TEST_F(DiagnosticsSink, ReportsEachSensor) {
   RunReport report;
-  report.sensors.push_back({.name = "gps",
-                            .plugin = "dgps",
-                            .measurements = 51,
-                            .fused = 40,
-                            .gated = 3,
-                            .mapped = 0,
-                            .held_out = 2,
-                            .late = 1,
-                            .before_start = 4,
-                            .unusable = 1,
-                            .unheard = 0,
-                            .first_s = 100.0,
-                            .last_s = 110.0,
-                            .nis_sum = 86.0,
-                            .nis_count = 43,
-                            .nis_dof = 86});
+  SensorReport& gps = report.sensors.emplace_back();
+  gps.name = "gps";
+  gps.plugin = "dgps";
+  gps.measurements = 51;
+  gps.fused = 40;
+  gps.gated = 3;
+  gps.held_out = 2;
+  gps.late = 1;
+  gps.before_start = 4;
+  gps.unusable = 1;
+  gps.taken_in_late = 7;
+  gps.mistimed = 2;
+  gps.first_s = 100.0;
+  gps.last_s = 110.0;
+  gps.latency_max_s = 0.25;
+  gps.nis_sum = 86.0;
+  gps.nis_count = 43;
+  gps.nis_dof = 86;
   const auto sensor = finish(nullptr, report)["sensors"][0];
   EXPECT_EQ(sensor["name"], "gps");
   EXPECT_EQ(sensor["plugin"], "dgps");
@@ -66,8 +68,38 @@ TEST_F(DiagnosticsSink, ReportsEachSensor) {
   EXPECT_EQ(sensor["late"], 1);
   EXPECT_EQ(sensor["before_start"], 4);
   EXPECT_EQ(sensor["unusable"], 1);
+  EXPECT_EQ(sensor["taken_in_late"], 7);
+  EXPECT_EQ(sensor["mistimed"], 2);
+  EXPECT_DOUBLE_EQ(sensor["latency_max_s"].get<double>(), 0.25);
   EXPECT_DOUBLE_EQ(sensor["mean_nis"].get<double>(), 2.0);
   EXPECT_DOUBLE_EQ(sensor["expected_nis"].get<double>(), 2.0);
+}
+
+TEST_F(DiagnosticsSink, TellsWhenTheHealthChangedAndHowLongItWasWhat) {
+  RunReport report;
+  report.sensors.resize(1);
+  report.sensors[0].name = "gps";
+  FakeSnapshot snapshot;
+  snapshot.health_.sensors.resize(1);
+  for (int t = 0; t < 10; ++t) {
+    const bool silent = t >= 4 && t < 7;
+    snapshot.health_.state = silent ? Health::State::degraded : Health::State::ok;
+    snapshot.health_.reason = silent ? "gps is silent: has stopped" : "";
+    snapshot.health_.sensors[0].state = silent ? SensorHealth::State::silent : SensorHealth::State::ok;
+    snapshot.health_.sensors[0].reason = silent ? "has stopped" : "";
+    sink_->write(snapshot.at(t, Pose()));
+  }
+  const auto health = finish(nullptr, report)["health"];
+  EXPECT_DOUBLE_EQ(health["ok_s"].get<double>(), 6.0);
+  EXPECT_DOUBLE_EQ(health["degraded_s"].get<double>(), 3.0);
+  EXPECT_DOUBLE_EQ(health["lost_s"].get<double>(), 0.0);
+  ASSERT_EQ(health["changes"].size(), 4u);
+  EXPECT_EQ(health["changes"][0]["of"], "all");
+  EXPECT_EQ(health["changes"][0]["t_s"], 4.0);
+  EXPECT_EQ(health["changes"][0]["reason"], "gps is silent: has stopped");
+  EXPECT_EQ(health["changes"][1]["of"], "gps");
+  EXPECT_EQ(health["changes"][1]["state"], "silent");
+  EXPECT_EQ(health["changes"][3]["state"], "ok");
 }
 
 TEST_F(DiagnosticsSink, ASensorThatSaidNothingHasNoRateAndNoNis) {

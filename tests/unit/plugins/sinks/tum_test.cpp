@@ -111,6 +111,7 @@ TEST(TumSink, ARunWithoutSnapshotsLeavesHeaders) {
   EXPECT_EQ(out.lines("trajectory.txt"), std::vector<std::string>{kHeader});
   EXPECT_EQ(out.lines("path.txt"), std::vector<std::string>{kHeader});
   EXPECT_FALSE(out.has("reference.txt"));
+  EXPECT_FALSE(out.has("smoothed.txt"));
 }
 
 TEST(TumSink, WritesTheReferenceAndTheIdentityWhereYawIsUnknown) {
@@ -125,6 +126,20 @@ TEST(TumSink, WritesTheReferenceAndTheIdentityWhereYawIsUnknown) {
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(lines[1], "1.000000000 1.000000 2.000000 0.000000 0.000000000 0.000000000 0.707106781 0.707106781");
   EXPECT_EQ(lines[2], "2.000000000 3.000000 4.000000 0.000000 0.000000000 0.000000000 0.000000000 1.000000000");
+}
+
+TEST(TumSink, WritesTheSmoothedTrajectoryIfThereIsOne) {
+  const TemporaryFolder out;
+  const auto sink = make_sink("tum");
+  sink->start({out.path(), nullptr, nullptr});
+  RunReport report;
+  report.smoothed.push_back(
+      {Time{from_seconds(1.0)}, Pose::planar(7.0, 8.0, 0.0), Eigen::Vector3d(4.0, 9.0, 1.0).asDiagonal()});
+  sink->finish(nullptr, report);
+  EXPECT_EQ(out.lines("smoothed.txt").at(1),
+            "1.000000000 7.000000 8.000000 0.000000 0.000000000 0.000000000 0.000000000 1.000000000");
+  EXPECT_EQ(out.lines("smoothed_covariance.csv").at(1),
+            "1.000000000,4.000000e+00,0.000000e+00,0.000000e+00,9.000000e+00,0.000000e+00,1.000000e+00");
 }
 
 TEST(TumSink, TakesFileNamesFromTheYaml) {
