@@ -152,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "source.imu.delay_jitter_s=1", "filter.max_latency_s=0"},
                             1.5,
                             ""}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& fault) { return fault.param.name; });
 
 }  // namespace
 }  // namespace waymark
