@@ -57,6 +57,8 @@ class Imu final : public Sensor {
         tilt_(config.boolean("tilt", true)),
         tells_standstill_(config.boolean("tells_standstill", true)),
         bias_time_(config.non_negative("bias_time_s", 10.0)),
+        yaw_bias_sigma_(config.positive("yaw_bias_sigma_radps", 5e-3)),
+        yaw_bias_walk_(config.non_negative("yaw_bias_walk_radps_per_sqrt_s", 3e-5)),
         mounting_limit_(kDegree * config.number_in("max_mounting_tilt_deg", 1.0, 180.0, 45.0)) {
     if (heading_ && !tilt_) config.fail("tilt", "heading needs roll and pitch, too");
     if (config.choice("orientation", {"own", "device"}, "own") == "device") device_.emplace(config);
@@ -70,8 +72,8 @@ class Imu final : public Sensor {
     if (!yaw_bias_state_) return {};
     BlockState bias;
     bias.name = "yaw_bias_radps";
-    bias.initial_sigma = filter_.settings().bias_sigma;
-    bias.walk_per_sqrt_s = filter_.settings().bias_walk;
+    bias.initial_sigma = yaw_bias_sigma_;
+    bias.walk_per_sqrt_s = yaw_bias_walk_;
     return {bias};
   }
   bool is_motion_source() const override { return !heading_; }
@@ -129,6 +131,7 @@ class Imu final : public Sensor {
       return;
     }
     if (has_rate) add_rate(dt, planar, filter_.counts().saturated > saturated, out);
+    if (has_rate && yaw_bias_state_ && filter_.resting() && !prediction.standing) add_yaw_bias(dt, out);
     if (!tilt_ || planar) return;
     if (device_) {
       add_tilt(device_->of(sample), device_->variance(dt).x(), out);
@@ -157,6 +160,7 @@ class Imu final : public Sensor {
  private:
   static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-4;    // [s]
+  static constexpr double kRestTime = 1.5;        // [s], what the cascade takes for a rest
 
   static double correlated(double time, double dt) { return std::max(1.0, 2.0 * time / dt); }
 
@@ -182,6 +186,15 @@ class Imu final : public Sensor {
       R_base(2, 2) = density * density / dt;
     }
     out.emplace<imu::RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
+  }
+
+  /// At rest the cascade sees the bias that the main filter cannot see while it takes the robot for moving. Its
+  /// estimate changes slowly, so it is not one reading after the other.
+  void add_yaw_bias(double dt, UpdateList& out) const {
+    const Eigen::Vector3d up = q_base_sensor_.conjugate() * Eigen::Vector3d::UnitZ();  // base z in the sensor's frame
+    const double variance = up.dot(filter_.covariance().bottomRightCorner<3, 3>() * up);
+    if (variance > yaw_bias_sigma_ * yaw_bias_sigma_) return;
+    out.emplace<imu::YawBiasUpdate>(up.dot(filter_.gyro_bias()), variance * correlated(kRestTime, dt));
   }
 
   void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {
@@ -227,6 +240,8 @@ class Imu final : public Sensor {
   bool tilt_;
   bool tells_standstill_;
   double bias_time_;
+  double yaw_bias_sigma_;
+  double yaw_bias_walk_;
   double mounting_limit_;
   bool own_magnetometer_ = false;
   bool yaw_bias_state_ = false;

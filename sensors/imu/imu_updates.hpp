@@ -41,6 +41,23 @@ class RateUpdate final : public Update {
   int block_size_;
 };
 
+/// z = the yaw bias [rad/s], as the cascade learnt it at rest.
+class YawBiasUpdate final : public Update {
+ public:
+  YawBiasUpdate(double bias, double variance) : bias_(bias), variance_(variance) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    out.reset(1, 1);
+    out.residual(0) = bias_ - state.block[0];
+    out.R(0, 0) = variance_;
+    out.block()(0, 0) = 1.0;
+  }
+
+ private:
+  double bias_;
+  double variance_;
+};
+
 /// Where up is in the base frame: with u = R u_base the residual is the x and y component of u × e_z, zero where R
 /// agrees. Says nothing of the heading.
 class TiltUpdate final : public Update {

@@ -105,11 +105,19 @@ TEST_F(LogReplay, AllSixSensorsGiveTheSameBytes) {
 }
 
 TEST_F(LogReplay, WhatCameTooLateComesTooLateAgain) {
-  const Files first =
-      first_run({"--set", "filter.max_latency_s=0.05", "--set", "initial.x_m=0", "--set", "initial.y_m=0"});
+  const Files first = first_run({"--set", "filter.max_latency_s=0.05", "--set", "filter.history_s=0", "--set",
+                                 "initial.x_m=0", "--set", "initial.y_m=0"});
   EXPECT_EQ(count(first, "gps", "late"), 48);
   EXPECT_GT(count(first, "camera", "late"), 0);
   EXPECT_THAT(lines_of(read_text(log() / "gps.csv")), SizeIs(1 + 48));
+  EXPECT_TRUE(same_bytes(first, replay()));
+}
+
+TEST_F(LogReplay, WhatIsTakenInLateIsTakenInLateAgain) {
+  const Files first =
+      first_run({"--set", "filter.max_latency_s=0.05", "--set", "initial.x_m=0", "--set", "initial.y_m=0"});
+  EXPECT_EQ(count(first, "gps", "late"), 0);
+  EXPECT_GT(count(first, "gps", "taken_in_late"), 20);
   EXPECT_TRUE(same_bytes(first, replay()));
 }
 

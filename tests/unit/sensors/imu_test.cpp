@@ -167,7 +167,7 @@ TEST(Imu, AWrongMountingIsRefusedWithTheAxis) {
   EXPECT_THROW(bench.feed(sample_of(Eigen::Vector3d::Zero(), on_its_side), 0.01), DataError);
   Bench right("", Motion::spatial, on_its_side);
   right.feed(sample_of(Eigen::Vector3d::Zero(), on_its_side), 2.0);
-  EXPECT_EQ(right.updates.size(), 2u);
+  EXPECT_EQ(right.updates.size(), 3u);  // rate, its bias at rest, tilt
 }
 
 TEST(Imu, ASampleWithoutRateIsUnusable) {
