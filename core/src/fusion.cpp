@@ -41,7 +41,7 @@ void Fusion::Impl::arrive(Measurement&& m) {
     show(m, Fate::mistimed);
     return;
   }
-  if (!queue_.push(std::move(m))) {
+  if (!queue_.push(m)) {
     step(std::move(m), true);
     return;
   }

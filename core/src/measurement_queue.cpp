@@ -14,10 +14,10 @@ auto key(const Measurement& m) { return std::tie(m.stamp, m.sensor, m.sequence);
 
 bool MeasurementQueue::Order::operator()(const Measurement& a, const Measurement& b) const { return key(a) < key(b); }
 
-bool MeasurementQueue::push(Measurement&& measurement) {
+bool MeasurementQueue::push(const Measurement& measurement) {
   newest_arrival_ = std::max(newest_arrival_, measurement.arrival);
   if (key(measurement) < handed_out_) return false;
-  waiting_.insert(std::move(measurement));
+  waiting_.insert(measurement);
   return true;
 }
 

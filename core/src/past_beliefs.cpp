@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "waymark/past_beliefs.hpp"
 
+#include <ranges>
 #include <utility>
 
 namespace waymark {
@@ -33,13 +34,13 @@ void PastBeliefs::resampled(const std::vector<int>& ancestors) {
 void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const {
   std::vector<std::size_t> slot(slots);
   for (std::size_t i = 0; i < slots; ++i) slot[i] = i;
-  for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
-    if (!record->ancestors.empty()) {
-      for (std::size_t& s : slot) s = static_cast<std::size_t>(record->ancestors[s]);
+  for (const Record& record : std::ranges::reverse_view(records_)) {
+    if (!record.ancestors.empty()) {
+      for (std::size_t& s : slot) s = static_cast<std::size_t>(record.ancestors[s]);
     }
-    if (record->stamp > stamp) continue;
+    if (record.stamp > stamp) continue;
     out.resize(slots);
-    for (std::size_t i = 0; i < slots; ++i) out[i] = &record->beliefs[slot[i]];
+    for (std::size_t i = 0; i < slots; ++i) out[i] = &record.beliefs[slot[i]];
     return;
   }
 }

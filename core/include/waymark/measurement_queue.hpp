@@ -18,9 +18,8 @@ class WAYMARK_API MeasurementQueue {
  public:
   explicit MeasurementQueue(Duration max_latency) : max_latency_(max_latency) {}
 
-  /// Takes `measurement`, unless it comes, in the total order, before what was handed out already: then it is left
-  /// where it is, and false is returned.
-  bool push(Measurement&& measurement);
+  /// Takes `measurement`, unless it comes, in the total order, before what was handed out already: then false.
+  bool push(const Measurement& measurement);
   /// The oldest measurement that is due, if any.
   std::optional<Measurement> pop_due();
   /// The oldest measurement, due or not: for the end of the log.

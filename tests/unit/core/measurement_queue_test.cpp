@@ -31,7 +31,7 @@ Key key(const Measurement& m) {
 std::vector<Key> play(MeasurementQueue& queue, const std::vector<Measurement>& arrivals) {
   std::vector<Key> out;
   for (const Measurement& m : arrivals) {
-    queue.push(Measurement(m));
+    queue.push(m);
     while (const auto due = queue.pop_due()) out.push_back(key(*due));
   }
   while (const auto rest = queue.pop()) out.push_back(key(*rest));
