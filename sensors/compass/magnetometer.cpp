@@ -19,7 +19,7 @@ Magnetometer::Magnetometer(const Config& config) {
 
 Eigen::Vector3d Magnetometer::calibrated(const Eigen::Vector3d& m_measured) const {
   if (!m_measured.allFinite()) throw DataError("there is no magnetic field in the measurement");
-  const Eigen::Vector3d m = soft_iron_ * (m_measured - hard_iron_);
+  Eigen::Vector3d m = soft_iron_ * (m_measured - hard_iron_);
   if (!(m.norm() > 0.0)) throw DataError("the magnetic field is zero");
   return m;
 }

@@ -81,7 +81,7 @@ std::shared_ptr<Payload> magnetic_field(Wire& wire) {
 
 std::shared_ptr<Payload> nav_sat_fix(Wire& wire) {
   auto fix = std::make_shared<GnssFix>();
-  const int status = wire.value<std::int8_t>();
+  const auto status = wire.value<std::int8_t>();
   wire.value<std::uint16_t>();  // which systems
   const auto position = numbers<3>(wire);
   const auto covariance = numbers<9>(wire);  // east, north, up
