@@ -47,8 +47,8 @@ std::string share(const std::vector<Trial>& trials, bool (*condition)(const Tria
 }
 
 std::string spread(const std::vector<Trial>& trials) {
-  std::vector<double> values;
-  for (const Trial& trial : trials) values.push_back(trial.position_rms_m);
+  std::vector<double> values(trials.size());
+  std::ranges::transform(trials, values.begin(), &Trial::position_rms_m);
   const auto [least, most] = std::ranges::minmax(values);
   return fmt::format("{:.2f} / **{:.2f}** / {:.2f}", least, evaluation::statistics(values).median, most);
 }
