@@ -61,7 +61,8 @@ ImuSample device(const Eigen::Quaterniond& q_enu_sensor, const Eigen::Vector3d& 
 
 TEST(ImuDevice, ItsTiltComesBesideTheRates) {
   const Eigen::Quaterniond q_base_sensor = so3::from_rpy(0.0, 0.0, 0.5 * std::numbers::pi);
-  Bench bench("yaw_bias: cascade, orientation: device, device_tilt_sigma_deg: 2, device_time_s: 0", Motion::spatial, q_base_sensor);
+  Bench bench("yaw_bias: cascade, orientation: device, device_tilt_sigma_deg: 2, device_time_s: 0", Motion::spatial,
+              q_base_sensor);
   const Eigen::Quaterniond q_map_base = so3::from_rpy(0.1, -0.05, 0.7);
   ASSERT_EQ(bench.feed(device(q_map_base * q_base_sensor, {0.3, 0.0, 0.0})), 2u);
   EXPECT_LT((bench.model(0).residual - Eigen::Vector3d(0.0, 0.3, 0.0)).norm(), 1e-9);
