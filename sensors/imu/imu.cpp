@@ -160,7 +160,8 @@ class Imu final : public Sensor {
  private:
   static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-4;    // [s]
-  static constexpr double kRestTime = 1.5;        // [s], what the cascade takes for a rest
+  static constexpr double kSlowTurn = 3e-3;       // [rad/s], that feels like rest
+  static constexpr double kSlowTurnTime = 10.0;   // [s], how long one lasts
 
   static double correlated(double time, double dt) { return std::max(1.0, 2.0 * time / dt); }
 
@@ -188,13 +189,14 @@ class Imu final : public Sensor {
     out.emplace<imu::RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
   }
 
-  /// At rest the cascade sees the bias that the main filter cannot see while it takes the robot for moving. Its
-  /// estimate changes slowly, so it is not one reading after the other.
+  /// At rest the cascade sees the bias that the main filter cannot see while it takes the robot for moving. But a
+  /// smooth drive straight on feels like rest, too: then the rate is not quite zero, and stays so for a while.
   void add_yaw_bias(double dt, UpdateList& out) const {
     const Eigen::Vector3d up = q_base_sensor_.conjugate() * Eigen::Vector3d::UnitZ();  // base z in the sensor's frame
     const double variance = up.dot(filter_.covariance().bottomRightCorner<3, 3>() * up);
     if (variance > yaw_bias_sigma_ * yaw_bias_sigma_) return;
-    out.emplace<imu::YawBiasUpdate>(up.dot(filter_.gyro_bias()), variance * correlated(kRestTime, dt));
+    out.emplace<imu::YawBiasUpdate>(up.dot(filter_.gyro_bias()),
+                                    (variance + kSlowTurn * kSlowTurn) * correlated(kSlowTurnTime, dt));
   }
 
   void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {
