@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "waymark/past_beliefs.hpp"
 
-#include <ranges>
 #include <utility>
 
 namespace waymark {
@@ -34,7 +33,8 @@ void PastBeliefs::resampled(const std::vector<int>& ancestors) {
 void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const {
   std::vector<std::size_t> slot(slots);
   for (std::size_t i = 0; i < slots; ++i) slot[i] = i;
-  for (const Record& record : std::ranges::reverse_view(records_)) {
+  for (std::size_t k = records_.size(); k-- > 0;) {
+    const Record& record = records_[k];
     if (!record.ancestors.empty()) {
       for (std::size_t& s : slot) s = static_cast<std::size_t>(record.ancestors[s]);
     }
