@@ -21,10 +21,8 @@ void Fusion::Impl::failure(Time stamp, std::string_view name, std::string_view w
   events_.back().is_failure = true;
 }
 
-void Fusion::Impl::add(Measurement m) { arrive(std::move(m)); }
-
 /// The clock is looked at first; then the measurement waits for its turn, or is late.
-void Fusion::Impl::arrive(Measurement&& m) {
+void Fusion::Impl::add(Measurement m) {
   ++arrived_;
   SensorPart& part = parts_[m.sensor];
   m.stamp -= part.slot.delay;

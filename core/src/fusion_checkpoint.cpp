@@ -138,7 +138,7 @@ void Fusion::Impl::resume(InArchive& in, const Next& next) {
     for (std::uint64_t i = 0; i < arrived; ++i) {
       auto m = next();
       if (!m) throw DataError("the log ends before the checkpoint: it is another log");
-      arrive(std::move(*m));
+      add(std::move(*m));
     }
   };
   redoing_ = true;
@@ -197,14 +197,12 @@ void Fusion::Impl::resume(InArchive& in, const Next& next) {
   if (maps_.empty() && history_.keeps()) {
     history_.begin(std::move(mark));
     go_back(history_.marks().front());
-    for (const Measurement& m : again.found) {
-      take_in(m);
-      judge(m.stamp);
-    }
+    for (const Measurement& m : again.found) take_in(m);
     for (std::size_t i = 0; i < taken_in_late.size(); ++i) {
       committed_.sensors[i].counters.taken_in_late = taken_in_late[i];
     }
   }
+  judge(filter_.stamp());
   if (!last.found.empty()) last_ = {std::move(last.found.front()), fate};
   redoing_ = false;
 }

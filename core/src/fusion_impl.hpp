@@ -58,7 +58,6 @@ class Fusion::Impl {
 
  private:
   // The way of a measurement: clock → queue → commit → take in → update, map → count. (fusion.cpp)
-  void arrive(Measurement&& m);
   void step(Measurement&& m, bool late);
   void commit(const Measurement& m);
   void before_start(const Measurement& m);

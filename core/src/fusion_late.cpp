@@ -42,7 +42,6 @@ Fate Fusion::Impl::rewind(const Measurement& m) {
   Fate fate = Fate::late;
   for (const Measurement& again : again_) {
     const Fate one = take_in(again);
-    judge(again.stamp);
     if (again.sensor == m.sensor && again.sequence == m.sequence) fate = one;
   }
   return fate;

@@ -15,15 +15,12 @@ import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
+from faults import rows
+
 SENSORS = ("wheels", "imu", "gps", "compass")
 SUBSETS = (("wheels",), ("wheels", "imu"), ("wheels", "compass"), ("wheels", "gps"), ("wheels", "imu", "compass"),
            ("wheels", "imu", "gps"), ("wheels", "gps", "compass"), ("imu", "gps"), ("imu", "gps", "compass"), SENSORS)
 STEP = 1.0  # s
-
-
-def rows(file, separator):
-    with open(file) as lines:
-        return [[float(field) for field in line.split(separator)] for line in lines if line[0] in "-0123456789"]
 
 
 def yaw_of(row):

@@ -5,13 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
 #include "apps/waymark/assembly.hpp"
 #include "apps/waymark/paper/course.hpp"
+#include "apps/waymark/paper/spread.hpp"
 #include "waymark/error.hpp"
 #include "waymark/fusion.hpp"
 #include "waymark/payloads.hpp"
@@ -59,28 +59,13 @@ class Recorder {
   std::vector<evaluation::PoseCovariance> covariances_;
 };
 
-using Quantity = std::function<std::optional<double>(const OutageTrial&)>;
-
-std::vector<double> values_of(const std::vector<OutageTrial>& trials, const Quantity& quantity) {
+/// One figure of outage number `which`, of the seeds that have it.
+std::vector<double> of_outage(const Outages& results, std::size_t which, std::optional<double> OutageError::*member) {
   std::vector<double> values;
-  for (const OutageTrial& trial : trials) {
-    if (const auto value = quantity(trial)) values.push_back(*value);
+  for (const OutageTrial& trial : results.trials) {
+    if (which < trial.outages.size() && trial.outages[which].*member) values.push_back(*(trial.outages[which].*member));
   }
   return values;
-}
-
-std::string spread(const std::vector<OutageTrial>& trials, const Quantity& quantity) {
-  const std::vector<double> values = values_of(trials, quantity);
-  if (values.empty()) return "-";
-  const auto [least, most] = std::ranges::minmax(values);
-  return fmt::format("{:.2f} / **{:.2f}** / {:.2f}", least, evaluation::statistics(values).median, most);
-}
-
-/// One figure of outage number `which`.
-Quantity of_outage(std::size_t which, std::optional<double> OutageError::*member) {
-  return [=](const OutageTrial& trial) {
-    return which < trial.outages.size() ? trial.outages[which].*member : std::nullopt;
-  };
 }
 
 std::string table(const Outages& results) {
@@ -90,9 +75,9 @@ std::string table(const Outages& results) {
   for (std::size_t k = 0; k < results.trials.front().outages.size(); ++k) {
     const evaluation::Outage& outage = results.trials.front().outages[k].outage;
     const auto cell = [&](std::optional<double> OutageError::*member) {
-      return spread(results.trials, of_outage(k, member));
+      return spread(of_outage(results, k, member), 2);
     };
-    const std::vector<double> steps = values_of(results.trials, of_outage(k, &OutageError::step_sigma));
+    const std::vector<double> steps = of_outage(results, k, &OutageError::step_sigma);
     const auto small = std::ranges::count_if(steps, [](double step) { return step <= 3.0; });
     text += fmt::format("| {:.2f} to {:.2f} | {} | {} | {} | {} | {} | {} of {} |\n",
                         to_seconds(outage.begin.time_since_epoch()), to_seconds(outage.end.time_since_epoch()),
@@ -136,9 +121,10 @@ void Outages::run(std::size_t seed, const std::filesystem::path& pictures) {
 std::string to_page(const Outages& results, const std::string& pictures) {
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   const auto whole = [&](const char* name, double factor, double OutageTrial::*member) {
-    return fmt::format("| {} | {} |\n", name, spread(results.trials, [=](const OutageTrial& trial) {
-                         return std::optional(factor * trial.*member);
-                       }));
+    std::vector<double> values;
+    values.reserve(results.trials.size());
+    for (const OutageTrial& trial : results.trials) values.push_back(factor * trial.*member);
+    return fmt::format("| {} | {} |\n", name, spread(values, 2));
   };
   return fmt::format(
              "# Short outages of the GPS\n\nFigs. 3.1 and 3.2 of the paper: the EKF alone, with wheels and GPS. Made by"

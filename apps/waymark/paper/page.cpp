@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "apps/waymark/paper/spread.hpp"
+
 namespace waymark::paper {
 namespace {
 
@@ -31,13 +33,6 @@ std::vector<double> values_of(const std::vector<Trial>& trials, const Quantity& 
   values.reserve(trials.size());
   for (const Trial& trial : trials) values.push_back(quantity(trial));
   return values;
-}
-
-std::string spread(const std::vector<Trial>& trials, const Quantity& quantity, int digits) {
-  const std::vector<double> values = values_of(trials, quantity);
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return fmt::format("{:.{}f} / **{:.{}f}** / {:.{}f}", *least, digits, evaluation::statistics(values).median, digits,
-                     *most, digits);
 }
 
 using Condition = std::function<bool(const Trial&)>;
@@ -63,7 +58,9 @@ std::vector<Row> rows() {
     return Row{name, [condition](const std::vector<Trial>& trials) { return count(trials, condition); }};
   };
   const auto spreads = [](const char* name, const Quantity& quantity, int digits) {
-    return Row{name, [quantity, digits](const std::vector<Trial>& trials) { return spread(trials, quantity, digits); }};
+    return Row{name, [quantity, digits](const std::vector<Trial>& trials) {
+                 return spread(values_of(trials, quantity), digits);
+               }};
   };
   const auto number = [](std::size_t value) { return static_cast<double>(value); };
   return {
@@ -146,9 +143,7 @@ std::string sweep(const Results& results) {
     text += fmt::format("| × {:g} |", results.noises[n]);
     for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s) {
       const std::vector<Trial> trials = of_scenario(results.trials[n], s);
-      text += fmt::format(" {}; {} m |", count(trials, is_right),
-                          spread(
-                              trials, [](const Trial& t) { return t.position_rms_m; }, 2));
+      text += fmt::format(" {}; {} m |", count(trials, is_right), spread(values_of(trials, &Trial::position_rms_m), 2));
     }
     text += "\n";
   }

@@ -9,6 +9,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "apps/waymark/paper/spread.hpp"
+
 namespace waymark::paper {
 namespace {
 
@@ -46,11 +48,10 @@ std::string share(const std::vector<Trial>& trials, bool (*condition)(const Tria
   return fmt::format("{:.0f} %", 100.0 * good / static_cast<double>(trials.size()));
 }
 
-std::string spread(const std::vector<Trial>& trials) {
+std::string position_rms(const std::vector<Trial>& trials) {
   std::vector<double> values(trials.size());
   std::ranges::transform(trials, values.begin(), &Trial::position_rms_m);
-  const auto [least, most] = std::ranges::minmax(values);
-  return fmt::format("{:.2f} / **{:.2f}** / {:.2f}", least, evaluation::statistics(values).median, most);
+  return spread(values, 2);
 }
 
 /// Rates down, errors across; in each cell one particle, then 25.
@@ -131,7 +132,7 @@ std::string to_page(const Sawtooth& results) {
         table(results, filter, [](const auto& trials) { return share(trials, is_right); });
     text += "\nMap right in itself (every cylinder once, no wrong association, but anywhere):\n\n" +
             table(results, filter, [](const auto& trials) { return share(trials, is_consistent); });
-    text += "\nPose, RMS [m], min / **median** / max over the seeds:\n\n" + table(results, filter, spread);
+    text += "\nPose, RMS [m], min / **median** / max over the seeds:\n\n" + table(results, filter, position_rms);
   }
   return text;
 }

@@ -109,32 +109,22 @@ std::shared_ptr<Payload> SimulatedGps::sample(const Truth& truth, Duration time)
   return std::make_shared<GnssFix>(last_);
 }
 
-void SimulatedGps::save_state(OutArchive& archive) const {
-  archive.value(offset_);
-  archive.value(jump_);
-  archive.value(satellites_);
-  archive.value(last_.p_map_antenna);
-  archive.value(last_.sigma_horizontal_m);
-  archive.value(last_.sigma_vertical_m);
-  archive.value(last_.hdop);
-  archive.value(last_.satellites);
-  archive.value(last_.type);
-  archive.value(last_.speed_mps);
-  archive.value(last_.course_rad);
+template <class Archive, class Gps>
+void SimulatedGps::each_state(Archive& archive, Gps& gps) {
+  archive.value(gps.offset_);
+  archive.value(gps.jump_);
+  archive.value(gps.satellites_);
+  archive.value(gps.last_.p_map_antenna);
+  archive.value(gps.last_.sigma_horizontal_m);
+  archive.value(gps.last_.sigma_vertical_m);
+  archive.value(gps.last_.hdop);
+  archive.value(gps.last_.satellites);
+  archive.value(gps.last_.type);
+  archive.value(gps.last_.speed_mps);
+  archive.value(gps.last_.course_rad);
 }
 
-void SimulatedGps::load_state(InArchive& archive) {
-  archive.value(offset_);
-  archive.value(jump_);
-  archive.value(satellites_);
-  archive.value(last_.p_map_antenna);
-  archive.value(last_.sigma_horizontal_m);
-  archive.value(last_.sigma_vertical_m);
-  archive.value(last_.hdop);
-  archive.value(last_.satellites);
-  archive.value(last_.type);
-  archive.value(last_.speed_mps);
-  archive.value(last_.course_rad);
-}
+void SimulatedGps::save_state(OutArchive& archive) const { each_state(archive, *this); }
+void SimulatedGps::load_state(InArchive& archive) { each_state(archive, *this); }
 
 }  // namespace waymark::simulator

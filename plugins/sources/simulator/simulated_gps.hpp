@@ -21,6 +21,9 @@ class SimulatedGps : public SimulatedSensor {
   std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
   void save_state(OutArchive& archive) const override;
   void load_state(InArchive& archive) override;
+  /// One list for saving and loading.
+  template <class Archive, class Gps>
+  static void each_state(Archive& archive, Gps& gps);
   void change_satellites(std::uint64_t seed, Duration time, bool first);
   double degradation() const;
   GnssFix measure(const Truth& truth, Duration time, const Eigen::Vector3d& white) const;
