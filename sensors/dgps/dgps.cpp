@@ -37,9 +37,11 @@ class Dgps final : public Sensor {
       : lever_arm_(read_lever_arm(config)),
         noise_(config),
         offset_sigma_(config.non_negative("offset_sigma_m", 0.0)),
+        offset_vertical_sigma_(read_vertical_offset(config)),
         offset_tau_(config.positive("offset_tau_s", 30.0)),
         min_satellites_(static_cast<int>(config.integer_in("min_satellites", 0, 100, 0))),
         velocity_(read_velocity(config)),
+        sideslip_sigma_(config.has("sideslip_sigma_mps") ? config.positive("sideslip_sigma_mps") : 0.0),
         monitor_(config),
         settling_(config),
         reacquisition_(config),
@@ -56,6 +58,11 @@ class Dgps final : public Sensor {
     StateBlock block(2, state);
     block[0].name = "offset_east_m";
     block[1].name = "offset_north_m";
+    if (offset_vertical_sigma_ > 0.0) {
+      state.initial_sigma = state.stationary_sigma = offset_vertical_sigma_;
+      state.name = "offset_up_m";
+      block.push_back(state);
+    }
     return block;
   }
   bool is_absolute() const override { return true; }
@@ -105,13 +112,16 @@ class Dgps final : public Sensor {
     used_ *= reacquisition_.factor(measurement.stamp, seen.innovation, prior, R);
 
     const bool height = prediction.layout.motion() == StateLayout::Motion::spatial && std::isfinite(p.z());
-    const int block_size = offset_sigma_ > 0.0 ? 2 : 0;
+    const int block_size = offset_sigma_ == 0.0 ? 0 : offset_vertical_sigma_ == 0.0 ? 2 : 3;
     out.emplace<dgps::PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
                                       block_size);
     pending_ = true;
     if (velocity_.sigma > 0.0 && has_course(fix)) {
       out.emplace<dgps::VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma,
                                         lever_arm_, block_size);
+    }
+    if (sideslip_sigma_ > 0.0 && !prediction.standing) {
+      out.emplace<dgps::SideslipUpdate>(sideslip_sigma_, block_size);
     }
   }
 
@@ -177,6 +187,14 @@ class Dgps final : public Sensor {
     return velocity;
   }
 
+  static double read_vertical_offset(const Config& config) {
+    const double sigma = config.non_negative("offset_vertical_sigma_m", 0.0);
+    if (sigma > 0.0 && config.non_negative("offset_sigma_m", 0.0) == 0.0) {
+      config.fail("offset_vertical_sigma_m", "needs offset_sigma_m, the horizontal one");
+    }
+    return sigma;
+  }
+
   static dgps::AdaptiveNoise read_window(const Config& config) {
     return dgps::AdaptiveNoise(
         static_cast<int>(config.integer_in("adaptive_window", 5, dgps::AdaptiveNoise::kMaxWindow, 20)));
@@ -225,9 +243,11 @@ class Dgps final : public Sensor {
   Eigen::Vector3d lever_arm_;
   dgps::FixNoise noise_;
   double offset_sigma_;
+  double offset_vertical_sigma_;
   double offset_tau_;
   int min_satellites_;
   VelocitySettings velocity_;
+  double sideslip_sigma_;
 
   dgps::FixMonitor monitor_;
   dgps::Settling settling_;

@@ -71,4 +71,22 @@ class VelocityUpdate final : public Update {
   int block_size_;
 };
 
+/// A robot on wheels does not go sideways: 0 = v_y of the base. With it the course tells the heading of a robot that
+/// has no odometry to say so.
+class SideslipUpdate final : public Update {
+ public:
+  SideslipUpdate(double sigma, int block_size) : sigma_(sigma), block_size_(block_size) {}
+
+  void linearize(const StateView& state, Linearization& out) const override {
+    out.reset(1, block_size_);
+    out.residual(0) = -state.nav.v_base.y();
+    out.R(0, 0) = sigma_ * sigma_;
+    out.velocity()(0, 1) = 1.0;
+  }
+
+ private:
+  double sigma_;
+  int block_size_;
+};
+
 }  // namespace waymark::dgps

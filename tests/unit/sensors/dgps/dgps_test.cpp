@@ -88,6 +88,23 @@ TEST(Dgps, TheOffsetIsAGaussMarkovProcess) {
   }
 }
 
+TEST(Dgps, TheHeightCanHaveAnOffsetOfItsOwn) {
+  auto bench = dgps(", offset_sigma_m: 0.7, offset_vertical_sigma_m: 1.5", StateLayout::Motion::spatial);
+  ASSERT_EQ(bench.sensor().block().size(), 3u);
+  EXPECT_EQ(bench.sensor().block()[2].stationary_sigma, 1.5);
+  bench.mean.block << 0.4, -0.3, 2.0;
+  const auto& model = bench.feed(measurement_of(local(0.5 + 0.4, -0.2 - 0.3, 1.1 + 2.0)));
+  EXPECT_NEAR(model.residual.norm(), 0.0, kExact);
+  EXPECT_TRUE(model.get_block().isIdentity());
+}
+
+TEST(Dgps, InThePlaneTheOffsetOfTheHeightIsLeftAlone) {
+  auto bench = dgps(", offset_sigma_m: 0.7, offset_vertical_sigma_m: 1.5");
+  const auto& model = bench.feed(measurement_of(local(0.5, -0.2)));
+  ASSERT_EQ(model.rows(), 2);
+  EXPECT_TRUE(model.get_block().isApprox((Eigen::MatrixXd(2, 3) << 1, 0, 0, 0, 1, 0).finished()));
+}
+
 TEST(Dgps, WithoutAnOffsetThereAreNoStates) { EXPECT_TRUE(dgps("").sensor().block().empty()); }
 
 // --- geodetic: radii of curvature of the WGS-84 ellipsoid, a = 6378137 m, f = 1/298.257223563
@@ -322,6 +339,11 @@ TEST(DgpsDoubts, FewSatellitesCountAsWorse) {
 
 // --- refusals
 // ----------------------------------------------------------------------------------------------------------
+
+TEST(Dgps, RefusesAnOffsetOfTheHeightAlone) {
+  EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, offset_vertical_sigma_m: 1 }"),
+              HasSubstr("needs offset_sigma_m"));
+}
 
 TEST(Dgps, RefusesAMissingLeverArm) { EXPECT_THAT(refusal("dgps", "{ sigma_m: 0.3 }"), HasSubstr("base_p_antenna_m")); }
 

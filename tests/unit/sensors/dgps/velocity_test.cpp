@@ -53,6 +53,16 @@ struct Bench {
 
 TEST(DgpsVelocity, IsNotUsedWithoutItsNoise) { EXPECT_EQ(Bench("").feed(moving(3.0, 1.0)), 1u); }
 
+TEST(DgpsSideslip, SaysThatTheBaseDoesNotGoSideways) {
+  Bench bench(", sideslip_sigma_mps: 0.05");
+  bench.mean.v_base = {3.0, 0.4, 0.0};
+  ASSERT_EQ(bench.feed(moving(3.0, 1.0)), 2u);
+  const Linearization model = bench.model(1);
+  ASSERT_EQ(model.rows(), 1);
+  EXPECT_NEAR(model.residual(0), -0.4, kExact);
+  EXPECT_NEAR(model.R(0, 0), 0.0025, kExact);
+}
+
 TEST(DgpsVelocity, ComesBesideThePosition) {
   Bench bench(", velocity_sigma_mps: 0.1");
   ASSERT_EQ(bench.feed(moving(3.0, 1.0)), 2u);
