@@ -143,6 +143,7 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
   std::vector<MappingInput> inputs;
   std::vector<std::shared_ptr<const Observation>> observations;  // keeps them alive
   std::vector<Companion> companions;
+  bool was_skipped = false;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     MapSlot& map = maps_[i];
     if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
@@ -156,6 +157,8 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
       if (auto observation = map.module->extract(m, companions, motion)) {
         inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
         observations.push_back(std::move(observation));
+      } else {
+        was_skipped = true;
       }
     } catch (const DataError& error) {
       if (state_of(m).counters.unusable == 0) {
@@ -168,7 +171,11 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
       map.module = nullptr;
     }
   }
-  if (inputs.empty()) return fate;
+  if (inputs.empty()) {
+    if (!was_skipped) return fate;
+    if (!late) filter_.record_path();  // where it was taken is known all the same
+    return fate == Fate::unheard ? Fate::skipped : fate;
+  }
   for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor)) {
     MapSlot& map = maps_[static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module)];
     failure(m.stamp, "map " + map.name, why);
