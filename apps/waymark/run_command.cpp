@@ -136,6 +136,7 @@ void print_report(const RunReport& report) {
   }
   if (report.bad_records.size() > kShown)
     fmt::print(stderr, "waymark: … and {} more\n", report.bad_records.size() - kShown);
+  for (const std::string& notice : report.notices) fmt::print(stderr, "waymark: note: {}\n", notice);
 }
 
 int run(const RunOptions& options) {
@@ -178,6 +179,7 @@ int run(const RunOptions& options) {
 
   RunReport report = fusion.report();
   report.bad_records = robot.source->bad_records();
+  report.notices = robot.source->notices();
   report.interrupted = interrupted;
   bool shown = false;
   fusion.show_last([&](const Snapshot& last) {

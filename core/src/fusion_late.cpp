@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "fusion_impl.hpp"
+#include "waymark/ekf.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -98,6 +99,8 @@ Belief Fusion::Impl::front(Time at) const {
     updates.clear();
     try {
       own[m.sensor]->process(m, {belief, layout_, block, datum_ ? &*datum_ : nullptr, standing}, updates);
+      if (const auto& unknown = updates.forgotten_twist())
+        ekf::release(belief, layout_, unknown->velocity_sigma, unknown->rate_sigma);
       for (std::size_t i = 0; i < updates.size(); ++i) {
         updates[i].linearize({belief.mean, block}, model);
         ekf::innovate(belief, layout_, owner, model, innovation);

@@ -118,22 +118,12 @@ class Odometry final : public Sensor {
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const WheelTwist twist = model_->twist(measurement);
-    const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;
-    const bool continues = last_stamp_ && interval <= max_interval_;
-    last_stamp_ = measurement.stamp;
-    const double dt = std::clamp(interval, kMinInterval, max_interval_);
-    // The noise belongs to the motion, not to the reading: if a reading that is too large got more noise than one that
-    // is too small, turns would come out too small on the average.
-    const NavState& predicted = prediction.belief.mean;
-    const WheelTwist motion =
-        continues ? WheelTwist{predicted.v_base.x(), predicted.v_base.y(), predicted.w_base.z()} : twist;
-    const auto variance = [&](const Density& density) {
-      const double d = std::max(density.at(motion), kMinDensity);
-      return d * d / dt;
-    };
     out.report_motion(std::hypot(twist.v_x, twist.v_y) > still_speed_ || std::abs(twist.w_z) > still_rate_);
-    out.emplace<TwistUpdate>(twist, Eigen::Vector3d(variance(speed_), variance(lateral_), variance(yaw_)), systematic_,
-                             model_->rotation_scales_with_speed());
+    const Eigen::Vector3d variance = twist.interval_s ? variance_over(twist, *twist.interval_s)
+                                                      : variance_at(twist, measurement.stamp, prediction.belief.mean);
+    last_stamp_ = measurement.stamp;
+    if (twist.interval_s) out.forget_twist(unknown_beside(twist, variance, prediction.belief.mean));
+    out.emplace<TwistUpdate>(twist, variance, systematic_, model_->rotation_scales_with_speed());
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Odometry>(*this); }
@@ -147,8 +137,50 @@ class Odometry final : public Sensor {
   }
 
  private:
+  /// Of a sample of the twist, which stands for the time since the sample before.
+  Eigen::Vector3d variance_at(const WheelTwist& twist, Time stamp, const NavState& predicted) const {
+    const double interval = last_stamp_ ? to_seconds(stamp - *last_stamp_) : kFirstInterval;
+    const bool continues = last_stamp_ && interval <= max_interval_;
+    const double dt = std::clamp(interval, kMinInterval, max_interval_);
+    // The noise belongs to the motion, not to the reading: if a reading that is too large got more noise than one that
+    // is too small, turns would come out too small on the average.
+    const WheelTwist motion =
+        continues ? WheelTwist{predicted.v_base.x(), predicted.v_base.y(), predicted.w_base.z()} : twist;
+    return variance(motion) / dt;
+  }
+
+  /// Of the mean twist of an interval: what the densities make of its motion, by the interval's square. Stamps jitter,
+  /// and the same motion in half the time has not twice the noise: no interval counts as shorter than kShortest.
+  Eigen::Vector3d variance_over(const WheelTwist& twist, double interval) const {
+    const double taken = std::max(interval, kShortest);
+    const double slower = interval / taken;
+    const WheelTwist motion{slower * twist.v_x, slower * twist.v_y, slower * twist.w_z};
+    return variance(motion) * taken / (interval * interval);
+  }
+
+  /// The squares of the densities: forwards, sideways, yaw.
+  Eigen::Vector3d variance(const WheelTwist& motion) const {
+    const auto square = [&](const Density& density) {
+      const double d = std::max(density.at(motion), kMinDensity);
+      return d * d;
+    };
+    return {square(speed_), square(lateral_), square(yaw_)};
+  }
+
+  /// So wide that neither the gain nor the gate knows of the twist before.
+  static UpdateList::UnknownTwist unknown_beside(const WheelTwist& twist, const Eigen::Vector3d& variance,
+                                                 const NavState& before) {
+    constexpr double kFar = 1000.0;
+    constexpr double kLeast = 100.0;  // [m/s, rad/s]
+    const double speed = std::hypot(twist.v_x, twist.v_y) + before.v_base.norm();
+    const double rate = std::abs(twist.w_z) + before.w_base.norm();
+    return {std::max({kLeast, kFar * std::sqrt(variance.head<2>().maxCoeff()), 10.0 * speed}),
+            std::max({kLeast, kFar * std::sqrt(variance.z()), 10.0 * rate})};
+  }
+
   static constexpr double kFirstInterval = 0.1;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-3;   // [s], two samples with one stamp
+  static constexpr double kShortest = 0.1;       // [s], of the intervals of increments
   static constexpr double kMinDensity = 1e-5;    // keeps R positive definite where noise vanishes with speed
 
   std::shared_ptr<const WheelModel> model_;
@@ -166,4 +198,4 @@ class Odometry final : public Sensor {
 
 }  // namespace waymark
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Odometry, "odometry", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::Odometry, "odometry", "1.1.0")

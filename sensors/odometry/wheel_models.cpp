@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wheel_models.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "waymark/payloads.hpp"
@@ -50,12 +52,30 @@ class ReadyTwist final : public WheelModel {
   bool rotation_scales_with_speed() const override { return false; }
 };
 
+/// The constant twist that moves the base as far in the interval: the logarithm of the motion, by the interval.
+class Increment final : public WheelModel {
+ public:
+  WheelTwist twist(const Measurement& measurement) const override {
+    const auto& step = measurement.as<PoseIncrement>();
+    if (!(step.interval_s > 0.0) || !std::isfinite(step.interval_s))
+      throw DataError(fmt::format("PoseIncrement: interval_s is {}, a number > 0 is expected", step.interval_s));
+    // The arc's chord is sin(h)/h as long as the arc and turned by h, half the turn.
+    const double half = 0.5 * step.yaw_rad;
+    const double along = std::abs(half) < 1e-4 ? 1.0 - half * half / 3.0 : half / std::tan(half);
+    const double rate = 1.0 / step.interval_s;
+    return {rate * (along * step.x_m + half * step.y_m), rate * (along * step.y_m - half * step.x_m),
+            rate * step.yaw_rad, step.interval_s};
+  }
+  bool rotation_scales_with_speed() const override { return false; }
+};
+
 }  // namespace
 
 std::shared_ptr<const WheelModel> WheelModel::read(const Config& config) {
-  const std::string model = config.choice("model", {"differential", "ackermann", "twist"});
+  const std::string model = config.choice("model", {"differential", "ackermann", "twist", "increment"});
   if (model == "differential") return std::make_shared<Differential>(config);
   if (model == "ackermann") return std::make_shared<Ackermann>(config);
+  if (model == "increment") return std::make_shared<Increment>();
   return std::make_shared<ReadyTwist>();
 }
 

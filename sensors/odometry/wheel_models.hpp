@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "waymark/config.hpp"
@@ -14,19 +15,21 @@ struct WheelTwist {
   double v_x = 0.0;  ///< [m/s]
   double v_y = 0.0;  ///< [m/s]
   double w_z = 0.0;  ///< [rad/s]
+  /// The twist is constant for so long from the stamp on; nothing: it is that of the stamp.
+  std::optional<double> interval_s = std::nullopt;
 };
 
 /// Kinematics: from what the wheels measure to the twist of the base (midpoint of the driven or rear axle).
 class WheelModel {
  public:
   virtual ~WheelModel() = default;
-  /// Throws DataError if the payload is of another type.
+  /// Throws DataError if the payload is of another type or cannot be used.
   virtual WheelTwist twist(const Measurement& measurement) const = 0;
   /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
   /// both.
   virtual bool rotation_scales_with_speed() const = 0;
 
-  /// Reads `model` (differential, ackermann, twist) and its geometry. Throws ConfigError.
+  /// Reads `model` (differential, ackermann, twist, increment) and its geometry. Throws ConfigError.
   static std::shared_ptr<const WheelModel> read(const Config& config);
 };
 

@@ -36,6 +36,16 @@ struct BodyTwist : PayloadOf<BodyTwist> {
   double w_z_radps = 0.0;
 };
 
+/// How far the base moved in the time from the stamp on: odometry that is given as poses. It becomes known at the end
+/// of that time.
+struct PoseIncrement : PayloadOf<PoseIncrement> {
+  static constexpr std::string_view kType = "waymark/PoseIncrement@1";
+  double interval_s = 0.0;  ///< > 0
+  double x_m = 0.0;         ///< the end in the base's frame at the stamp
+  double y_m = 0.0;
+  double yaw_rad = 0.0;  ///< in (-pi, pi)
+};
+
 /// One GNSS fix: local metres or geodetic, whichever the receiver or the log delivers.
 struct GnssFix : PayloadOf<GnssFix> {
   static constexpr std::string_view kType = "waymark/GnssFix@1";

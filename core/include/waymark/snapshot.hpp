@@ -114,7 +114,8 @@ struct Event {
 struct RunReport {
   std::vector<SensorReport> sensors;
   std::vector<BadRecord> bad_records;
-  std::vector<Event> events;  ///< plugins taken out of service, lock-outs, …
+  std::vector<std::string> notices;  ///< of the source
+  std::vector<Event> events;         ///< plugins taken out of service, lock-outs, …
   bool interrupted = false;
   std::uint64_t resamplings = 0;
   std::uint64_t mapping_steps = 0;

@@ -64,6 +64,9 @@ class WAYMARK_TYPE Source {
     return none;
   }
 
+  /// What a person should know about the log once it was read: messages that nothing reads, repairs. One line each.
+  virtual std::vector<std::string> notices() const { return {}; }
+
   /// Truth or survey, if the source knows one.
   virtual std::shared_ptr<const Reference> reference() const { return nullptr; }
 

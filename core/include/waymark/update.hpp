@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstddef>
 #include <new>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -118,6 +119,17 @@ class UpdateList {
   enum class Motion { not_said, still, moving };
   Motion motion() const { return motion_; }
 
+  /// σ of a velocity [m/s] and of a rate [rad/s] of which nothing is known.
+  struct UnknownTwist {
+    double velocity_sigma;
+    double rate_sigma;
+  };
+  /// The measurement tells the twist that the base has from its stamp on until the sensor's next one, and the twist
+  /// before it says nothing about that: velocity and rate get these σ before the updates are applied. They must be far
+  /// above the updates' own, so that the gain is 1, but not beyond all digits of P − W Wᵀ.
+  void forget_twist(UnknownTwist unknown) { forgotten_ = unknown; }
+  const std::optional<UnknownTwist>& forgotten_twist() const { return forgotten_; }
+
   /// The sensor doubts its own measurement (a frozen position, a disturbed field), whether it gives updates out of it
   /// or not: the host shows the sensor as degraded for this reason. `reason`: a literal, "position frozen while
   /// moving".
@@ -130,6 +142,7 @@ class UpdateList {
     for (std::size_t i = 0; i < size_; ++i) updates_[i]->~Update();
     size_ = 0;
     motion_ = Motion::not_said;
+    forgotten_.reset();
     doubt_ = {};
   }
 
@@ -138,6 +151,7 @@ class UpdateList {
   std::array<Update*, kSlots> updates_{};
   std::size_t size_ = 0;
   Motion motion_ = Motion::not_said;
+  std::optional<UnknownTwist> forgotten_;
   std::string_view doubt_;
 };
 

@@ -90,6 +90,7 @@ Json describe(const RunReport& report) {
           {"resamplings", report.resamplings},
           {"bad_record_count", report.bad_records.size()},
           {"bad_records", std::move(records)},
+          {"notices", report.notices},
           {"events", std::move(events)}};
 }
 

@@ -287,6 +287,13 @@ std::unique_ptr<RowWriter> make_row_writer(const Measurement& first, std::filesy
                                             {"v_y_mps", [](const BodyTwist& t) { return t.v_y_mps; }},
                                             {"w_z_radps", [](const BodyTwist& t) { return t.w_z_radps; }}});
   }
+  if (type == PoseIncrement::kType) {
+    return std::make_unique<NumbersWriter<PoseIncrement>>(
+        std::vector<NumberField<PoseIncrement>>{{"interval_s", [](const PoseIncrement& i) { return i.interval_s; }},
+                                                {"x_m", [](const PoseIncrement& i) { return i.x_m; }},
+                                                {"y_m", [](const PoseIncrement& i) { return i.y_m; }},
+                                                {"yaw_rad", [](const PoseIncrement& i) { return i.yaw_rad; }}});
+  }
   if (type == CompassHeading::kType) return make_heading_writer();
   if (type == MagneticField::kType) {
     return std::make_unique<NumbersWriter<MagneticField>>(

@@ -19,10 +19,10 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-constexpr std::array<std::string_view, 11> kTypes = {
-    WheelSpeeds::kType,   WheelSteering::kType, BodyTwist::kType,           GnssFix::kType,
-    LaserScan::kType,     Image::kType,         ImuSample::kType,           CompassHeading::kType,
-    MagneticField::kType, Height::kType,        LandmarkObservations::kType};
+constexpr std::array<std::string_view, 12> kTypes = {
+    WheelSpeeds::kType,    WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType,
+    GnssFix::kType,        LaserScan::kType,     Image::kType,     ImuSample::kType,
+    CompassHeading::kType, MagneticField::kType, Height::kType,    LandmarkObservations::kType};
 
 std::string_view short_name(std::string_view type) {
   type.remove_prefix(type.find('/') + 1);
@@ -279,6 +279,15 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
         std::initializer_list<Field<BodyTwist>>{{"v_x_mps", &BodyTwist::v_x_mps},
                                                 {"v_y_mps", &BodyTwist::v_y_mps, false},
                                                 {"w_z_radps", &BodyTwist::w_z_radps}},
+        finder);
+  }
+  if (type == PoseIncrement::kType) {
+    return std::make_unique<NumbersBuilder<PoseIncrement>>(
+        columns,
+        std::initializer_list<Field<PoseIncrement>>{{"interval_s", &PoseIncrement::interval_s},
+                                                    {"x_m", &PoseIncrement::x_m},
+                                                    {"y_m", &PoseIncrement::y_m},
+                                                    {"yaw_rad", &PoseIncrement::yaw_rad}},
         finder);
   }
   if (type == GnssFix::kType) return std::make_unique<GnssBuilder>(columns, finder);

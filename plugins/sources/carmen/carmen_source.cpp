@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "recording.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark::carmen {
+namespace {
+
+constexpr std::string_view kFrontLaser = "FLASER";
+constexpr std::string_view kFrontOffset = "robot_frontlaser_offset";
+constexpr double kOffsetTolerance = 0.005;  // [m]
+
+std::filesystem::path file_of(const Config& config) {
+  std::filesystem::path file = config.file().parent_path() / config.text("file");
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) config.fail("file", file.string() + " does not exist");
+  if (std::filesystem::is_directory(file, ignored))
+    config.fail("file", file.string() + " is a folder, a file is expected");
+  return file;
+}
+
+/// A text log of CARMEN: scans, odometry, fixes.
+class CarmenSource final : public Source {
+ public:
+  CarmenSource(const Config& config, const Rig& rig);
+
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override;
+  double progress() const override {
+    return measurements_.empty() ? 0.0 : static_cast<double>(next_) / static_cast<double>(measurements_.size());
+  }
+  const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
+  std::vector<std::string> notices() const override { return notices_; }
+  void save(OutArchive& archive) const override;
+  void load(InArchive& archive) override;
+
+ private:
+  std::uint32_t add_channel(const Config& entry, const Rig& rig, std::string_view payload);
+  void add_laser(const Config& entry, const Rig& rig);
+  void read();
+  void tell(const Recording& recording, const OdometrySteps& odometry);
+  void compare_offset(const Recording& recording);
+
+  std::filesystem::path file_;
+  BadRecordList bad_;
+  Wanted wanted_;
+  StepOptions step_options_;
+  std::vector<Channel> channels_;
+  std::vector<std::uint32_t> lasers_;  // their channels
+  std::optional<std::uint32_t> wheels_;
+  std::optional<std::uint32_t> gnss_;
+  std::optional<Pose> T_base_front_;  // of the sensor that gets FLASER
+  std::string front_sensor_;
+
+  bool read_ = false;
+  std::vector<Measurement> measurements_;  // in order of arrival
+  std::size_t next_ = 0;
+  std::exception_ptr failure_;  // thrown when all before it is delivered
+  std::vector<std::string> notices_;
+};
+
+CarmenSource::CarmenSource(const Config& config, const Rig& rig)
+    : file_(file_of(config)),
+      bad_(static_cast<std::uint64_t>(
+               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+           {"record", "max_bad_records", "skips such ones"}) {
+  const std::string times = config.choice("times", {"ipc", "logger", "lines"}, "ipc");
+  wanted_.clock = times == "ipc"      ? Wanted::Clock::ipc
+                  : times == "logger" ? Wanted::Clock::logger
+                                      : Wanted::Clock::lines;
+  wanted_.line_interval = from_seconds(config.number_in("line_interval_s", 1e-6, 3600.0, 0.1));
+  for (const Config& entry : config.items_or_empty("lasers")) add_laser(entry, rig);
+  if (config.has("wheels")) {
+    const Config wheels = config.child("wheels");
+    wheels_ = add_channel(wheels, rig, PoseIncrement::kType);
+    const std::string poses = wheels.choice("poses", {"scans", "odom", "all"}, "scans");
+    wanted_.poses = poses == "scans"  ? Wanted::Poses::scans
+                    : poses == "odom" ? Wanted::Poses::odom
+                                      : Wanted::Poses::all;
+    if (lasers_.empty() && wanted_.poses != Wanted::Poses::odom)
+      wheels.fail("poses", "\"" + poses + "\" needs an entry of lasers, whose messages hold the poses; or: odom");
+    step_options_.repair_reversals = wheels.choice("reversals", {"repair", "as_logged"}, "repair") == "repair";
+    step_options_.max_speed_mps = wheels.positive("max_speed_mps", 20.0);
+    wheels.reject_unread();
+  }
+  if (config.has("gnss")) {
+    gnss_ = add_channel(config.child("gnss"), rig, GnssFix::kType);
+    config.child("gnss").reject_unread();
+    wanted_.fixes = true;
+  }
+  if (channels_.empty()) config.fail("none of lasers, wheels and gnss is given; at least one of them is expected");
+}
+
+std::uint32_t CarmenSource::add_channel(const Config& entry, const Rig& rig, std::string_view payload) {
+  const std::string sensor = entry.text("sensor");
+  const int index = rig.find(sensor);
+  if (index < 0) entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
+  const std::string& takes = rig.mountings()[static_cast<std::size_t>(index)].payload;
+  if (!takes.empty() && takes != payload)
+    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, takes, payload));
+  if (std::ranges::find(channels_, sensor, &Channel::sensor) != channels_.end())
+    entry.fail("sensor", fmt::format("sensor \"{}\" is given twice", sensor));
+  channels_.push_back({sensor, std::string(payload)});
+  return static_cast<std::uint32_t>(channels_.size() - 1);
+}
+
+void CarmenSource::add_laser(const Config& entry, const Rig& rig) {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  Wanted::Laser laser;
+  laser.message = entry.choice("message", {"FLASER", "RLASER", "ROBOTLASER1", "ROBOTLASER2"});
+  if (std::ranges::find(wanted_.lasers, laser.message, &Wanted::Laser::message) != wanted_.lasers.end())
+    entry.fail("message", laser.message + " is given twice");
+  if (entry.has("start_deg") || entry.has("step_deg")) {
+    laser.beams = BeamRule{kRadPerDeg * entry.number("start_deg"), kRadPerDeg * entry.number("step_deg")};
+    if (laser.beams->step_rad == 0.0) entry.fail("step_deg", "0 is no step");
+  }
+  lasers_.push_back(add_channel(entry, rig, LaserScan::kType));
+  if (laser.message == kFrontLaser) {
+    front_sensor_ = channels_.back().sensor;
+    T_base_front_ = rig.mountings()[static_cast<std::size_t>(rig.find(front_sensor_))].T_base_sensor;
+  }
+  wanted_.lasers.push_back(std::move(laser));
+  entry.reject_unread();
+}
+
+void CarmenSource::read() {
+  read_ = true;
+  Recording recording = read_recording(file_, wanted_, bad_);
+  failure_ = recording.failure;
+  OdometrySteps odometry;
+  if (wheels_) {
+    try {
+      odometry = make_steps(recording.poses, recording.speeds, step_options_, bad_);
+    } catch (const DataError&) {
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+  tell(recording, odometry);
+
+  measurements_.reserve(odometry.steps.size() + recording.scans.size() + recording.fixes.size());
+  const auto add = [&](Time stamp, Time arrival, std::uint32_t channel, std::shared_ptr<const Payload> payload) {
+    Measurement& m = measurements_.emplace_back();
+    m.stamp = stamp;
+    m.arrival = arrival;
+    m.sensor = channel;
+    m.payload = std::move(payload);
+  };
+  // A step is known at its end, where the next scan is, too; the scan at its begin has been taken in by then. One
+  // nanosecond later than that scan the step is not late, whichever of the two sensors the YAML names first.
+  for (std::size_t i = 0; i < odometry.steps.size(); ++i) {
+    OdometryStep& step = odometry.steps[i];
+    add(step.begin + Duration(i == 0 ? 0 : 1), step.end, *wheels_, std::move(step.increment));
+  }
+  for (Recording::Scan& scan : recording.scans) add(scan.stamp, scan.stamp, lasers_[scan.laser], std::move(scan.scan));
+  for (Recording::Fix& fix : recording.fixes) add(fix.stamp, fix.stamp, *gnss_, std::move(fix.fix));
+  std::ranges::stable_sort(measurements_, {}, &Measurement::arrival);
+  for (std::size_t i = 0; i < measurements_.size(); ++i) measurements_[i].sequence = i;
+}
+
+void CarmenSource::tell(const Recording& recording, const OdometrySteps& odometry) {
+  const std::string file = file_.filename().string();
+  if (recording.steps_back > 0) {
+    notices_.push_back(fmt::format("{}: {} stamps step back, by up to {:.3f} s; put in order", file,
+                                   recording.steps_back, to_seconds(recording.longest_step_back)));
+  }
+  if (odometry.turned > 0) {
+    notices_.push_back(
+        fmt::format("{}: odometry goes forward while the robot reverses in {} steps ({} stretches, {:.1f} m in all): "
+                    "turned round (reversals: as_logged leaves them)",
+                    file, odometry.turned, odometry.stretches, odometry.turned_m));
+  }
+  if (!recording.passed_over.empty()) {
+    std::string list;
+    for (const auto& [name, count] : recording.passed_over)
+      list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+    notices_.push_back(fmt::format("{}: messages passed over: {}", file, list));
+  }
+  compare_offset(recording);
+}
+
+/// Says so if the log and the YAML differ on where the front laser is.
+void CarmenSource::compare_offset(const Recording& recording) {
+  const auto found = recording.parameters.find(kFrontOffset);
+  if (found == recording.parameters.end() || front_sensor_.empty()) return;
+  const auto& [value, place] = found->second;
+  double offset = 0.0;
+  if (std::from_chars(value.data(), value.data() + value.size(), offset).ec != std::errc{}) return;
+  const double ours = T_base_front_ ? T_base_front_->p.x() : 0.0;
+  if (std::abs(ours - offset) <= kOffsetTolerance) return;
+  notices_.push_back(fmt::format("{}: {} is {} m, but base_T_sensor of sensors.{} {}", place, kFrontOffset, offset,
+                                 front_sensor_,
+                                 T_base_front_ ? fmt::format("has x {:.3f} m", ours) : std::string("is not given")));
+}
+
+std::optional<Measurement> CarmenSource::next() {
+  if (!read_) read();
+  if (next_ == measurements_.size()) {
+    if (failure_) std::rethrow_exception(failure_);
+    return std::nullopt;
+  }
+  return measurements_[next_++];
+}
+
+void CarmenSource::save(OutArchive& archive) const {
+  archive.section("carmen", 1);
+  archive.value(static_cast<std::uint64_t>(next_));
+}
+
+void CarmenSource::load(InArchive& archive) {
+  archive.section("carmen", 1);
+  std::uint64_t delivered = 0;
+  archive.value(delivered);
+  if (!read_) read();
+  if (delivered > measurements_.size())
+    throw DataError(fmt::format("checkpoint: a place behind the end of {}", file_.string()));
+  next_ = static_cast<std::size_t>(delivered);
+}
+
+}  // namespace
+}  // namespace waymark::carmen
+
+WAYMARK_PLUGIN(waymark::Source, waymark::carmen::CarmenSource, "carmen", "1.0.0")

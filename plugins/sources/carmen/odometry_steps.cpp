@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "odometry_steps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace waymark::carmen {
+namespace {
+
+constexpr double kReversing = -0.01;  // [m/s]: below this the robot drives backward
+constexpr double kShortest = 0.1;     // [s]: stamps jitter, so a shorter interval may stand for a longer one
+
+/// The end in the frame of the begin.
+PoseIncrement between(const PlanarPose& begin, const PlanarPose& end, double interval_s) {
+  const double dx = end.x - begin.x;
+  const double dy = end.y - begin.y;
+  const double c = std::cos(begin.theta);
+  const double s = std::sin(begin.theta);
+  PoseIncrement increment;
+  increment.interval_s = interval_s;
+  increment.x_m = c * dx + s * dy;
+  increment.y_m = c * dy - s * dx;
+  increment.yaw_rad = std::remainder(end.theta - begin.theta, 2.0 * std::numbers::pi);
+  return increment;
+}
+
+/// The speed whose stamp is nearest; `speeds` are in order of their stamps.
+std::optional<double> speed_near(const std::vector<OdometrySpeed>& speeds, Time at) {
+  if (speeds.empty()) return std::nullopt;
+  auto after = std::ranges::lower_bound(speeds, at, {}, &OdometrySpeed::stamp);
+  if (after == speeds.end() || (after != speeds.begin() && at - std::prev(after)->stamp <= after->stamp - at)) --after;
+  return after->tv_mps;
+}
+
+}  // namespace
+
+OdometrySteps make_steps(const std::vector<OdometryPose>& poses, const std::vector<OdometrySpeed>& speeds,
+                         const StepOptions& options, BadRecordList& bad) {
+  OdometrySteps result;
+  result.steps.reserve(poses.size());
+  bool in_stretch = false;
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const bool replaced = i + 1 < poses.size() && poses[i + 1].stamp == poses[i].stamp;
+    if (replaced || poses[i].stamp == poses[last].stamp) continue;
+    const OdometryPose& begin = poses[last];
+    const OdometryPose& end = poses[i];
+    last = i;
+    const double interval_s = to_seconds(end.stamp - begin.stamp);
+    auto increment = std::make_shared<PoseIncrement>(between(begin.T_odom_base, end.T_odom_base, interval_s));
+    const double length = std::hypot(increment->x_m, increment->y_m);
+    if (length > options.max_speed_mps * std::max(interval_s, kShortest)) {
+      bad.add(end.place, fmt::format("odometry jumps by {:.3f} m in {:.3f} s; at most {} m/s are expected", length,
+                                     interval_s, options.max_speed_mps));
+      continue;
+    }
+    const auto speed = speed_near(speeds, begin.stamp + (end.stamp - begin.stamp) / 2);
+    const bool turned = options.repair_reversals && speed && *speed < kReversing && increment->x_m > 0.0;
+    if (turned) {
+      increment->x_m = -increment->x_m;
+      increment->y_m = -increment->y_m;
+      ++result.turned;
+      result.turned_m += length;
+      if (!in_stretch) ++result.stretches;
+    }
+    in_stretch = turned;
+    result.steps.push_back({begin.stamp, end.stamp, std::move(increment)});
+  }
+  return result;
+}
+
+}  // namespace waymark::carmen
