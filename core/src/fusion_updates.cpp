@@ -175,7 +175,7 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
   }
   if (inputs.empty()) {
     if (!was_skipped) return fate;
-    if (!late) filter_.record_path();  // where it was taken is known all the same
+    if (!late) filter_.record_tentative_path();
     return fate == Fate::unheard ? Fate::skipped : fate;
   }
   for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor)) {

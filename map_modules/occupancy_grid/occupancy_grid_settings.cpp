@@ -66,7 +66,7 @@ OccupancyGridSettings OccupancyGridSettings::read(const Config& config) {
   s.odds = read_odds(config.child_or_empty("log_odds"));
   const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");
   s.use = mode == "map" ? MapUse::map : mode == "continue" ? MapUse::continue_map : MapUse::localize;
-  if (config.has("load")) s.load = config.text("load");
+  if (config.has("load")) s.load = config.file().parent_path() / config.text("load");
   if (s.use == MapUse::map && !s.load.empty()) config.fail("mode", "must be continue or localize for a loaded map");
   if (s.use != MapUse::map && s.load.empty()) config.fail("mode", "continue and localize need a map: load");
   return s;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particle_grid.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "grid_view.hpp"
+#include "map_file.hpp"
 #include "scan_insertion.hpp"
 #include "scan_observation.hpp"
+#include "waymark/error.hpp"
 
 namespace waymark::grid {
 
@@ -24,9 +28,18 @@ ThreadScratch& scratch() {
   return own;
 }
 
-Eigen::Vector3d planar_part(const Pose& pose) { return {pose.p.x(), pose.p.y(), pose.yaw()}; }
-
 }  // namespace
+
+GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(settings.match, settings.resolution) {
+  if (settings.use == MapUse::map) return;
+  LoadedMap loaded = load_map_file(settings.load, settings.odds);
+  if (std::abs(loaded.resolution - settings.resolution) > 1e-9) {
+    throw DataError(fmt::format("{}: its cells have {} m, but resolution_m is {}", settings.load.string(),
+                                loaded.resolution, settings.resolution));
+  }
+  initial = std::move(loaded.tiles);
+  corner = loaded.corner;
+}
 
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                           Refinement& out) const {
@@ -78,6 +91,7 @@ void ParticleGrid::describe(MapDescription& out) const {
                  {"coarse_searches", number(figures_.searches)},
                  {"mean_score", figures_.score_sum / std::max(1.0, number(figures_.matches))}};
   out.grid = view_of(tiles_, model_->settings.resolution);
+  if (out.grid) out.grid->T_map_grid.p.head<2>() += model_->corner;
 }
 
 void ParticleGrid::save(OutArchive& out) const {

@@ -13,10 +13,13 @@ namespace waymark::grid {
 
 /// What all particles' grids have in common.
 struct GridModel {
-  explicit GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(settings.match, settings.resolution) {}
+  /// Loads the map that the settings name. Throws ConfigError or DataError if it is no good.
+  explicit GridModel(OccupancyGridSettings s);
 
   OccupancyGridSettings settings;
   ScanMatcher matcher;
+  TileTree initial;                                  ///< what every map begins with
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0) in the map's frame [m]
 };
 
 /// How a scan matched one particle's grid, for its figures.
@@ -30,8 +33,7 @@ struct GridAssociation final : Association {
 /// One particle's occupancy grid.
 class ParticleGrid final : public ParticleMap {
  public:
-  explicit ParticleGrid(std::shared_ptr<const GridModel> model, TileTree tiles = {})
-      : model_(std::move(model)), tiles_(std::move(tiles)) {}
+  explicit ParticleGrid(std::shared_ptr<const GridModel> model) : model_(std::move(model)), tiles_(model_->initial) {}
 
   std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<ParticleGrid>(*this); }
   void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
@@ -44,6 +46,11 @@ class ParticleGrid final : public ParticleMap {
   const TileTree& tiles() const { return tiles_; }
 
  private:
+  /// x, y from the corner of cell (0, 0) [m], and yaw.
+  Eigen::Vector3d planar_part(const Pose& pose) const {
+    return {pose.p.x() - model_->corner.x(), pose.p.y() - model_->corner.y(), pose.yaw()};
+  }
+
   /// What has happened to this map and its ancestors.
   struct Figures {
     std::uint64_t matches = 0;
