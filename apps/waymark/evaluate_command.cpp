@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct Arguments {
   std::vector<std::string> outages;
   std::string pauses_of;
   double pauses_longer_than_s = 0.0;  // 0: not given
+  std::string relations;
+  std::string relations_motion;
+  std::vector<double> relations_sensor;  // x, y [m] and perhaps yaw [deg]
   std::string landmarks;
   std::string survey;
   std::string columns;
@@ -65,27 +69,67 @@ std::vector<Outage> outages_of(const Arguments& arguments, const Trajectory& ref
   return outages;
 }
 
+/// x, y [m] and perhaps yaw [deg] of the frame that the relations are of.
+Pose sensor_of(const std::vector<double>& numbers) {
+  if (numbers.empty()) return {};
+  for (const double number : numbers) {
+    if (!std::isfinite(number)) throw Error("evaluate: --relations-sensor must be finite numbers x,y[,yaw] [m, deg]");
+  }
+  const double yaw_deg = numbers.size() > 2 ? numbers[2] : 0.0;
+  return Pose::planar(numbers[0], numbers[1], yaw_deg * std::numbers::pi / 180.0);
+}
+
+RelationScore relations_of(const Arguments& arguments, const Trajectory& estimate, const RelationOptions& options) {
+  std::optional<Trajectory> motion;
+  if (!arguments.relations_motion.empty()) motion = read_trajectory(arguments.relations_motion);
+  return score_relations(read_relations(arguments.relations), estimate, motion, options);
+}
+
 /// Refuses options that mean nothing without others.
 void check(const Arguments& arguments) {
-  if (arguments.estimate.empty() != arguments.reference.empty()) {
+  if (arguments.relations.empty() && arguments.estimate.empty() != arguments.reference.empty()) {
     throw Error("evaluate: --estimate and --reference belong together");
   }
+  if (!arguments.relations.empty() && arguments.estimate.empty()) throw Error("evaluate: --relations needs --estimate");
   if (arguments.landmarks.empty() != arguments.survey.empty()) {
     throw Error("evaluate: --landmarks and --survey belong together");
   }
-  if (!arguments.covariance.empty() && arguments.estimate.empty()) {
+  if (!arguments.covariance.empty() && arguments.reference.empty()) {
     throw Error("evaluate: --covariance needs --estimate and --reference");
   }
   const bool outages = !arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0;
-  if (outages && arguments.estimate.empty())
+  if (outages && arguments.reference.empty())
     throw Error("evaluate: --outage and --outages-longer-than need --estimate and --reference");
   if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.diagnostics.empty()) {
     throw Error(
-        "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, or --diagnostics");
+        "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, --estimate with "
+        "--relations, or --diagnostics");
   }
-  if (arguments.estimate.empty() && arguments.align != "none") {
+  if (arguments.reference.empty() && arguments.align != "none") {
     throw Error(
         "evaluate: --align needs --estimate and --reference (landmarks alone always get their own alignment as well)");
+  }
+}
+
+/// Trajectory, consistency, outages.
+void score_against_reference(const Arguments& arguments, const Trajectory& estimate, Report& report) {
+  const auto& quantities = trajectory_quantities();
+  const TrajectoryOptions& options = report.trajectory_options;
+  const Trajectory reference =
+      read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
+  report.trajectory = score_trajectory(estimate, reference, options);
+  std::vector<PoseCovariance> covariances;
+  if (!arguments.covariance.empty()) {
+    covariances = read_covariances(arguments.covariance);
+    report.consistency = score_consistency(covariances, estimate, reference, report.trajectory->T_reference_estimate,
+                                           options.max_time_gap_s);
+  }
+  if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
+    report.outage_options = arguments.outage;
+    report.outage_options.max_time_gap_s = options.max_time_gap_s;
+    report.outage_options.lever_arm_m = options.lever_arm_m;
+    report.outages = score_outages(outages_of(arguments, reference), estimate, reference, covariances,
+                                   report.trajectory->T_reference_estimate, report.outage_options);
   }
 }
 
@@ -107,22 +151,12 @@ Report evaluate(const Arguments& arguments) {
   if (!arguments.estimate.empty()) {
     const auto& quantities = trajectory_quantities();
     const Trajectory estimate = read_trajectory(arguments.estimate, columns_of(arguments.columns, quantities));
-    const Trajectory reference =
-        read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
-    report.trajectory = score_trajectory(estimate, reference, options);
-    std::vector<PoseCovariance> covariances;
-    if (!arguments.covariance.empty()) {
-      covariances = read_covariances(arguments.covariance);
-      report.consistency = score_consistency(covariances, estimate, reference, report.trajectory->T_reference_estimate,
-                                             options.max_time_gap_s);
+    if (!arguments.relations.empty()) {
+      report.relation_options.T_base_sensor = sensor_of(arguments.relations_sensor);
+      report.relation_options.max_time_gap_s = options.max_time_gap_s;
+      report.relations = relations_of(arguments, estimate, report.relation_options);
     }
-    if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
-      report.outage_options = arguments.outage;
-      report.outage_options.max_time_gap_s = options.max_time_gap_s;
-      report.outage_options.lever_arm_m = options.lever_arm_m;
-      report.outages = score_outages(outages_of(arguments, reference), estimate, reference, covariances,
-                                     report.trajectory->T_reference_estimate, report.outage_options);
-    }
+    if (!arguments.reference.empty()) score_against_reference(arguments, estimate, report);
   }
   if (!arguments.diagnostics.empty()) report.innovations = read_innovations(arguments.diagnostics);
   if (!arguments.landmarks.empty()) {
@@ -189,6 +223,21 @@ void add_command(CLI::App& app, int& exit_code) {
       ->excludes(by_length);
   command->add_option("--columns", a.columns, "columns of the estimate, from 0: t=0,x=1,y=2[,z=..][,yaw=..]");
   command->add_option("--reference-columns", a.reference_columns, "columns of the reference, from 0");
+  auto* relations =
+      command->add_option("--relations", a.relations,
+                          "true motions between two times: t1 t2 x y z roll pitch yaw [s, m, rad]; needs no "
+                          "--reference");
+  command
+      ->add_option("--relations-motion", a.relations_motion,
+                   "trajectory without corrections, for times between the rows of the estimate: path.txt of dead "
+                   "reckoning")
+      ->needs(relations);
+  command
+      ->add_option("--relations-sensor", a.relations_sensor,
+                   "the relations are of this frame of the robot: x,y[,yaw] in the base frame [m, deg]")
+      ->delimiter(',')
+      ->expected(2, 3)
+      ->needs(relations);
   command->add_option("--landmarks", a.landmarks, "landmarks.csv of the landmarks sink");
   command->add_option("--survey", a.survey, "surveyed landmarks: id,x_m,y_m[,radius_m]");
   command->add_option("--survey-columns", a.survey_columns, "columns of the survey, from 0: name=0,x=1,y=2[,radius=3]");

@@ -123,6 +123,27 @@ TEST_F(OurKitti, KeepsTheContract) {
   EXPECT_EQ(log->bad_records().size(), 2U);
 }
 
+TEST(OurCarmen, KeepsTheContract) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("waymark_contract_carmen_" + std::to_string(::getpid()) + ".log");
+  {
+    std::ofstream out(file, std::ios::binary);
+    for (int k = 0; k < 40; ++k) {
+      const double t = 100.0 + 0.2 * k - (k % 9 == 5 ? 0.3 : 0.0);  // some step back
+      const std::string end = " " + std::to_string(t) + " host 0\n";
+      out << "ODOM 0 0 0 " << (k % 5 == 0 ? -0.2 : 0.2) << " 0 0" << end;
+      out << "NMEAGGA 1 0 4930.5 N 830.1 E 1 8 1.5 100 0 48 0 0" << end;
+      if (k == 11) out << "FLASER 3 1.0\n";
+      out << "FLASER 2 1.5 2.5 0 0 0 " << 0.1 * k << " 0 " << 0.01 * k << end;
+    }
+  }
+  const std::string yaml = "{ file: " + file.string() +
+                           ", max_bad_records: 1, wheels: { sensor: wheels }, gnss: { sensor: gps },"
+                           " lasers: [{ message: FLASER, sensor: lidar, start_deg: -90, step_deg: 180 }] }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("carmen", yaml); })), "");
+  std::filesystem::remove(file);
+}
+
 TEST(OurNmea, KeepsTheContract) {
   const auto file =
       std::filesystem::temp_directory_path() / ("waymark_contract_nmea_" + std::to_string(::getpid()) + ".nmea");

@@ -101,6 +101,30 @@ void outages_text(const std::vector<OutageError>& outages, const OutageOptions& 
                      options.settling_s);
 }
 
+std::string spread_text(const Spread& one, std::string_view unit, double factor) {
+  return fmt::format("mean {:.4f} +- {:.4f} {}   max {:.4f}", one.mean * factor, one.deviation * factor, unit,
+                     one.max * factor);
+}
+
+void relation_errors_text(const RelationErrors& e, std::string& out) {
+  line(out, "  translation", spread_text(e.translation_m, "m", 1.0));
+  line(out, "    squared", spread_text(e.translation_squared_m2, "m^2", 1.0));
+  line(out, "  rotation", spread_text(e.rotation_rad, "deg", kDegrees));
+  line(out, "    squared", spread_text(e.rotation_squared_rad2, "deg^2", kDegrees * kDegrees));
+}
+
+void relations_text(const RelationScore& score, const RelationOptions& options, std::string& out) {
+  out += "relations\n";
+  line(out, "used",
+       fmt::format("{} of {} ({} whose times the estimate does not cover)", score.all.count, score.relations,
+                   score.uncovered));
+  line(out, "poses",
+       fmt::format("{} of {} are rows of the estimate, the others lie between", score.poses_at_row, score.poses));
+  relation_errors_text(score.all, out);
+  line(out, fmt::format("over {:g} s apart", options.far_apart_s), fmt::format("{} used", score.far_apart.count));
+  if (score.far_apart.count > 0) relation_errors_text(score.far_apart, out);
+}
+
 std::string_view verdict(const InnovationScore& one) {
   return one.mean < one.low ? "below" : one.mean > one.high ? "above" : "inside";
 }
@@ -204,6 +228,32 @@ Json outages_json(const std::vector<OutageError>& outages) {
   return out;
 }
 
+Json relation_errors_json(const RelationErrors& e) {
+  Json out{{"used", e.count}};
+  const auto put_spread = [&](const std::string& name, const std::string& unit, const Spread& one) {
+    out[name + "_mean_" + unit] = e.count > 0 ? Json(one.mean) : Json(nullptr);
+    out[name + "_std_" + unit] = e.count > 0 ? Json(one.deviation) : Json(nullptr);
+    out[name + "_max_" + unit] = e.count > 0 ? Json(one.max) : Json(nullptr);
+  };
+  put_spread("translation", "m", e.translation_m);
+  put_spread("translation_squared", "m2", e.translation_squared_m2);
+  put_spread("rotation", "rad", e.rotation_rad);
+  put_spread("rotation_squared", "rad2", e.rotation_squared_rad2);
+  return out;
+}
+
+Json relations_json(const RelationScore& score, const RelationOptions& options) {
+  return {{"relations", score.relations},
+          {"uncovered", score.uncovered},
+          {"poses", score.poses},
+          {"poses_at_row", score.poses_at_row},
+          {"max_time_gap_s", options.max_time_gap_s},
+          {"base_T_sensor", pose_json(options.T_base_sensor)},
+          {"all", relation_errors_json(score.all)},
+          {"far_apart_s", options.far_apart_s},
+          {"far_apart", relation_errors_json(score.far_apart)}};
+}
+
 Json innovations_json(const std::vector<InnovationScore>& innovations) {
   Json out = Json::array();
   for (const InnovationScore& one : innovations) {
@@ -245,6 +295,7 @@ std::string to_text(const Report& report) {
   if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
   if (report.consistency) consistency_text(*report.consistency, out);
   if (report.outages) outages_text(*report.outages, report.outage_options, out);
+  if (report.relations) relations_text(*report.relations, report.relation_options, out);
   if (report.innovations) innovations_text(*report.innovations, out);
   if (report.landmarks) landmarks_text(*report.landmarks, report.landmark_options, out);
   return out;
@@ -256,6 +307,7 @@ std::string to_json(const Report& report) {
       report.trajectory ? trajectory_json(*report.trajectory, report.trajectory_options) : Json(nullptr);
   out["consistency"] = report.consistency ? consistency_json(*report.consistency) : Json(nullptr);
   out["outages"] = report.outages ? outages_json(*report.outages) : Json(nullptr);
+  out["relations"] = report.relations ? relations_json(*report.relations, report.relation_options) : Json(nullptr);
   out["innovations"] = report.innovations ? innovations_json(*report.innovations) : Json(nullptr);
   out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
   return out.dump() + "\n";

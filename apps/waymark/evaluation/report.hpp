@@ -9,6 +9,7 @@
 #include "apps/waymark/evaluation/innovations.hpp"
 #include "apps/waymark/evaluation/landmark_error.hpp"
 #include "apps/waymark/evaluation/outages.hpp"
+#include "apps/waymark/evaluation/relations.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 
 namespace waymark::evaluation {
@@ -20,6 +21,8 @@ struct Report {
   std::optional<Consistency> consistency;
   std::optional<std::vector<OutageError>> outages;
   OutageOptions outage_options;
+  std::optional<RelationScore> relations;
+  RelationOptions relation_options;
   std::optional<std::vector<InnovationScore>> innovations;
   std::optional<LandmarkError> landmarks;
   LandmarkOptions landmark_options;

@@ -30,6 +30,13 @@ std::filesystem::path file_of(const Config& config) {
   return file;
 }
 
+/// "2 SYNC, 1 TRUEPOS".
+std::string counts(const std::map<std::string, std::size_t, std::less<>>& by_name) {
+  std::string list;
+  for (const auto& [name, count] : by_name) list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+  return list;
+}
+
 /// A text log of CARMEN: scans, odometry, fixes.
 class CarmenSource final : public Source {
  public:
@@ -170,9 +177,9 @@ void CarmenSource::read() {
 
 void CarmenSource::tell(const Recording& recording, const OdometrySteps& odometry) {
   const std::string file = file_.filename().string();
-  if (recording.steps_back > 0) {
-    notices_.push_back(fmt::format("{}: {} stamps step back, by up to {:.3f} s; put in order", file,
-                                   recording.steps_back, to_seconds(recording.longest_step_back)));
+  if (!recording.steps_back.empty()) {
+    notices_.push_back(fmt::format("{}: stamps step back, by up to {:.3f} s: {}; put in order", file,
+                                   to_seconds(recording.longest_step_back), counts(recording.steps_back)));
   }
   if (odometry.turned > 0) {
     notices_.push_back(
@@ -181,10 +188,7 @@ void CarmenSource::tell(const Recording& recording, const OdometrySteps& odometr
                     file, odometry.turned, odometry.stretches, odometry.turned_m));
   }
   if (!recording.passed_over.empty()) {
-    std::string list;
-    for (const auto& [name, count] : recording.passed_over)
-      list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
-    notices_.push_back(fmt::format("{}: messages passed over: {}", file, list));
+    notices_.push_back(fmt::format("{}: messages passed over: {}", file, counts(recording.passed_over)));
   }
   compare_offset(recording);
 }

@@ -51,7 +51,7 @@ class Reader {
     // Of its own kind only: many loggers write every scan behind the odometry that came after it.
     const auto [newest, first] = newest_.try_emplace(std::string(fields.name()), stamp);
     if (!first && stamp < newest->second) {
-      ++out_.steps_back;
+      ++out_.steps_back[newest->first];
       out_.longest_step_back = std::max(out_.longest_step_back, newest->second - stamp);
     }
     newest->second = stamp;

@@ -59,7 +59,8 @@ struct Recording {
 
   std::map<std::string, Parameter, std::less<>> parameters;     ///< the last of each name
   std::map<std::string, std::size_t, std::less<>> passed_over;  ///< messages that were not wanted, by name
-  std::size_t steps_back = 0;  ///< stamps before that of the message before of the same name
+  /// Stamps before that of the message before of the same name, by name.
+  std::map<std::string, std::size_t, std::less<>> steps_back;
   Duration longest_step_back{};
   std::exception_ptr failure;  ///< why reading ended before the end of the file
 };

@@ -77,6 +77,7 @@ std::string content_of(const Payload& payload) {
   if (const auto* p = as<WheelSpeeds>(payload)) return bytes_of(p->left_mps, p->right_mps);
   if (const auto* p = as<WheelSteering>(payload)) return bytes_of(p->speed_mps, p->steering_rad);
   if (const auto* p = as<BodyTwist>(payload)) return bytes_of(p->v_x_mps, p->v_y_mps, p->w_z_radps);
+  if (const auto* p = as<PoseIncrement>(payload)) return bytes_of(p->interval_s, p->x_m, p->y_m, p->yaw_rad);
   if (const auto* p = as<GnssFix>(payload)) {
     return bytes_of(p->p_map_antenna.x(), p->p_map_antenna.y(), p->p_map_antenna.z(), p->latitude_deg, p->longitude_deg,
                     p->height_m, p->sigma_horizontal_m, p->sigma_vertical_m, p->hdop, p->satellites, p->type,
@@ -105,6 +106,10 @@ std::string problem_of(const Payload& payload) {
   if (const auto* p = as<WheelSpeeds>(payload)) return finite(p->left_mps, p->right_mps) ? "" : not_finite;
   if (const auto* p = as<WheelSteering>(payload)) return finite(p->speed_mps, p->steering_rad) ? "" : not_finite;
   if (const auto* p = as<BodyTwist>(payload)) return finite(p->v_x_mps, p->v_y_mps, p->w_z_radps) ? "" : not_finite;
+  if (const auto* p = as<PoseIncrement>(payload)) {
+    if (!finite(p->interval_s, p->x_m, p->y_m, p->yaw_rad)) return not_finite;
+    return p->interval_s > 0.0 ? "" : "its interval is not positive";
+  }
   if (const auto* p = as<GnssFix>(payload)) return problem_of_fix(*p);
   if (const auto* p = as<ImuSample>(payload)) return problem_of_imu(*p);
   if (const auto* p = as<MagneticField>(payload)) return p->m_sensor.allFinite() ? "" : not_finite;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "sensor_bench.hpp"
 
@@ -40,6 +41,15 @@ Measurement twist(double v_x, double v_y, double w, double t = 100.0) {
   body.v_y_mps = v_y;
   body.w_z_radps = w;
   return measurement_of(body, t);
+}
+
+Measurement increment(double interval, double x, double y, double yaw, double t = 100.0) {
+  PoseIncrement step;
+  step.interval_s = interval;
+  step.x_m = x;
+  step.y_m = y;
+  step.yaw_rad = yaw;
+  return measurement_of(step, t);
 }
 
 const std::string kDifferential = "{ model: differential, track_m: 0.5 }";
@@ -238,6 +248,42 @@ TEST(Odometry, RefusesAPayloadOfAnotherModel) {
   const Belief belief;
   UpdateList updates;
   EXPECT_THROW(sensor->process(twist(1.0, 0.0, 0.0), {belief, layout, nullptr, nullptr, false}, updates), DataError);
+}
+
+// A quarter turn to the left on a circle of radius 2 m ends 2 m ahead and 2 m to the left; the arc is pi m long.
+TEST(Odometry, AnIncrementIsTheTwistOfItsArc) {
+  auto bench = odometry("{ model: increment }");
+  const double quarter = 0.5 * std::numbers::pi;
+  const auto& model = bench.feed(increment(2.0, 2.0, 2.0, quarter));
+  EXPECT_NEAR(model.residual[0], 0.5 * std::numbers::pi, kExact);
+  EXPECT_NEAR(model.residual[1], 0.0, kExact);
+  EXPECT_NEAR(model.residual[2], 0.5 * quarter, kExact);
+  EXPECT_TRUE(bench.forgotten_twist().has_value());
+  EXPECT_EQ(bench.motion(), UpdateList::Motion::moving);
+  auto sideways = odometry("{ model: increment }");
+  EXPECT_NEAR(sideways.feed(increment(0.5, 0.0, 0.1, 0.0)).residual[1], 0.2, kExact);
+}
+
+// Over two intervals of half the time the variances of the motion add up to the same.
+TEST(Odometry, TheNoiseOfAnIncrementIsThatOfItsDensities) {
+  auto bench = odometry(
+      "{ model: increment, speed_noise_m_per_sqrt_s: [0.01, 0.1], lateral_noise_m_per_sqrt_s: [0.02, 0.0],"
+      " yaw_noise_rad_per_sqrt_s: [0.0, 0.03, 0.0] }");
+  const auto motion_variance = [&](double interval) -> Eigen::Vector3d {
+    return bench.feed(increment(interval, 0.5 * interval, 0.0, 0.0)).R.diagonal() * interval * interval;
+  };
+  const Eigen::Vector3d whole = motion_variance(2.0);
+  EXPECT_TRUE(whole.isApprox(2.0 * Eigen::Vector3d(0.06 * 0.06, 0.02 * 0.02, 0.015 * 0.015), 1e-9)) << whole;
+  EXPECT_TRUE(whole.isApprox(2.0 * motion_variance(1.0), 1e-9));
+  // The same motion in a hundredth of the time, by a stamp that jitters, counts as one in a tenth of a second.
+  const Eigen::Vector3d burst = bench.feed(increment(0.001, 0.05, 0.0, 0.0)).R.diagonal() * 1e-6;
+  EXPECT_TRUE(burst.isApprox(motion_variance(0.1), 1e-9)) << burst;
+}
+
+TEST(Odometry, AnIncrementNeedsAnInterval) {
+  auto bench = odometry("{ model: increment }");
+  EXPECT_THROW(bench.feed(increment(0.0, 0.1, 0.0, 0.0)), DataError);
+  EXPECT_THROW(bench.feed(increment(std::nan(""), 0.1, 0.0, 0.0)), DataError);
 }
 
 }  // namespace
