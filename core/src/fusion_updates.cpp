@@ -108,7 +108,8 @@ bool Fusion::Impl::settle_motion(const Measurement& m) {
   if (updates_.motion() == UpdateList::Motion::not_said) return false;
   Standstill& standstill = committed_.standstill;
   const bool stood = standstill.standing();
-  standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving);
+  standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving,
+                    updates_.forgotten_twist().has_value());
   if (!stood && standstill.standing()) filter_.stop();
   if (stood && !standstill.standing()) filter_.release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   const auto owner = static_cast<std::size_t>(parts_[m.sensor].policy.owner);

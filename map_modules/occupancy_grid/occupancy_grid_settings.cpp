@@ -14,7 +14,10 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-ScanSettings read_scan(const Config& config) {
+/// A scan reaches so many cells at most: it is looked at in one window of tiles.
+constexpr double kMostCells = 5000.0;
+
+ScanSettings read_scan(const Config& config, double resolution) {
   ScanSettings s{};
   s.range_min = config.non_negative("range_min_m", 0.1);
   s.range_max = config.positive("range_max_m", 40.0);
@@ -24,6 +27,10 @@ ScanSettings read_scan(const Config& config) {
   s.update_angle = kRadPerDeg * config.non_negative("update_angle_deg", 11.5);
   s.update_after = from_seconds(config.non_negative("update_after_s", 0.0));
   if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");
+  if (std::max(s.range_max, s.no_return_clears) > kMostCells * resolution) {
+    config.fail(s.range_max > kMostCells * resolution ? "range_max_m" : "no_return_clears_m",
+                "must be at most 5000 times resolution_m");
+  }
   if (s.no_return_clears > s.no_return) config.fail("no_return_clears_m", "must not exceed no_return_m");
   return s;
 }
@@ -61,7 +68,7 @@ OddsSettings read_odds(const Config& config) {
 OccupancyGridSettings OccupancyGridSettings::read(const Config& config) {
   OccupancyGridSettings s{};
   s.resolution = config.number_in("resolution_m", 0.005, 10.0, 0.05);
-  s.scan = read_scan(config);
+  s.scan = read_scan(config, s.resolution);
   s.match = read_match(config.child_or_empty("match"));
   s.odds = read_odds(config.child_or_empty("log_odds"));
   const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");

@@ -67,8 +67,7 @@ void ScanMatcher::descend(const TileWindow& window, std::span<const Eigen::Vecto
   if (out.failed) return;
   out.information = with_floor(information, settings_.floor);
   out.gradient = out.information * d + pull;
-  const double spread = (Eigen::Matrix3d::Identity() + prior.P * out.information).determinant();
-  out.log_evidence = settings_.evidence_tempering * fit.log_likelihood - 0.5 * pull.dot(d) - 0.5 * std::log(spread);
+  out.log_evidence = settings_.evidence_tempering * fit.log_likelihood - 0.5 * pull.dot(d);
 }
 
 Eigen::Vector3d ScanMatcher::search(const TileWindow& window, std::span<const Eigen::Vector2f> points,
