@@ -172,6 +172,9 @@ void Fusion::Impl::count(const Measurement& m, Fate fate) {
     case Fate::paired:
       ++counters.mapped;
       break;
+    case Fate::skipped:
+      ++counters.skipped;
+      break;
     case Fate::held_out:
       ++counters.held_out;
       break;

@@ -108,7 +108,8 @@ bool Fusion::Impl::settle_motion(const Measurement& m) {
   if (updates_.motion() == UpdateList::Motion::not_said) return false;
   Standstill& standstill = committed_.standstill;
   const bool stood = standstill.standing();
-  standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving);
+  standstill.report(m.sensor, m.stamp, updates_.motion() == UpdateList::Motion::moving,
+                    updates_.forgotten_twist().has_value());
   if (!stood && standstill.standing()) filter_.stop();
   if (stood && !standstill.standing()) filter_.release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   const auto owner = static_cast<std::size_t>(parts_[m.sensor].policy.owner);
@@ -145,6 +146,7 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
   std::vector<MappingInput> inputs;
   std::vector<std::shared_ptr<const Observation>> observations;  // keeps them alive
   std::vector<Companion> companions;
+  bool was_skipped = false;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     MapSlot& map = maps_[i];
     if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
@@ -158,6 +160,8 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
       if (auto observation = map.module->extract(m, companions, motion)) {
         inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
         observations.push_back(std::move(observation));
+      } else {
+        was_skipped = true;
       }
     } catch (const DataError& error) {
       if (state_of(m).counters.unusable == 0) {
@@ -170,7 +174,11 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
       map.module = nullptr;
     }
   }
-  if (inputs.empty()) return fate;
+  if (inputs.empty()) {
+    if (!was_skipped) return fate;
+    if (!late) filter_.record_tentative_path();
+    return fate == Fate::unheard ? Fate::skipped : fate;
+  }
   for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor)) {
     MapSlot& map = maps_[static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module)];
     failure(m.stamp, "map " + map.name, why);

@@ -43,6 +43,7 @@ void FusionView::place_on_earth(MapDescription& map) const {
   const Pose T_enu_map = filter_.T_enu_map(best());
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
+  if (map.grid) map.grid->T_map_grid = T_enu_map * map.grid->T_map_grid;
   for (LandmarkView& landmark : map.landmarks) {
     landmark.P = turn * landmark.P * turn.transpose();
     landmark.P.topLeftCorner<2, 2>() += georeference.point_covariance(best().belief, landmark.p_map);

@@ -183,6 +183,11 @@ void ParticleFilter::record_path() {
   for (Particle& particle : particles_) particle.path.append(particle.belief.stamp, particle.belief.mean.T_map_base);
 }
 
+void ParticleFilter::record_tentative_path() {
+  for (Particle& particle : particles_)
+    particle.path.append_tentative(particle.belief.stamp, particle.belief.mean.T_map_base);
+}
+
 void ParticleFilter::resample_if_needed(std::uint32_t sensor) {
   const double count = static_cast<double>(particles_.size());
   if (particles_.size() < 2 || effective_sample_size() >= settings_.resample_threshold * count) return;

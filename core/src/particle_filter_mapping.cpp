@@ -149,6 +149,8 @@ std::vector<std::pair<int, std::string>> ParticleFilter::map(std::span<const Map
 
   // 3. Insert.
   insert_all(inputs, false, failures);
+  for (std::size_t i = 0; i < particles_.size(); ++i)
+    particles_[i].path.settle(scratch_[i].prior.mean.T_map_base, particles_[i].belief.mean.T_map_base);
   record_path();
   ++mapping_steps_;
 

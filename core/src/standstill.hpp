@@ -15,12 +15,14 @@ class Standstill {
  public:
   Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
 
-  void report(std::size_t sensor, Time stamp, bool moving) {
+  /// `until_next`: what the sensor says holds until it says something else, however long that takes.
+  void report(std::size_t sensor, Time stamp, bool moving, bool until_next = false) {
     Report& report = reports_[sensor];
     if (!report.heard || moving) report.still_since = stamp;
     report.heard = true;
     report.last = stamp;
     report.moving = moving;
+    report.until_next = until_next;
     standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
       // One that fell silent keeps its last word: wheels that died while they turned did not stop the robot.
       const bool alive = r.heard && stamp - r.last < kSilence;
@@ -32,8 +34,9 @@ class Standstill {
 
   /// Ends a standstill that no motion sensor vouches for any more; true if this ended it.
   bool lapses(Time now) {
-    if (!standing_ || std::any_of(reports_.begin(), reports_.end(),
-                                  [&](const Report& r) { return r.heard && now - r.last < kSilence; })) {
+    if (!standing_ || std::any_of(reports_.begin(), reports_.end(), [&](const Report& r) {
+          return r.heard && (r.until_next || now - r.last < kSilence);
+        })) {
       return false;
     }
     standing_ = false;
@@ -53,6 +56,7 @@ class Standstill {
   struct Report {
     bool heard = false;
     bool moving = true;
+    bool until_next = false;
     Time last{};
     Time still_since{};
   };

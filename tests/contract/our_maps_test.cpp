@@ -52,5 +52,36 @@ TEST(OurFeatureMap, TheScansOfTheseTestsHoldLandmarks) {
   EXPECT_GE(description.landmarks.size(), 8u);
 }
 
+class OurOccupancyGrid : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(OurOccupancyGrid, KeepsTheContractOnScans) {
+  const auto module = make<MapModule>("occupancy_grid", GetParam());
+  EXPECT_EQ(to_text(check_map_module(*module, mapping_steps(20))), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Settings, OurOccupancyGrid,
+    ::testing::Values("{ inputs: [lidar], update_distance_m: 0, range_max_m: 19 }",
+                      "{ inputs: [lidar], update_distance_m: 0, range_max_m: 19, no_return_m: 20.5,"
+                      "  no_return_clears_m: 10, resolution_m: 0.1 }"));
+
+TEST(OurOccupancyGrid, TheScansOfTheseTestsMakeAMap) {
+  const auto module = make<MapModule>("occupancy_grid", "{ inputs: [lidar], update_distance_m: 0, range_max_m: 19 }");
+  const auto map = module->create_map();
+  int informed = 0;
+  for (const MappingStep& step : mapping_steps(20)) {
+    const auto observation = module->extract(step.trigger, {}, {});
+    Refinement refinement;
+    map->refine({step.T_map_base, 1e-4 * Eigen::Matrix3d::Identity()}, step.T_map_base, *observation, refinement);
+    map->insert({step.T_map_base, Eigen::Matrix3d::Zero()}, *observation, refinement.association.get());
+    informed += refinement.information.trace() > 0.0;
+  }
+  EXPECT_GE(informed, 15);
+  MapDescription description;
+  map->describe(description);
+  ASSERT_TRUE(description.grid);
+  EXPECT_GT(description.grid->width, 100);
+}
+
 }  // namespace
 }  // namespace waymark::contract_test

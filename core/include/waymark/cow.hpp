@@ -40,6 +40,8 @@ class Cow {
     return box_->value;
   }
 
+  /// True if another handle holds the same value.
+  bool is_shared() const { return box_->owners.load(std::memory_order_acquire) != 1; }
   /// Identifies the shared value, for saving it once.
   const void* identity() const { return box_; }
   bool shares_with(const Cow& other) const { return box_ == other.box_; }

@@ -39,6 +39,8 @@ class Lineage {
 
   void append(Item item) { leaf_ = std::make_shared<Node>(Node{std::move(item), std::move(leaf_)}); }
   bool empty() const { return leaf_ == nullptr; }
+  /// The newest item, or null.
+  const Item* last() const { return leaf_ == nullptr ? nullptr : &leaf_->item; }
 
   /// From the root to this leaf.
   std::vector<Item> items() const {

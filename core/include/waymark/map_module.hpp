@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,12 +71,25 @@ struct MapFigure {
   double value = 0.0;
 };
 
+/// A grid of square cells seen from above, for sinks.
+struct GridView {
+  static constexpr std::uint8_t kUnknown = 255;
+
+  Pose T_map_grid;            ///< the lower left corner of the first cell; x along the rows
+  double resolution_m = 0.0;  ///< side of a cell
+  int width = 0;              ///< cells in a row
+  int height = 0;             ///< rows
+  /// Row by row from the lower left: probability of being occupied in percent, 0..100, or kUnknown.
+  std::vector<std::uint8_t> cells = {};
+};
+
 /// What a particle's map shows to sinks.
 struct MapDescription {
   std::string module;  ///< name of the map in the YAML
   std::vector<LandmarkView> landmarks;
   std::vector<MapFigure> figures = {};
   std::vector<Sighting> sightings = {};  ///< of the particle and its ancestors, if the map keeps them
+  std::optional<GridView> grid = {};     ///< of a dense map
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.

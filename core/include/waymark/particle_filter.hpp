@@ -137,6 +137,8 @@ class WAYMARK_API ParticleFilter {
   void resample_if_needed(std::uint32_t sensor);
   /// Appends the present poses to the paths, for hosts without maps.
   void record_path();
+  /// Appends them as dead reckoning, which the next mapping step corrects.
+  void record_tentative_path();
   /// Takes a module out of service: its maps are dropped.
   void drop_module(int module);
 

@@ -40,6 +40,7 @@ enum class Fate {
   fused,         ///< all its updates were accepted
   gated,         ///< at least one update was rejected by the gate
   mapped,        ///< a map module took it
+  skipped,       ///< a map module looked at it and has no use for it: the robot has hardly moved, nothing was seen
   held_out,      ///< the YAML keeps it out of the filter, for scoring
   late,          ///< older than what the filter still remembers
   before_start,  ///< the filter had not started
@@ -76,6 +77,7 @@ struct SensorCounters {
   std::uint64_t fused = 0;
   std::uint64_t gated = 0;
   std::uint64_t mapped = 0;
+  std::uint64_t skipped = 0;
   std::uint64_t held_out = 0;
   std::uint64_t late = 0;
   std::uint64_t before_start = 0;

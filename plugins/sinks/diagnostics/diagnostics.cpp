@@ -46,6 +46,7 @@ Json describe(const SensorReport& sensor) {
           {"fused", sensor.fused},
           {"gated", sensor.gated},
           {"mapped", sensor.mapped},
+          {"skipped", sensor.skipped},
           {"held_out", sensor.held_out},
           {"late", sensor.late},
           {"before_start", sensor.before_start},

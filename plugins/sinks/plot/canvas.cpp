@@ -148,6 +148,36 @@ void Canvas::frame(const Rect& area, double width, Color color) {
       width, color);
 }
 
+void Canvas::cells(const View& view, const GridView& grid, const std::array<Color, 256>& colors) {
+  if (grid.width <= 0 || grid.height <= 0) return;
+  cv::Mat image(grid.height, grid.width, CV_8UC3);
+  for (int row = 0; row < grid.height; ++row) {
+    for (int column = 0; column < grid.width; ++column) {
+      const auto place = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width);
+      const Color c = colors[grid.cells[place + static_cast<std::size_t>(column)]];
+      image.at<cv::Vec3b>(row, column) = {static_cast<uchar>(c.blue), static_cast<uchar>(c.green),
+                                          static_cast<uchar>(c.red)};
+    }
+  }
+  double cell = grid.resolution_m;
+  const double pixels = cell * view.pixels_per_metre() * kOversampling;
+  if (pixels < 1.0) {
+    cv::resize(image, image, {}, pixels, pixels, cv::INTER_AREA);
+    cell = grid.resolution_m * grid.width / image.cols;
+  }
+  // From the middles of cells to the middles of the picture's pixels, both counted from 0.
+  const auto pixel_of = [&](double x, double y) {
+    const Eigen::Vector3d p = grid.T_map_grid * Eigen::Vector3d(x * cell, y * cell, 0.0);
+    return Eigen::Vector2d(kOversampling * view.to_pixel(p.head<2>()) - Eigen::Vector2d(clip_.x + 0.5, clip_.y + 0.5));
+  };
+  const Eigen::Vector2d zero = pixel_of(0.5, 0.5);
+  const Eigen::Vector2d along = pixel_of(1.5, 0.5) - zero;
+  const Eigen::Vector2d up = pixel_of(0.5, 1.5) - zero;
+  const cv::Mat affine = (cv::Mat_<double>(2, 3) << along.x(), up.x(), zero.x(), along.y(), up.y(), zero.y());
+  cv::Mat area = target();
+  cv::warpAffine(image, area, affine, area.size(), cv::INTER_NEAREST, cv::BORDER_TRANSPARENT);
+}
+
 void Canvas::text(const Eigen::Vector2d& origin, std::string_view words, double height, Color color, double width) {
   if (!drawable(origin)) return;
   const cv::Point at(static_cast<int>(std::lround(origin.x() * kOversampling)) - clip_.x,

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "waymark/map_module.hpp"
 
 namespace waymark::plot {
 
@@ -73,6 +76,9 @@ class Canvas {
   /// Text with its left end and base line at `origin`, capitals `height` high. ASCII only.
   void text(const Eigen::Vector2d& origin, std::string_view words, double height, Color color, double width = 1.2);
   static double text_width(std::string_view words, double height);
+
+  /// A grid of cells, each in the colour of its value. Cells smaller than a pixel are averaged.
+  void cells(const View& view, const GridView& grid, const std::array<Color, 256>& colors);
 
   int width() const { return width_; }
   int height() const { return height_; }

@@ -62,6 +62,13 @@ View make_view(const Content& content, const Style& style, const Rect& area) {
     for (const auto& node : content.end->best_path) extent.add(planar(node.T_map_base));
     for (const auto& map : content.end->maps) {
       for (const auto& landmark : map.landmarks) extent.add(landmark.p_map);
+      if (!map.grid) continue;
+      for (const int x : {0, map.grid->width}) {
+        for (const int y : {0, map.grid->height}) {
+          const Eigen::Vector3d corner(x * map.grid->resolution_m, y * map.grid->resolution_m, 0.0);
+          extent.add(planar({map.grid->T_map_grid.q, map.grid->T_map_grid * corner}));
+        }
+      }
     }
   }
   extent.add_most(content.gnss_fused);

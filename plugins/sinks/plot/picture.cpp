@@ -30,6 +30,8 @@ constexpr Color kFused{140, 192, 138};
 constexpr Color kLandmark{28, 128, 120};
 constexpr Color kLandmarkEllipse{132, 190, 184};
 constexpr Color kProvisional{172, 186, 190};
+constexpr Color kFreeCell{244, 243, 238};
+constexpr Color kOccupiedCell{58, 60, 66};
 constexpr Color kParticle{232, 150, 46};
 constexpr Color kRobot{20, 48, 98};
 
@@ -59,6 +61,7 @@ class Painter {
 
   std::string paint() {
     canvas_.clip(view_.area());
+    draw_dense_maps();
     draw_grid();
     draw_gnss();
     draw_reference_trajectory();
@@ -93,6 +96,21 @@ class Painter {
     for (long long k = first; k <= last; ++k) {
       const double number = static_cast<double>(k) * step;
       visit(number - origin, number);
+    }
+  }
+
+  void draw_dense_maps() {
+    if (!content_.end) return;
+    std::array<Color, 256> colors;
+    colors.fill(kWhite);  // unknown
+    const auto shade = [](int free, int occupied, int percent) { return free + (occupied - free) * percent / 100; };
+    for (int p = 0; p <= 100; ++p) {
+      colors[static_cast<std::size_t>(p)] = {shade(kFreeCell.red, kOccupiedCell.red, p),
+                                             shade(kFreeCell.green, kOccupiedCell.green, p),
+                                             shade(kFreeCell.blue, kOccupiedCell.blue, p)};
+    }
+    for (const MapDescription& map : content_.end->maps) {
+      if (map.grid) canvas_.cells(view_, *map.grid, colors);
     }
   }
 
@@ -300,7 +318,7 @@ class Painter {
     if (content_.end) {
       const std::size_t particles = content_.end->particles.size();
       if (particles > 0) parts.push_back(fmt::format("{} particle{}", particles, particles == 1 ? "" : "s"));
-      if (!content_.end->maps.empty()) {
+      if (std::ranges::any_of(content_.end->maps, [](const MapDescription& map) { return !map.grid; })) {
         std::size_t confirmed = 0;
         for_each_landmark(true, [&](const LandmarkView&) { ++confirmed; });
         parts.push_back(fmt::format("{} landmark{}", confirmed, confirmed == 1 ? "" : "s"));
@@ -363,6 +381,16 @@ void Painter::draw_panel() {
   entry(content_.gnss_fused_count > 0, fmt::format("GNSS, fused ({})", content_.gnss_fused_count), blob(3.0, kFused));
   entry(content_.gnss_held_out_count > 0, fmt::format("GNSS, held out ({})", content_.gnss_held_out_count),
         blob(3.0, kHeldOut));
+  const bool dense =
+      content_.end && std::ranges::any_of(content_.end->maps, [](const auto& map) { return map.grid.has_value(); });
+  entry(dense, "occupied", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+    canvas_.box({a.x() + px(10), a.y() - px(6), b.x() - px(10), b.y() + px(6)}, kOccupiedCell);
+  });
+  entry(dense, "free", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+    const Rect area{a.x() + px(10), a.y() - px(6), b.x() - px(10), b.y() + px(6)};
+    canvas_.box(area, kFreeCell);
+    canvas_.frame(area, px(1), kFrame);
+  });
   entry(confirmed > 0, fmt::format("landmark ({})", confirmed), blob(5.0, kLandmark));
   entry(confirmed > 0, "its " + ellipse_name, oval(1.3, kLandmarkEllipse));
   entry(provisional > 0, fmt::format("provisional ({})", provisional),

@@ -75,6 +75,7 @@ void to_utm(Content& content, const Origin& origin) {
     for (ParticleView& particle : end.particles) particle.T_map_base = utm.pose(particle.T_map_base);
     for (StampedPose& node : end.best_path) node.T_map_base = utm.pose(node.T_map_base);
     for (MapDescription& map : end.maps) {
+      if (map.grid) map.grid->T_map_grid = utm.pose(map.grid->T_map_grid);
       for (LandmarkView& landmark : map.landmarks) {
         landmark.p_map = utm.point(landmark.p_map);
         landmark.P.topLeftCorner<2, 2>() = utm.covariance(landmark.P.topLeftCorner<2, 2>());

@@ -29,7 +29,8 @@ std::string line(Time stamp, const Pose& pose) {
 }
 
 bool was_taken_in(Fate fate) {
-  return fate == Fate::fused || fate == Fate::gated || fate == Fate::mapped || fate == Fate::held_out;
+  return fate == Fate::fused || fate == Fate::gated || fate == Fate::mapped || fate == Fate::skipped ||
+         fate == Fate::held_out;
 }
 
 /// Trajectories as text, in the format of the TUM RGB-D benchmark.

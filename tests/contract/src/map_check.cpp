@@ -53,6 +53,13 @@ std::string description_of(const ParticleMap& map) {
     append(out, landmark.sightings);
     append(out, landmark.confirmed);
   }
+  if (description.grid) {
+    append_matrix(out, description.grid->T_map_grid.p);
+    append(out, description.grid->resolution_m);
+    append(out, description.grid->width);
+    append(out, description.grid->height);
+    out.append(description.grid->cells.begin(), description.grid->cells.end());
+  }
   return out;
 }
 
@@ -71,6 +78,16 @@ void check_refinement(const Refinement& refinement, std::string_view where, Find
 void check_description(const ParticleMap& map, Findings& findings) {
   MapDescription description;
   map.describe(description);
+  if (description.grid) {
+    const GridView& grid = *description.grid;
+    findings.require(grid.T_map_grid.p.allFinite() && grid.resolution_m > 0.0 && grid.width > 0 && grid.height > 0,
+                     "a grid is at no finite place, or has no size");
+    findings.require(grid.cells.size() == static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height),
+                     "a grid has another number of cells than width times height");
+    findings.require(
+        std::ranges::all_of(grid.cells, [](std::uint8_t c) { return c <= 100 || c == GridView::kUnknown; }),
+        "a cell of a grid is neither a percentage nor unknown");
+  }
   std::set<std::int64_t> ids;
   for (const LandmarkView& landmark : description.landmarks) {
     const std::string where = "landmark " + std::to_string(landmark.id);

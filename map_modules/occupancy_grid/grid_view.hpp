@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "tile_tree.hpp"
+#include "waymark/map_module.hpp"
+
+namespace waymark::grid {
+
+/// What a whole map comes to.
+struct GridFigures {
+  std::size_t occupied = 0;  ///< cells
+  std::size_t free = 0;
+  double mean_entropy_bit = 0.0;  ///< of the known cells: 0 is a crisp map, 1 says nothing
+  std::size_t tiles = 0;
+  std::size_t tiles_shared = 0;  ///< with other particles
+};
+
+GridFigures figures_of(const TileTree& tiles);
+
+/// The known cells as a picture for sinks; absent if nothing is known. Throws Error if the rectangle around them is too
+/// large to be one picture.
+std::optional<GridView> view_of(const TileTree& tiles, double resolution);
+
+/// Throws DataError: a checkpoint's cells have another size than the YAML says.
+void require_resolution(double found, double expected);
+
+}  // namespace waymark::grid

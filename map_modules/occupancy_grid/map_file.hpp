@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+
+#include "occupancy_grid_settings.hpp"
+#include "tile_tree.hpp"
+
+namespace waymark::grid {
+
+/// A map as it was loaded, and where its cells lie.
+struct LoadedMap {
+  TileTree tiles;
+  double resolution = 0.0;                           ///< [m]
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0) in the map's frame [m]
+};
+
+/// Reads a map of `map_server` (ROS): a YAML that names a binary greymap (PGM, P5). Its pixels are taken as they are,
+/// edited or not: occupied, free or unknown by the YAML's thresholds; what is known gets half of the odds that many
+/// scans would give it. Throws ConfigError or DataError with the file, the value and what was expected.
+LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds);
+
+}  // namespace waymark::grid

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include "particle_grid.hpp"
+#include "scan_observation.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+
+namespace {
+
+/// Map module 2 of Fig. 2.1: matching and localisation, dense map. A flat grid for planar scanners.
+class OccupancyGrid final : public MapModule {
+ public:
+  OccupancyGrid(const Config& config, const Rig& rig)
+      : model_(std::make_shared<grid::GridModel>(grid::OccupancyGridSettings::read(config))),
+        T_base_sensor_(rig.T_base_sensor(scanner_of(config))) {}
+
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<grid::ParticleGrid>(model_); }
+
+  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
+                                             const MotionWindow& motion) override {
+    const auto& scan = trigger.as<LaserScan>();
+    if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
+    return std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, model_->settings.scan));
+  }
+
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
+    auto map = std::make_unique<grid::ParticleGrid>(model_);
+    map->load(in);
+    return map;
+  }
+  void save(OutArchive& out) const override { spacing_.save(out); }
+  void load(InArchive& in) override { spacing_.load(in); }
+
+ private:
+  static std::string scanner_of(const Config& config) {
+    const std::vector<std::string> inputs = config.texts("inputs");
+    if (inputs.size() != 1) config.fail("inputs", "an occupancy grid takes one scanner");
+    return inputs.front();
+  }
+
+  std::shared_ptr<const grid::GridModel> model_;
+  Pose T_base_sensor_;
+  grid::ScanSpacing spacing_;
+};
+
+}  // namespace
+
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::MapModule, waymark::OccupancyGrid, "occupancy_grid", "1.0.0")

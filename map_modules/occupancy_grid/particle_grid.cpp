@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particle_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "grid_view.hpp"
+#include "map_file.hpp"
+#include "scan_insertion.hpp"
+#include "scan_observation.hpp"
+#include "waymark/error.hpp"
+
+namespace waymark::grid {
+
+namespace {
+
+/// Storage of one thread: a scan's marks and tiles are far larger than a particle's own share of the map.
+struct ThreadScratch {
+  TileWindow window;
+  ScanInsertion insertion;
+};
+
+ThreadScratch& scratch() {
+  thread_local ThreadScratch own;
+  return own;
+}
+
+}  // namespace
+
+GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(settings.match, settings.resolution) {
+  if (settings.use == MapUse::map) return;
+  LoadedMap loaded = load_map_file(settings.load, settings.odds);
+  if (std::abs(loaded.resolution - settings.resolution) > 1e-9) {
+    throw DataError(fmt::format("{}: its cells have {} m, but resolution_m is {}", settings.load.string(),
+                                loaded.resolution, settings.resolution));
+  }
+  initial = std::move(loaded.tiles);
+  corner = loaded.corner;
+}
+
+void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
+                          Refinement& out) const {
+  if (!out.association) out.association = std::make_unique<GridAssociation>();
+  auto& association = static_cast<GridAssociation&>(*out.association);
+  association = GridAssociation{};
+  out.writes = model_->settings.use != MapUse::localize;
+  const auto& scan = static_cast<const ScanObservation&>(observation);
+  if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
+
+  MatchPrior own{planar_part(prior.T_map_base), prior.P, planar_part(start)};
+  own.start -= own.mean;
+  own.start.z() = so3::wrap(own.start.z());
+  TileWindow& window = scratch().window;
+  const double reach = scan.reach + own.start.head<2>().norm() + model_->matcher.margin();
+  window.open(tiles_, own.mean.head<2>(), reach, model_->settings.resolution);
+  const Match match = model_->matcher.match(window, scan.hits, own);
+  out.information = match.information;
+  out.gradient = match.gradient;
+  out.log_evidence = match.log_evidence;
+  association.outcome = match.failed ? GridAssociation::Outcome::failed : GridAssociation::Outcome::matched;
+  association.searched = match.searched;
+  association.score = match.score;
+}
+
+void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
+  const auto& how = static_cast<const GridAssociation&>(*association);
+  figures_.matches += how.outcome == GridAssociation::Outcome::matched;
+  figures_.failed += how.outcome == GridAssociation::Outcome::failed;
+  figures_.searches += how.searched;
+  if (how.outcome == GridAssociation::Outcome::matched) figures_.score_sum += how.score;
+  if (model_->settings.use == MapUse::localize) return;
+  scratch().insertion.insert(tiles_, planar_part(pose.T_map_base), static_cast<const ScanObservation&>(observation),
+                             model_->settings);
+}
+
+void ParticleGrid::describe(MapDescription& out) const {
+  const GridFigures counts = figures_of(tiles_);
+  const auto number = [](auto count) { return static_cast<double>(count); };
+  const std::array<const TileTree*, 1> own{&tiles_};
+  out.figures = {{"cells_occupied", number(counts.occupied)},
+                 {"cells_free", number(counts.free)},
+                 {"mean_entropy_bit", counts.mean_entropy_bit},
+                 {"tiles", number(counts.tiles)},
+                 {"tiles_shared", number(counts.tiles_shared)},
+                 {"memory_bytes", number(TileTree::bytes_of(own))},
+                 {"matches", number(figures_.matches)},
+                 {"failed_matches", number(figures_.failed)},
+                 {"coarse_searches", number(figures_.searches)},
+                 {"mean_score", figures_.score_sum / std::max(1.0, number(figures_.matches))}};
+  out.grid = view_of(tiles_, model_->settings.resolution);
+  if (out.grid) out.grid->T_map_grid.p.head<2>() += model_->corner;
+}
+
+void ParticleGrid::save(OutArchive& out) const {
+  out.section("occupancy_grid", 1);
+  out.value(model_->settings.resolution);
+  out.value(figures_.matches);
+  out.value(figures_.failed);
+  out.value(figures_.searches);
+  out.value(figures_.score_sum);
+  tiles_.save(out);
+}
+
+void ParticleGrid::load(InArchive& in) {
+  in.section("occupancy_grid", 1);
+  double resolution = 0.0;
+  in.value(resolution);
+  require_resolution(resolution, model_->settings.resolution);
+  in.value(figures_.matches);
+  in.value(figures_.failed);
+  in.value(figures_.searches);
+  in.value(figures_.score_sum);
+  tiles_.load(in);
+}
+
+}  // namespace waymark::grid

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "occupancy_grid_settings.hpp"
+#include "scan_matching.hpp"
+#include "tile_tree.hpp"
+#include "waymark/map_module.hpp"
+
+namespace waymark::grid {
+
+/// What all particles' grids have in common.
+struct GridModel {
+  /// Loads the map that the settings name. Throws ConfigError or DataError if it is no good.
+  explicit GridModel(OccupancyGridSettings s);
+
+  OccupancyGridSettings settings;
+  ScanMatcher matcher;
+  TileTree initial;                                  ///< what every map begins with
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0) in the map's frame [m]
+};
+
+/// How a scan matched one particle's grid, for its figures.
+struct GridAssociation final : Association {
+  enum class Outcome : std::uint8_t { not_tried, matched, failed };
+  Outcome outcome = Outcome::not_tried;
+  bool searched = false;
+  double score = 0.0;
+};
+
+/// One particle's occupancy grid.
+class ParticleGrid final : public ParticleMap {
+ public:
+  explicit ParticleGrid(std::shared_ptr<const GridModel> model) : model_(std::move(model)), tiles_(model_->initial) {}
+
+  std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<ParticleGrid>(*this); }
+  void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
+              Refinement& out) const override;
+  void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
+  void describe(MapDescription& out) const override;
+  void save(OutArchive& out) const override;
+  void load(InArchive& in);
+
+  const TileTree& tiles() const { return tiles_; }
+
+ private:
+  /// x, y from the corner of cell (0, 0) [m], and yaw.
+  Eigen::Vector3d planar_part(const Pose& pose) const {
+    return {pose.p.x() - model_->corner.x(), pose.p.y() - model_->corner.y(), pose.yaw()};
+  }
+
+  /// What has happened to this map and its ancestors.
+  struct Figures {
+    std::uint64_t matches = 0;
+    std::uint64_t failed = 0;
+    std::uint64_t searches = 0;
+    double score_sum = 0.0;  // of the matches
+  };
+
+  std::shared_ptr<const GridModel> model_;
+  TileTree tiles_;
+  Figures figures_;
+};
+
+}  // namespace waymark::grid

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scan_matching.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/gaussian.hpp"
+
+namespace waymark::grid {
+
+namespace {
+
+// Steps below these end a stage: the wide one need only lead into the narrow one's basin.
+const Eigen::Vector3d kWideStep(3e-3, 3e-3, 1e-3);
+const Eigen::Vector3d kNarrowStep(2e-4, 2e-4, 1e-4);
+constexpr double kSearchYawStep = 0.03;  // rad
+
+bool is_small(const Eigen::Vector3d& step, const Eigen::Vector3d& bound) {
+  return (step.array().abs() < bound.array()).all();
+}
+
+/// (Λ⁻¹ + F)⁻¹ with F = diag(floor²), for a Λ that may be singular: no direction becomes better known than the floor,
+/// and one that is not known stays unknown.
+Eigen::Matrix3d with_floor(const Eigen::Matrix3d& information, const Eigen::Vector3d& floor) {
+  const Eigen::Matrix3d white = floor.asDiagonal() * information * floor.asDiagonal();
+  const gaussian::Eigen3 eigen = gaussian::eigen(white);
+  const Eigen::Vector3d kept = eigen.values.array() / (1.0 + eigen.values.array());
+  const Eigen::Vector3d back = floor.cwiseInverse();
+  const Eigen::Matrix3d bounded = eigen.vectors * kept.asDiagonal() * eigen.vectors.transpose();
+  const Eigen::Matrix3d result = back.asDiagonal() * bounded * back.asDiagonal();
+  return 0.5 * (result + result.transpose());
+}
+
+}  // namespace
+
+ScanMatcher::ScanMatcher(const MatchSettings& settings, double resolution)
+    : settings_(settings),
+      resolution_(resolution),
+      wide_(settings.wide_sigma, resolution),
+      narrow_(settings.narrow_sigma, resolution) {}
+
+double ScanMatcher::margin() const { return settings_.coarse_distance + 4.0 * settings_.wide_sigma; }
+
+void ScanMatcher::descend(const TileWindow& window, std::span<const Eigen::Vector2f> points, const MatchPrior& prior,
+                          Eigen::Vector3d d, Match& out) const {
+  const double kappa = settings_.curvature_scale;
+  Eigen::Matrix3d information;
+  Eigen::Vector3d pull;  // P⁻¹ d, which exists where P does not have an inverse
+  FieldFit fit;
+  for (const bool narrow : {false, true}) {
+    for (int i = 0; i < settings_.max_iterations; ++i) {
+      fit = fit_points(window, narrow ? narrow_ : wide_, points, prior.mean + d, resolution_);
+      ++out.evaluations;
+      information = kappa * fit.JtJ;
+      const Eigen::Vector3d gradient = information * d + kappa * fit.Jtr;
+      pull = (Eigen::Matrix3d::Identity() + information * prior.P).partialPivLu().solve(gradient);
+      const Eigen::Vector3d next = prior.P * pull;
+      const Eigen::Vector3d step = next - d;
+      d = next;
+      if (is_small(step, narrow ? kNarrowStep : kWideStep)) break;
+    }
+  }
+  out.d = d;
+  out.score = fit.score;
+  out.failed = !d.allFinite() || fit.score < settings_.min_score;
+  if (out.failed) return;
+  out.information = with_floor(information, settings_.floor);
+  out.gradient = out.information * d + pull;
+  out.log_evidence = settings_.evidence_tempering * fit.log_likelihood - 0.5 * pull.dot(d);
+}
+
+Eigen::Vector3d ScanMatcher::search(const TileWindow& window, std::span<const Eigen::Vector2f> points,
+                                    const MatchPrior& prior) const {
+  const double step = std::max(resolution_, 0.75 * settings_.wide_sigma);
+  const int shifts = static_cast<int>(settings_.coarse_distance / step);
+  const int turns = static_cast<int>(settings_.coarse_angle / kSearchYawStep);
+  Eigen::Vector3d best = prior.start;
+  double best_sum = -1.0;
+  for (int turn = -turns; turn <= turns; ++turn) {
+    for (int y = -shifts; y <= shifts; ++y) {
+      for (int x = -shifts; x <= shifts; ++x) {
+        const Eigen::Vector3d d = prior.start + Eigen::Vector3d(x * step, y * step, turn * kSearchYawStep);
+        const double sum = sum_likelihood(window, wide_, points, prior.mean + d, resolution_);
+        if (sum <= best_sum) continue;
+        best_sum = sum;
+        best = d;
+      }
+    }
+  }
+  return best;
+}
+
+Match ScanMatcher::match(const TileWindow& window, std::span<const Eigen::Vector2f> points,
+                         const MatchPrior& prior) const {
+  Match match;
+  descend(window, points, prior, prior.start, match);
+  if (!match.failed) return match;
+  match.searched = true;
+  descend(window, points, prior, search(window, points, prior), match);
+  if (!match.failed) return match;
+  const FieldFit fit = fit_points(window, narrow_, points, prior.mean, resolution_);
+  match.d.setZero();
+  match.score = fit.score;
+  match.log_evidence = settings_.evidence_tempering * fit.log_likelihood;
+  return match;
+}
+
+}  // namespace waymark::grid

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/occupancy_grid/tile_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "waymark/error.hpp"
+
+namespace waymark::grid {
+namespace {
+
+void mark(TileTree& tree, TileIndex index, int value) { tree.write(index).odds[0] = static_cast<std::int8_t>(value); }
+
+std::string saved(const TileTree& tree) {
+  std::ostringstream stream;
+  OutArchive out(stream);
+  tree.save(out);
+  return stream.str();
+}
+
+TEST(TileTree, AnEmptyOneIsUnknownEverywhere) {
+  const TileTree tree;
+  EXPECT_TRUE(tree.empty());
+  EXPECT_EQ(tree.tiles(), 0U);
+  EXPECT_EQ(&tree.read({3, -7}), &empty_tile());
+  EXPECT_EQ(tree.read({0, 0}).odds[5], Tile::kUnknown);
+  EXPECT_EQ(tree.read({0, 0}).distance[5], Tile::kFar);
+}
+
+TEST(TileTree, HoldsWhatWasWrittenHoweverFarItGrows) {
+  TileTree tree;
+  std::map<std::pair<int, int>, int> expected;
+  std::mt19937 random(7);
+  for (int span = 3; span < 20'000'000; span *= 4) {
+    std::uniform_int_distribution<int> place(-span, span);
+    for (int i = 0; i < 20; ++i) {
+      const TileIndex index{place(random), place(random)};
+      mark(tree, index, i);
+      expected[{index.x, index.y}] = i;
+    }
+  }
+  mark(tree, {TileTree::kMaxIndex, -TileTree::kMaxIndex}, 99);
+  expected[{TileTree::kMaxIndex, -TileTree::kMaxIndex}] = 99;
+  for (const auto& [index, value] : expected) EXPECT_EQ(tree.read({index.first, index.second}).odds[0], value);
+  EXPECT_EQ(tree.tiles(), expected.size());
+  std::size_t visited = 0;
+  tree.for_all([&](TileIndex index, const Tile& tile, bool is_shared) {
+    ++visited;
+    EXPECT_FALSE(is_shared);
+    EXPECT_EQ(tile.odds[0], expected.at({index.x, index.y}));
+  });
+  EXPECT_EQ(visited, expected.size());
+}
+
+TEST(TileTree, AMapAboutTheOriginStaysLow) {
+  TileTree tree;
+  for (int x = -4; x < 4; ++x) {
+    for (int y = -4; y < 4; ++y) mark(tree, {x, y}, 1);
+  }
+  EXPECT_EQ(tree.height(), 1);
+}
+
+TEST(TileTree, GathersARectangle) {
+  TileTree tree;
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> place(-40, 40);
+  for (int i = 0; i < 500; ++i) mark(tree, {place(random), place(random)}, i % 100 + 1);
+  const TileRect rect{{-33, -12}, {25, 47}};
+  std::vector<const Tile*> found(rect.size());
+  tree.gather(rect, found);
+  for (int y = rect.low.y; y <= rect.high.y; ++y) {
+    for (int x = rect.low.x; x <= rect.high.x; ++x) {
+      const auto place_in_rect = static_cast<std::size_t>((y - rect.low.y) * rect.width() + x - rect.low.x);
+      ASSERT_EQ(found[place_in_rect], &tree.read({x, y})) << x << " " << y;
+    }
+  }
+}
+
+TEST(TileTree, ACopySharesUntilOneWrites) {
+  TileTree tree;
+  for (int x = 0; x < 30; ++x) mark(tree, {x, 0}, x);
+  const TileTree copy = tree;
+  EXPECT_TRUE(copy.shares_root_with(tree));
+  mark(tree, {4, 0}, 77);
+  EXPECT_EQ(copy.read({4, 0}).odds[0], 4);
+  EXPECT_EQ(tree.read({4, 0}).odds[0], 77);
+  EXPECT_EQ(&copy.read({5, 0}), &tree.read({5, 0}));
+  int own = 0;
+  tree.for_all([&](TileIndex, const Tile&, bool is_shared) { own += !is_shared; });
+  EXPECT_EQ(own, 1);
+  const TileTree* both[] = {&tree, &copy};
+  const TileTree* one[] = {&tree};
+  EXPECT_GT(TileTree::bytes_of(both), TileTree::bytes_of(one));
+  EXPECT_LT(TileTree::bytes_of(both), TileTree::bytes_of(one) + 4 * sizeof(Tile));
+}
+
+TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
+  TileTree parent;
+  for (int x = -20; x < 20; ++x) mark(parent, {x, 3 * x}, x);
+  TileTree child = parent;
+  mark(child, {0, 0}, 50);
+  std::ostringstream stream;
+  OutArchive out(stream);
+  parent.save(out);
+  child.save(out);
+  // The child adds a tile and the nodes on the way, not a second map.
+  EXPECT_LT(stream.str().size(), saved(parent).size() + 2 * sizeof(Tile));
+
+  std::istringstream back(stream.str());
+  InArchive in(back);
+  TileTree parent_again;
+  TileTree child_again;
+  parent_again.load(in);
+  child_again.load(in);
+  EXPECT_EQ(saved(parent_again), saved(parent));
+  EXPECT_EQ(saved(child_again), saved(child));
+  EXPECT_EQ(&parent_again.read({5, 15}), &child_again.read({5, 15}));
+  mark(child_again, {5, 15}, 9);
+  EXPECT_EQ(parent_again.read({5, 15}).odds[0], 5);
+}
+
+TEST(TileTree, RefusesADamagedArchive) {
+  TileTree tree;
+  mark(tree, {0, 0}, 1);
+  mark(tree, {9, 9}, 2);
+  std::string bytes = saved(tree);
+  const std::size_t height_at = bytes.find("tiles") + 5 + sizeof(std::uint32_t);
+  bytes[height_at] = 1;  // it was 2
+  std::istringstream back(bytes);
+  InArchive in(back);
+  TileTree again;
+  EXPECT_THROW(again.load(in), DataError);
+}
+
+}  // namespace
+}  // namespace waymark::grid
