@@ -31,6 +31,7 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
   }
   static std::string file() { return std::string(WAYMARK_SOURCE_DIR "/config/") + GetParam() + ".yaml"; }
   static bool has_map() { return read_text(file()).find("\nmaps:") != std::string::npos; }
+  static bool has_grid() { return read_text(file()).find("plugin: occupancy_grid") != std::string::npos; }
   TemporaryFolder folder_;
 };
 
@@ -49,7 +50,9 @@ TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
   for (const char* name : {"trajectory.txt", "path.txt"}) EXPECT_TRUE(has_complete_lines(out / name, 5));
   EXPECT_TRUE(nlohmann::json::accept(read_text(out / "diagnostics.json")));
   if (has_map()) {
-    EXPECT_TRUE(has_complete_lines(out / "landmarks.csv", 5));
+    if (!has_grid()) {
+      EXPECT_TRUE(has_complete_lines(out / "landmarks.csv", 5));
+    }
     EXPECT_THAT(read_text(out / "map.png"), HasSubstr("PNG"));
   }
   EXPECT_THAT(read_text(out / "config.yaml"), Not(HasSubstr("${")))
