@@ -131,7 +131,7 @@ class Imu final : public Sensor {
       return;
     }
     if (has_rate) add_rate(dt, planar, filter_.counts().saturated > saturated, out);
-    if (has_rate && yaw_bias_state_ && filter_.resting() && !prediction.standing) add_yaw_bias(dt, out);
+    if (has_rate && yaw_bias_state_ && filter_.resting() && !prediction.standing) add_yaw_bias(dt, prediction, out);
     if (!tilt_ || planar) return;
     if (device_) {
       add_tilt(device_->of(sample), device_->variance(dt).x(), out);
@@ -160,6 +160,7 @@ class Imu final : public Sensor {
  private:
   static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-4;    // [s]
+  static constexpr double kCrawl = 0.05;          // [m/s], slower is no drive
   static constexpr double kSlowTurn = 3e-3;       // [rad/s], that feels like rest
   static constexpr double kSlowTurnTime = 10.0;   // [s], how long one lasts
 
@@ -189,14 +190,25 @@ class Imu final : public Sensor {
     out.emplace<imu::RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
   }
 
+  static bool is_known_to_drive(const Prediction& prediction) {
+    const StateLayout& layout = prediction.layout;
+    const double speed = prediction.belief.mean.v_base.head<2>().norm();
+    double variance = 0.0;
+    for (const int i : {layout.active(6), layout.active(7)}) variance = std::max(variance, prediction.belief.P(i, i));
+    return speed > std::max(kCrawl, 3.0 * std::sqrt(variance));
+  }
+
   /// At rest the cascade sees the bias that the main filter cannot see while it takes the robot for moving. But a
-  /// smooth drive straight on feels like rest, too: then the rate is not quite zero, and stays so for a while.
-  void add_yaw_bias(double dt, UpdateList& out) const {
+  /// smooth drive feels like rest, too. Straight on, the rate is not quite zero, and stays so for a while; in a wide
+  /// curve it is no bias at all, which shows by its size.
+  void add_yaw_bias(double dt, const Prediction& prediction, UpdateList& out) const {
     const Eigen::Vector3d up = q_base_sensor_.conjugate() * Eigen::Vector3d::UnitZ();  // base z in the sensor's frame
     const double variance = up.dot(filter_.covariance().bottomRightCorner<3, 3>() * up);
     if (variance > yaw_bias_sigma_ * yaw_bias_sigma_) return;
-    out.emplace<imu::YawBiasUpdate>(up.dot(filter_.gyro_bias()),
-                                    (variance + kSlowTurn * kSlowTurn) * correlated(kSlowTurnTime, dt));
+    const double bias = up.dot(filter_.gyro_bias());
+    const double change = std::abs(bias - prediction.block[0]);
+    if (change > 3.0 * std::hypot(yaw_bias_sigma_, kSlowTurn) && is_known_to_drive(prediction)) return;
+    out.emplace<imu::YawBiasUpdate>(bias, (variance + kSlowTurn * kSlowTurn) * correlated(kSlowTurnTime, dt));
   }
 
   void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {

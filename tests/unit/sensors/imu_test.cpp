@@ -32,10 +32,10 @@ struct Bench {
       updates.clear();
       Belief belief;
       belief.mean = state;
-      belief.P.setIdentity(layout.size(), layout.size());
+      belief.P = variance * ErrorMatrix::Identity(layout.size(), layout.size());
       const Measurement m = measurement_of(sample, t);
       t += 0.01;
-      sensor->process(m, {belief, layout, nullptr, nullptr, false}, updates);
+      sensor->process(m, {belief, layout, &yaw_bias, nullptr, false}, updates);
     }
   }
   Linearization model(std::size_t i) const {
@@ -49,6 +49,7 @@ struct Bench {
   NavState state;
   UpdateList updates;
   double yaw_bias = 0.0;  // the sensor's own state
+  double variance = 1.0;  // of every state
   double t = 100.0;
 };
 
@@ -122,6 +123,22 @@ TEST(Imu, TheYawBiasIsAStateAndNoNoise) {
   }
   EXPECT_TRUE(Bench(", heading: true, declination_deg: 0").sensor->block().empty());
   EXPECT_TRUE(Bench(", yaw_bias: cascade").sensor->block().empty());
+}
+
+TEST(Imu, ASmoothDriveInACurveDoesNotTeachTheYawBias) {
+  // Not a tremor: what an IMU feels at rest, and on a good road.
+  const ImuSample curve = sample_of({0.0, 0.0, 0.03}, Eigen::Quaterniond::Identity(), false);
+  const ImuSample straight = sample_of({0.0, 0.0, 0.003}, Eigen::Quaterniond::Identity(), false);
+  Bench unknown("", Motion::planar);
+  unknown.feed(curve, 15.0);
+  EXPECT_EQ(unknown.updates.size(), 2u) << "the speed is not known: it may be rest";
+  for (const auto& [sample, updates] : {std::pair(curve, 1u), std::pair(straight, 2u)}) {
+    Bench bench("", Motion::planar);
+    bench.state.v_base = {1.0, 0.0, 0.0};
+    bench.variance = 0.01;
+    bench.feed(sample, 15.0);
+    EXPECT_EQ(bench.updates.size(), updates);
+  }
 }
 
 TEST(Imu, TellsRest) {
