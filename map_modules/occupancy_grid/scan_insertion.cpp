@@ -37,11 +37,10 @@ void ScanInsertion::mark_beam(double from_x, double from_y, double to_x, double 
   constexpr double kOne = 1 << kFraction;
   auto minor = static_cast<std::int32_t>((from_minor + (first + 0.5 - from_major) * slope) * kOne);
   const auto minor_step = static_cast<std::int32_t>(std::lround(step * slope * kOne));
-  const int width = window_.rect().width();
   for (std::int32_t major = first; major != end; major += step, minor += minor_step) {
     const std::int32_t x = steep ? minor >> kFraction : major;
     const std::int32_t y = steep ? major : minor >> kFraction;
-    const auto slot = static_cast<std::size_t>((y >> Tile::kBits) * width + (x >> Tile::kBits));
+    const std::size_t slot = window_.slot(x, y);
     is_marked_[slot] = 1;
     marks_[slot].free[static_cast<std::size_t>(y & (Tile::kSide - 1))] |= 1u << (x & (Tile::kSide - 1));
   }
@@ -57,7 +56,7 @@ void ScanInsertion::apply(std::size_t slot, const OddsSettings& odds) {
     for (std::uint32_t left_over = hit | marks.free[r]; left_over != 0; left_over &= left_over - 1) {
       const int column = std::countr_zero(left_over);
       const std::size_t place = Tile::place(column, row);
-      const int before = window_.tile(slot).odds[place];
+      const std::int8_t before = window_.tile(slot).odds[place];
       const bool is_hit = ((hit >> column) & 1u) != 0;
       const int after = is_hit ? after_hit(before, odds) : after_miss(before, odds);
       if (after == before) continue;  // at its bound: the tile may stay shared

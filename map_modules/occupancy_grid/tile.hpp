@@ -38,7 +38,7 @@ struct Tile {
   }
   /// Place of a cell in its tile.
   static std::size_t place(std::int32_t x, std::int32_t y) {
-    return static_cast<std::size_t>((y & (kSide - 1)) * kSide + (x & (kSide - 1)));
+    return static_cast<std::size_t>(y & (kSide - 1)) * kSide + static_cast<std::size_t>(x & (kSide - 1));
   }
   static bool is_occupied(std::int8_t odds) { return odds > 0; }
   static bool is_known(std::int8_t odds) { return odds != kUnknown; }

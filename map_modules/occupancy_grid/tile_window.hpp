@@ -27,7 +27,8 @@ class TileWindow {
            static_cast<unsigned>(y) < static_cast<unsigned>(rows());
   }
   std::size_t slot(int x, int y) const {
-    return static_cast<std::size_t>((y >> Tile::kBits) * rect_.width() + (x >> Tile::kBits));
+    return static_cast<std::size_t>(y >> Tile::kBits) * static_cast<std::size_t>(rect_.width()) +
+           static_cast<std::size_t>(x >> Tile::kBits);
   }
   const Tile& tile(std::size_t slot) const { return *tiles_[slot]; }
   std::int8_t odds(int x, int y) const { return tiles_[slot(x, y)]->odds[Tile::place(x, y)]; }

@@ -21,6 +21,14 @@ SENSORS = ("wheels", "imu", "gps", "compass")
 SUBSETS = (("wheels",), ("wheels", "imu"), ("wheels", "compass"), ("wheels", "gps"), ("wheels", "imu", "compass"),
            ("wheels", "imu", "gps"), ("wheels", "gps", "compass"), ("imu", "gps"), ("imu", "gps", "compass"), SENSORS)
 STEP = 1.0  # s
+OVAL = [(round(20 + 16 * math.sin(math.tau * k / 36), 2), round(12.5 - 8.5 * math.cos(math.tau * k / 36), 2)) for k in range(36)]
+
+
+def on_oval():
+    """The settings of a course without corners: at these the rate jumps, which the process noise would have to allow at any time."""
+    (x0, y0), (x1, y1) = OVAL[:2]
+    return {"source.course.waypoints_m": "[" + ", ".join(f"{x}, {y}" for x, y in OVAL) + "]", "initial.x_m": x0, "initial.y_m": y0,
+            "initial.yaw_deg": math.degrees(math.atan2(y1 - y0, x1 - x0)), "motion.rate_noise_radps_per_sqrt_s": "[0.1, 0.1, 0.1]"}
 
 
 def yaw_of(row):
@@ -57,7 +65,7 @@ def without(subset):
 
 def run(arguments, subset, seed):
     settings = {"filter.seed": seed, "source.seed": seed, "initial.position_sigma_m": 0.001, "initial.yaw_sigma_deg": 0.01,
-                **without(subset)}
+                **without(subset), **on_oval()}
     with tempfile.TemporaryDirectory() as out:
         command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", out]
         for key, value in settings.items():

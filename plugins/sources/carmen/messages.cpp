@@ -14,7 +14,6 @@
 namespace waymark::carmen {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr std::size_t kTimes = 3;  // ipc_timestamp ipc_hostname logger_timestamp
 constexpr std::size_t kMostValues = 1'000'000;
 
