@@ -15,7 +15,7 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A scan reaches so many cells at most: it is looked at in one window of tiles.
-constexpr double kMostCells = 5000.0;
+constexpr double kLongestReach = 5000.0;
 
 ScanSettings read_scan(const Config& config, double resolution) {
   ScanSettings s{};
@@ -27,8 +27,8 @@ ScanSettings read_scan(const Config& config, double resolution) {
   s.update_angle = kRadPerDeg * config.non_negative("update_angle_deg", 11.5);
   s.update_after = from_seconds(config.non_negative("update_after_s", 0.0));
   if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");
-  if (std::max(s.range_max, s.no_return_clears) > kMostCells * resolution) {
-    config.fail(s.range_max > kMostCells * resolution ? "range_max_m" : "no_return_clears_m",
+  if (std::max(s.range_max, s.no_return_clears) > kLongestReach * resolution) {
+    config.fail(s.range_max > kLongestReach * resolution ? "range_max_m" : "no_return_clears_m",
                 "must be at most 5000 times resolution_m");
   }
   if (s.no_return_clears > s.no_return) config.fail("no_return_clears_m", "must not exceed no_return_m");

@@ -17,16 +17,16 @@ namespace {
 constexpr Duration kSameTime = std::chrono::microseconds(1);  // the digits of the files
 constexpr int kRelationColumns = 8;
 
-using Points = std::vector<Trajectory::Point>;
+using PosePoints = std::vector<Trajectory::Point>;
 
-Points::const_iterator first_not_before(const Points& points, Time stamp) {
+PosePoints::const_iterator first_not_before(const PosePoints& points, Time stamp) {
   return std::lower_bound(points.begin(), points.end(), stamp,
                           [](const Trajectory::Point& point, Time t) { return point.stamp < t; });
 }
 
 /// The row of this time, to a microsecond, or none.
 const Trajectory::Point* row_at(const Trajectory& trajectory, Time stamp) {
-  const Points& points = trajectory.points;
+  const PosePoints& points = trajectory.points;
   const auto after = first_not_before(points, stamp);
   const Trajectory::Point* nearest = nullptr;
   const auto consider = [&](const Trajectory::Point& point) {
@@ -72,7 +72,7 @@ class Motion {
 
  private:
   double way_until(Time stamp) const {
-    const Points& points = trajectory_.points;
+    const PosePoints& points = trajectory_.points;
     const auto after = first_not_before(points, stamp);
     if (after == points.begin()) return way_.front();
     if (after == points.end()) return way_.back();
@@ -110,7 +110,7 @@ class Poses {
 
  private:
   std::optional<Found> along_motion(Time stamp) const {
-    const Points& points = estimate_.points;
+    const PosePoints& points = estimate_.points;
     const auto after = first_not_before(points, stamp);
     if (after == points.begin()) return moved(*after, stamp, true);
     if (after == points.end()) return moved(points.back(), stamp, true);
