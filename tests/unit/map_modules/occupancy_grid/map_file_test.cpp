@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -20,7 +21,7 @@ using ::testing::HasSubstr;
 /// A folder of its own with a map of 4 × 3 pixels: one occupied, the others free, the last row unknown.
 class MapFile : public ::testing::Test {
  protected:
-  MapFile() : folder_(std::filesystem::temp_directory_path() / fmt::format("waymark_map_{}", std::rand())) {
+  MapFile() : folder_(std::filesystem::temp_directory_path() / fmt::format("waymark_map_{}", ::getpid())) {
     std::filesystem::create_directories(folder_);
     write("map.yaml", yaml_);
     write("map.pgm", "P5\n# drawn by hand\n4 3\n255\n" + pixels_);
