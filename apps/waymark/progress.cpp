@@ -15,6 +15,17 @@ namespace {
 constexpr auto kInterval = std::chrono::milliseconds(200);
 constexpr int kBarWidth = 24;
 
+/// Empty if there are none: of a dense map there is no such number.
+std::string landmarks_of(const Snapshot& snapshot) {
+  std::ptrdiff_t confirmed = 0;
+  bool any = false;
+  for (const MapDescription& map : snapshot.best_maps(MapDetail::summary)) {
+    any = any || !map.landmarks.empty();
+    confirmed += std::ranges::count_if(map.landmarks, &LandmarkView::confirmed);
+  }
+  return any ? fmt::format("  landmarks {}", confirmed) : "";
+}
+
 }  // namespace
 
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {}
@@ -34,19 +45,16 @@ void Progress::update(const Snapshot& snapshot, double share) {
     if (tenths <= tenths_shown_) return;
     tenths_shown_ = tenths;
   }
-  std::size_t landmarks = 0;
+  std::string landmarks;
   double n_eff = 0.0;
   if (snapshot.started()) {
     n_eff = snapshot.effective_sample_size();
-    for (const MapDescription& map : snapshot.best_maps()) {
-      landmarks += static_cast<std::size_t>(
-          std::count_if(map.landmarks.begin(), map.landmarks.end(), [](const LandmarkView& l) { return l.confirmed; }));
-    }
+    landmarks = landmarks_of(snapshot);
   }
   const double shown = std::clamp(share, 0.0, 1.0);
   const int filled = static_cast<int>(shown * kBarWidth);
-  fmt::print(stderr, "{}[{}{}] {:3.0f} %  t {:.1f} s  {:.0f}x real time  N_eff {:.1f}  landmarks {}{}",
-             terminal_ ? "\r" : "", std::string(static_cast<std::size_t>(filled), '='),
+  fmt::print(stderr, "{}[{}{}] {:3.0f} %  t {:.1f} s  {:.0f}x real time  N_eff {:.1f}{}{}", terminal_ ? "\r" : "",
+             std::string(static_cast<std::size_t>(filled), '='),
              std::string(static_cast<std::size_t>(kBarWidth - filled), ' '), 100.0 * shown, log_seconds_,
              log_seconds_ / std::max(wall_seconds(), 1e-9), n_eff, landmarks, terminal_ ? "   " : "\n");
   line_open_ = terminal_;

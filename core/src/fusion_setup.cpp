@@ -23,10 +23,15 @@ bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
 
 namespace {
 
-/// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it.
+bool begin_with_a_place(const std::vector<MapSlot>& maps) {
+  return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->begins_with_a_place(); });
+}
+
+/// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it. The
+/// map of a known place lies where it says.
 bool needs_georeference(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                         const std::vector<MapSlot>& maps) {
-  return settings.georeference.enabled && !maps.empty() && has_absolute(sensors, true);
+  return settings.georeference.enabled && !maps.empty() && !begin_with_a_place(maps) && has_absolute(sensors, true);
 }
 
 /// Only particles with maps weigh what comes late; a belief alone is rewound.
@@ -166,7 +171,8 @@ Fusion::Impl::Impl(const FusionSettings& settings, std::vector<SensorSlot> senso
                  HealthMonitor(settings.health, {}, settings.motion_from_maps)},
       history_(maps_.empty() ? settings.history : Duration::zero()),
       smoother_(process_),
-      finder_(settings.start, layout_, has_absolute(sensors, false), has_absolute(sensors, true)),
+      finder_(settings.start, layout_,
+              {has_absolute(sensors, false), has_absolute(sensors, true), begin_with_a_place(maps_)}),
       datum_(settings.datum),
       observer_(std::move(observer)) {
   parts_ = parts_of(std::move(sensors), maps_);

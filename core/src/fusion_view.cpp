@@ -23,15 +23,24 @@ std::vector<StampedPose> FusionView::best_path() const {
   return path;
 }
 
-std::vector<MapDescription> FusionView::best_maps() const {
+std::vector<MapDescription> FusionView::best_maps(MapDetail detail) const {
   std::vector<MapDescription> result;
+  std::vector<const ParticleMap*> of_all;
+  of_all.reserve(filter_.particles().size());
   for (std::size_t i = 0; i < maps_.size(); ++i) {
-    if (!best().maps[i]) continue;
-    result.emplace_back();
-    result.back().module = maps_[i].name;
-    best().maps[i]->describe(result.back());
-    if (maps_[i].module) maps_[i].module->describe(result.back().figures);
-    if (filter_.georeference()) place_on_earth(result.back());
+    const auto& map = best().maps[i];
+    if (!map) continue;
+    MapDescription& shown = result.emplace_back();
+    shown.module = maps_[i].name;
+    map->describe(shown);
+    if (maps_[i].module) {
+      of_all.clear();
+      for (const Particle& particle : filter_.particles()) of_all.push_back(particle.maps[i].get());
+      maps_[i].module->describe(of_all, shown.figures);
+    }
+    if (detail == MapDetail::with_grids) shown.grid = map->grid();
+    if (detail == MapDetail::with_files) shown.files = map->files();
+    if (filter_.georeference()) place_on_earth(shown);
   }
   return result;
 }

@@ -26,7 +26,7 @@ class FusionView final : public Snapshot {
   const Health& health() const override { return health_; }
   std::vector<ParticleView> particles() const override;
   std::vector<StampedPose> best_path() const override;
-  std::vector<MapDescription> best_maps() const override;
+  std::vector<MapDescription> best_maps(MapDetail detail) const override;
 
  private:
   const Particle& best() const { return filter_.particles()[static_cast<std::size_t>(filter_.best())]; }

@@ -8,7 +8,8 @@
 namespace waymark {
 
 std::optional<Start> StartFinder::consider(const Measurement& measurement, const std::optional<StartHint>& hint) {
-  if (!absolute_known_ || (settings_.position && settings_.yaw)) return make_start(measurement.stamp, nullptr);
+  if (!knowledge_.absolute_known || (settings_.position && settings_.yaw))
+    return make_start(measurement.stamp, nullptr);
   if (!hint) return std::nullopt;
 
   if (hint->yaw_rad) {
@@ -62,9 +63,10 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
   }
   ekf::release(start.prior, layout_, settings_.velocity_sigma, settings_.rate_sigma);
 
-  // Without an absolute sensor in the filter the start pose is the map's gauge and has no uncertainty.
-  if (absolute_fused_) {
-    start.draw = true;
+  // Without an absolute sensor in the filter the start pose is the map's gauge and has no uncertainty. In a map of the
+  // place it has, and stays a Gaussian until the map is met: each particle then looks for itself in all of it.
+  if (knowledge_.absolute_fused || knowledge_.place_known) {
+    start.draw = !knowledge_.place_known;
     const auto& index = layout_.pose_indices();
     const double yaw_variance = yaw_sigma * yaw_sigma;
     ErrorMatrix& P = start.prior.P;

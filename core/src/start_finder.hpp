@@ -16,14 +16,19 @@ struct Start {
   bool used = false;
 };
 
+/// What tells where the robot is.
+struct StartKnowledge {
+  bool absolute_known;  ///< a sensor could tell the position, fused or only used for the start
+  bool absolute_fused;  ///< it also goes on to be fused
+  bool place_known;     ///< a map of the place is there
+};
+
 /// Gathers what is needed to begin: pose from the YAML, from a fix, heading from a compass or from two fixes more than
 /// 5σ apart.
 class StartFinder {
  public:
-  /// `absolute_known`: a sensor could tell position (fused or only used for the start); `absolute_fused`: it also goes
-  /// on to be fused.
-  StartFinder(const StartSettings& settings, const StateLayout& layout, bool absolute_known, bool absolute_fused)
-      : settings_(settings), layout_(layout), absolute_known_(absolute_known), absolute_fused_(absolute_fused) {}
+  StartFinder(const StartSettings& settings, const StateLayout& layout, StartKnowledge knowledge)
+      : settings_(settings), layout_(layout), knowledge_(knowledge) {}
 
   /// Looks at the next measurement in stamp order; `hint` is what its sensor says.
   std::optional<Start> consider(const Measurement& measurement, const std::optional<StartHint>& hint);
@@ -42,8 +47,7 @@ class StartFinder {
 
   StartSettings settings_;
   const StateLayout& layout_;
-  bool absolute_known_;
-  bool absolute_fused_;
+  StartKnowledge knowledge_;
   std::optional<Fix> first_fix_;
   std::optional<double> yaw_;
   double yaw_sigma_ = 0.0;

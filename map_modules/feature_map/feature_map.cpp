@@ -48,7 +48,9 @@ class FeatureMap final : public MapModule {
     return std::make_shared<FeatureObservation>(std::move(observation));
   }
 
-  void describe(std::vector<MapFigure>& figures) const override { counts_.describe(camera_.has_value(), figures); }
+  void describe(std::span<const ParticleMap* const>, std::vector<MapFigure>& figures) const override {
+    counts_.describe(camera_.has_value(), figures);
+  }
   void save(OutArchive& out) const override { counts_.save(out); }
   void load(InArchive& in) override { counts_.load(in); }
 

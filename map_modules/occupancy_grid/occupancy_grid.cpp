@@ -19,6 +19,8 @@ class OccupancyGrid final : public MapModule {
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<grid::ParticleGrid>(model_); }
 
+  bool begins_with_a_place() const override { return model_->settings.use != grid::MapUse::map; }
+
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {
     const auto& scan = trigger.as<LaserScan>();

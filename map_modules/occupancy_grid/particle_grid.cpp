@@ -90,8 +90,12 @@ void ParticleGrid::describe(MapDescription& out) const {
                  {"failed_matches", number(figures_.failed)},
                  {"coarse_searches", number(figures_.searches)},
                  {"mean_score", figures_.score_sum / std::max(1.0, number(figures_.matches))}};
-  out.grid = view_of(tiles_, model_->settings.resolution);
-  if (out.grid) out.grid->T_map_grid.p.head<2>() += model_->corner;
+}
+
+std::optional<GridView> ParticleGrid::grid() const {
+  std::optional<GridView> view = view_of(tiles_, model_->settings.resolution);
+  if (view) view->T_map_grid.p.head<2>() += model_->corner;
+  return view;
 }
 
 void ParticleGrid::save(OutArchive& out) const {

@@ -40,6 +40,7 @@ class ParticleGrid final : public ParticleMap {
               Refinement& out) const override;
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
   void describe(MapDescription& out) const override;
+  std::optional<GridView> grid() const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
 

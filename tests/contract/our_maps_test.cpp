@@ -77,10 +77,9 @@ TEST(OurOccupancyGrid, TheScansOfTheseTestsMakeAMap) {
     informed += refinement.information.trace() > 0.0;
   }
   EXPECT_GE(informed, 15);
-  MapDescription description;
-  map->describe(description);
-  ASSERT_TRUE(description.grid);
-  EXPECT_GT(description.grid->width, 100);
+  const std::optional<GridView> grid = map->grid();
+  ASSERT_TRUE(grid);
+  EXPECT_GT(grid->width, 100);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ class Run {
     for (const StampedPose& pose : last.best_path()) path.points.push_back({pose.stamp, pose.T_map_base});
     trial_.path_rms_m = evaluation::score_trajectory(path, truth, options).position_m.rms;
 
-    const std::vector<MapDescription> maps = last.best_maps();
+    const std::vector<MapDescription> maps = last.best_maps(MapDetail::summary);
     std::vector<evaluation::Landmark> landmarks;
     for (const LandmarkView& landmark : maps.front().landmarks) {
       if (landmark.confirmed)

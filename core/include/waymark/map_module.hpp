@@ -83,13 +83,20 @@ struct GridView {
   std::vector<std::uint8_t> cells = {};
 };
 
+/// A map as a file of its own kind, for other programs and for a later run.
+struct MapFile {
+  std::string extension;  ///< ".bt"; the host puts the map's name before it
+  std::string content;    ///< all bytes of the file
+};
+
 /// What a particle's map shows to sinks.
 struct MapDescription {
   std::string module;  ///< name of the map in the YAML
   std::vector<LandmarkView> landmarks;
   std::vector<MapFigure> figures = {};
   std::vector<Sighting> sightings = {};  ///< of the particle and its ancestors, if the map keeps them
-  std::optional<GridView> grid = {};     ///< of a dense map
+  std::optional<GridView> grid = {};     ///< of a dense map; only if asked for
+  std::vector<MapFile> files = {};       ///< only if asked for
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.
@@ -106,7 +113,12 @@ class WAYMARK_TYPE ParticleMap {
   /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept.
   virtual void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) = 0;
 
+  /// Landmarks, figures and sightings; called often.
   virtual void describe(MapDescription& out) const = 0;
+  /// The map seen from above, if it is dense and not empty. A map of three dimensions shows a slice.
+  virtual std::optional<GridView> grid() const { return std::nullopt; }
+  /// The map as files, if it has a format of its own that others read.
+  virtual std::vector<MapFile> files() const { return {}; }
   virtual void save(OutArchive&) const = 0;
 };
 
@@ -129,8 +141,11 @@ class WAYMARK_TYPE MapModule {
  public:
   virtual ~MapModule() = default;
 
-  /// An empty map for one particle.
+  /// What a particle begins with: an empty map, or one that the YAML names.
   virtual std::unique_ptr<ParticleMap> create_map() const = 0;
+  /// True if that is a map of a place. Where the robot starts in it is then uncertain, as `initial:` says; without one
+  /// and without absolute sensors the start is the map's own origin.
+  virtual bool begins_with_a_place() const { return false; }
 
   /// Turns a measurement of the first input (with companions from the others) into an observation. Called once per
   /// measurement, in stamp order, on one thread. Throws DataError if it is unusable: it is then counted and skipped.
@@ -139,9 +154,11 @@ class WAYMARK_TYPE MapModule {
 
   /// Reads what `ParticleMap::save` wrote.
   virtual std::unique_ptr<ParticleMap> load_map(InArchive&) const = 0;
-  /// Numbers about the module itself, over all particles, for reports: what it found in its measurements so far. Called
-  /// between measurements, on their thread. Shown with those of the best particle's map, so names must differ.
-  virtual void describe(std::vector<MapFigure>&) const {}
+  /// Numbers about the module itself and about the maps of all particles together, for reports: what it found in its
+  /// measurements so far, what the maps share. Called between measurements, on their thread. Shown with the figures of
+  /// the best particle's map, so names must differ.
+  virtual void describe(std::span<const ParticleMap* const> /*of_all_particles*/,
+                        std::vector<MapFigure>& /*out*/) const {}
   /// The module's own state, if it has any.
   virtual void save(OutArchive&) const {}
   virtual void load(InArchive&) {}

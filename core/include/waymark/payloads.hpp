@@ -76,6 +76,14 @@ struct LaserScan : PayloadOf<LaserScan> {
   std::vector<float> intensities;  ///< empty, or one per beam; unit of the scanner
 };
 
+/// One sweep or burst of a three-dimensional scanner, radar or depth camera.
+struct PointCloud : PayloadOf<PointCloud> {
+  static constexpr std::string_view kType = "waymark/PointCloud@1";
+  std::vector<Eigen::Vector3f> points_m;  ///< end points in the sensor's frame; only of what came back
+  std::vector<float> offsets_s;           ///< empty, or when each point was measured, after the stamp
+  std::vector<float> intensities;         ///< empty, or one per point; unit of the scanner
+};
+
 /// One image of a camera, as pixels or as the compressed file that the device or the log delivers.
 struct Image : PayloadOf<Image> {
   static constexpr std::string_view kType = "waymark/Image@1";

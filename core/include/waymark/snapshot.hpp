@@ -50,6 +50,13 @@ enum class Fate {
   mistimed       ///< its stamp cannot be right: zero, in the future, stuck, or far from all others
 };
 
+/// How much of the maps a sink asks for.
+enum class MapDetail {
+  summary,     ///< landmarks, figures, sightings: cheap
+  with_grids,  ///< dense maps seen from above, too
+  with_files   ///< what the maps write as files, too; without grids
+};
+
 /// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made when asked for.
 class WAYMARK_TYPE Snapshot {
  public:
@@ -69,7 +76,7 @@ class WAYMARK_TYPE Snapshot {
   /// The whole path of the particle with the highest weight.
   virtual std::vector<StampedPose> best_path() const = 0;
   /// The maps of the particle with the highest weight.
-  virtual std::vector<MapDescription> best_maps() const = 0;
+  virtual std::vector<MapDescription> best_maps(MapDetail detail) const = 0;
 };
 
 /// What became of one sensor's measurements.

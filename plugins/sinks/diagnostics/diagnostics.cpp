@@ -96,7 +96,7 @@ Json describe(const RunReport& report) {
 
 Json count_landmarks(const Snapshot& last) {
   Json maps = Json::array();
-  for (const MapDescription& map : last.best_maps()) {
+  for (const MapDescription& map : last.best_maps(MapDetail::summary)) {
     const auto confirmed = std::ranges::count_if(map.landmarks, &LandmarkView::confirmed);
     const auto provisional = static_cast<std::ptrdiff_t>(map.landmarks.size()) - confirmed;
     Json figures = Json::object();

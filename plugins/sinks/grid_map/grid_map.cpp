@@ -61,7 +61,7 @@ class GridMap : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    for (const MapDescription& map : last->best_maps()) {
+    for (const MapDescription& map : last->best_maps(MapDetail::with_grids)) {
       if (!map.grid) continue;
       const std::string stem = file_stem(map.module);
       write_file(out_dir_ / (stem + ".pgm"), pgm(*map.grid));

@@ -65,7 +65,7 @@ class Landmarks : public Sink {
   void finish(const Snapshot* last, const RunReport&) override {
     std::string text(kHeader);
     if (last != nullptr && last->started()) {
-      for (const MapDescription& map : last->best_maps()) {
+      for (const MapDescription& map : last->best_maps(MapDetail::summary)) {
         for (const LandmarkView& landmark : map.landmarks) {
           if (landmark.confirmed || !confirmed_only_) text += row(map.module, landmark);
         }

@@ -118,7 +118,7 @@ class Plot : public Sink {
     content.interrupted = report.interrupted;
     if (last != nullptr && last->started()) {
       content.end = Content::End{last->belief().mean.T_map_base, pose_covariance(last->belief(), last->layout()),
-                                 last->particles(), last->best_path(), last->best_maps()};
+                                 last->particles(), last->best_path(), last->best_maps(MapDetail::with_grids)};
     }
     if (origin_) to_utm(content, *origin_);
     write_file(out_dir_ / file_, draw(content, style_));

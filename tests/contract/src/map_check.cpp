@@ -53,13 +53,14 @@ std::string description_of(const ParticleMap& map) {
     append(out, landmark.sightings);
     append(out, landmark.confirmed);
   }
-  if (description.grid) {
-    append_matrix(out, description.grid->T_map_grid.p);
-    append(out, description.grid->resolution_m);
-    append(out, description.grid->width);
-    append(out, description.grid->height);
-    out.append(description.grid->cells.begin(), description.grid->cells.end());
+  if (const std::optional<GridView> grid = map.grid()) {
+    append_matrix(out, grid->T_map_grid.p);
+    append(out, grid->resolution_m);
+    append(out, grid->width);
+    append(out, grid->height);
+    out.append(grid->cells.begin(), grid->cells.end());
   }
+  for (const MapFile& file : map.files()) out.append(file.extension).append(file.content);
   return out;
 }
 
@@ -78,8 +79,8 @@ void check_refinement(const Refinement& refinement, std::string_view where, Find
 void check_description(const ParticleMap& map, Findings& findings) {
   MapDescription description;
   map.describe(description);
-  if (description.grid) {
-    const GridView& grid = *description.grid;
+  if (const std::optional<GridView> seen = map.grid()) {
+    const GridView& grid = *seen;
     findings.require(grid.T_map_grid.p.allFinite() && grid.resolution_m > 0.0 && grid.width > 0 && grid.height > 0,
                      "a grid is at no finite place, or has no size");
     findings.require(grid.cells.size() == static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height),

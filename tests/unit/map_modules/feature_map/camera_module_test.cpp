@@ -49,7 +49,7 @@ class CameraModule : public ::testing::Test {
   }
   static std::map<std::string, double> figures_of(const MapModule& module) {
     std::vector<MapFigure> figures;
-    module.describe(figures);
+    module.describe({}, figures);
     std::map<std::string, double> found;
     for (const MapFigure& figure : figures) found[figure.name] = figure.value;
     return found;

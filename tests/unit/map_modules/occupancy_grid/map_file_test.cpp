@@ -103,25 +103,25 @@ TEST_F(MapFile, ALoadedMapIsMatchedWhereItLies) {
   // What was mapped is written as the sink writes it, and read back: the same free and occupied cells.
   const TileTree tiles = mapped(room(), {{0, 0, 0}, {0, 0, 3.1}, {4, 0, 1.5}});
   const auto model = std::make_shared<GridModel>(settings());
-  MapDescription before;
+  std::optional<GridView> before;
   {
     ParticleGrid grid(model);
     const ScanObservation scan = observed(room(), {0, 0, 0});
     Refinement refinement;
     grid.refine({Pose{}, Eigen::Matrix3d::Zero()}, Pose{}, scan, refinement);
     grid.insert({Pose{}, Eigen::Matrix3d::Zero()}, scan, refinement.association.get());
-    grid.describe(before);
+    before = grid.grid();
   }
-  ASSERT_TRUE(before.grid);
+  ASSERT_TRUE(before);
   std::string pixels;
-  for (int row = before.grid->height - 1; row >= 0; --row) {
-    for (int column = 0; column < before.grid->width; ++column) {
-      const int p = before.grid->cells[static_cast<std::size_t>(row * before.grid->width + column)];
+  for (int row = before->height - 1; row >= 0; --row) {
+    for (int column = 0; column < before->width; ++column) {
+      const int p = before->cells[static_cast<std::size_t>(row * before->width + column)];
       pixels += static_cast<char>(p == GridView::kUnknown ? 205 : p > 50 ? 0 : 254);
     }
   }
-  write("map.pgm", fmt::format("P5\n{} {}\n255\n", before.grid->width, before.grid->height) + pixels);
-  const Eigen::Vector3d corner = before.grid->T_map_grid.p;
+  write("map.pgm", fmt::format("P5\n{} {}\n255\n", before->width, before->height) + pixels);
+  const Eigen::Vector3d corner = before->T_map_grid.p;
   write("map.yaml", fmt::format("image: map.pgm\nresolution: 0.05\norigin: [{}, {}, 0]\nnegate: 0\noccupied_thresh: "
                                 "0.65\nfree_thresh: 0.196\n",
                                 corner.x(), corner.y()));
@@ -129,15 +129,15 @@ TEST_F(MapFile, ALoadedMapIsMatchedWhereItLies) {
   localize.use = MapUse::localize;
   localize.load = folder_ / "map.yaml";
   ParticleGrid grid(std::make_shared<GridModel>(localize));
-  MapDescription after;
-  grid.describe(after);
-  ASSERT_TRUE(after.grid);
-  ASSERT_EQ(after.grid->cells.size(), before.grid->cells.size());
-  for (std::size_t i = 0; i < after.grid->cells.size(); ++i) {
-    EXPECT_EQ(after.grid->cells[i] == GridView::kUnknown, before.grid->cells[i] == GridView::kUnknown);
-    EXPECT_EQ(after.grid->cells[i] > 50, before.grid->cells[i] > 50);
+
+  const std::optional<GridView> after = grid.grid();
+  ASSERT_TRUE(after);
+  ASSERT_EQ(after->cells.size(), before->cells.size());
+  for (std::size_t i = 0; i < after->cells.size(); ++i) {
+    EXPECT_EQ(after->cells[i] == GridView::kUnknown, before->cells[i] == GridView::kUnknown);
+    EXPECT_EQ(after->cells[i] > 50, before->cells[i] > 50);
   }
-  EXPECT_LT((after.grid->T_map_grid.p - corner).norm(), 1e-9);
+  EXPECT_LT((after->T_map_grid.p - corner).norm(), 1e-9);
 
   const Eigen::Vector3d truth(0.05, -0.04, 0.02);
   Refinement refinement;

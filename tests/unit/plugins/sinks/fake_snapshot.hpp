@@ -56,7 +56,7 @@ class FakeSnapshot : public Snapshot {
   const Health& health() const override { return health_; }
   std::vector<ParticleView> particles() const override { return particles_; }
   std::vector<StampedPose> best_path() const override { return path_; }
-  std::vector<MapDescription> best_maps() const override { return maps_; }
+  std::vector<MapDescription> best_maps(MapDetail) const override { return maps_; }
 
   Measurement measurement_;
   Fate fate_ = Fate::fused;
