@@ -82,7 +82,7 @@ LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& o
       const double p = legend.negate ? light : 1.0 - light;
       const bool occupied = p > legend.occupied_above;
       if (!occupied && p >= legend.free_below) continue;
-      const TileIndex index = TileIndex::of({x, y});
+      const TileIndex index = Tile::index_of({x, y});
       if (tile == nullptr || index != at) tile = &map.tiles.write(at = index);
       const int value = occupied ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
       tile->odds[Tile::place(x, y)] = static_cast<std::int8_t>(value);
