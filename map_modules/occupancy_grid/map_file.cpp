@@ -65,7 +65,7 @@ LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& o
       const auto place = row * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x);
       const CellState state = legend.state_of(picture.pixels[place], picture.white);
       if (state == CellState::unknown) continue;
-      const TileIndex index = TileIndex::of({x, y});
+      const TileIndex index = Tile::index_of({x, y});
       if (tile == nullptr || index != at) tile = &map.tiles.write(at = index);
       const int value = state == CellState::occupied ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
       tile->odds[Tile::place(x, y)] = static_cast<std::int8_t>(value);

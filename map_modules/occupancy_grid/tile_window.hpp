@@ -14,6 +14,8 @@ namespace waymark::grid {
 /// lower left corner here. Kept from scan to scan for its storage.
 class TileWindow {
  public:
+  static constexpr int kSide = Tile::kSide;
+
   /// Looks at all tiles within `reach` [m] of `center` [m]. Throws Error if that is no place for cells of 32 bits.
   void open(const TileTree& tree, const Eigen::Vector2d& center, double reach, double resolution);
 
@@ -31,6 +33,9 @@ class TileWindow {
            static_cast<std::size_t>(x >> Tile::kBits);
   }
   const Tile& tile(std::size_t slot) const { return *tiles_[slot]; }
+  /// Distances of a tile, row by row.
+  const std::uint8_t* distances(std::size_t slot) const { return tiles_[slot]->distance.data(); }
+  bool is_occupied(int x, int y) const { return Tile::is_occupied(odds(x, y)); }
   std::int8_t odds(int x, int y) const { return tiles_[slot(x, y)]->odds[Tile::place(x, y)]; }
   std::uint8_t distance(int x, int y) const { return tiles_[slot(x, y)]->distance[Tile::place(x, y)]; }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "simulated_room.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -21,12 +22,10 @@ using ::testing::HasSubstr;
 /// A folder of its own with a map of 4 × 3 pixels: one occupied, the others free, the last row unknown.
 class MapFile : public ::testing::Test {
  protected:
-  MapFile() : folder_(std::filesystem::temp_directory_path() / fmt::format("waymark_map_{}", ::getpid())) {
-    std::filesystem::create_directories(folder_);
+  MapFile() {
     write("map.yaml", yaml_);
     write("map.pgm", "P5\n# drawn by hand\n4 3\n255\n" + pixels_);
   }
-  ~MapFile() override { std::filesystem::remove_all(folder_); }
 
   void write(const char* name, const std::string& content) const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
@@ -41,7 +40,7 @@ class MapFile : public ::testing::Test {
     return "none";
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   std::string yaml_ =
       "image: map.pgm\nresolution: 0.1\norigin: [-1.03, 2.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: "
       "0.196\n";

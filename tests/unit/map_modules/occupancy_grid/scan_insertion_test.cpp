@@ -20,7 +20,7 @@ using CellKey = std::pair<int, int>;
 const std::vector<Eigen::Vector3d> kPoses = {{0, 0, 0.3}, {-2, 1, -2.0}, {4.5, -2, 1.7}, {1.2, 0.4, 3.0}};
 
 std::int8_t odds_at(const TileTree& tiles, CellKey cell) {
-  return tiles.read(TileIndex::of({cell.first, cell.second})).odds[Tile::place(cell.first, cell.second)];
+  return tiles.read(Tile::index_of({cell.first, cell.second})).odds[Tile::place(cell.first, cell.second)];
 }
 
 /// The cells that a beam passes, found by walking along it in steps much shorter than a cell.

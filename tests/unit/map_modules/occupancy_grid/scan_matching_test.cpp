@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "map_modules/occupancy_grid/scan_matching.hpp"
+#include "map_modules/scan_matching/scan_matching.hpp"
 
 #include <gtest/gtest.h>
 

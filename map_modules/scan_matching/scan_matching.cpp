@@ -42,15 +42,14 @@ ScanMatcher::ScanMatcher(const MatchSettings& settings, double resolution)
 
 double ScanMatcher::margin() const { return settings_.coarse_distance + 4.0 * settings_.wide_sigma; }
 
-void ScanMatcher::descend(const TileWindow& window, std::span<const Eigen::Vector2f> points, const MatchPrior& prior,
-                          Eigen::Vector3d d, Match& out) const {
+void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Eigen::Vector3d d, Match& out) const {
   const double kappa = settings_.curvature_scale;
   Eigen::Matrix3d information;
   Eigen::Vector3d pull;  // P⁻¹ d, which exists where P does not have an inverse
   FieldFit fit;
   for (const bool narrow : {false, true}) {
     for (int i = 0; i < settings_.max_iterations; ++i) {
-      fit = fit_points(window, narrow ? narrow_ : wide_, points, prior.mean + d, resolution_);
+      fit = target.fit(narrow ? narrow_ : wide_, prior.mean + d);
       ++out.evaluations;
       information = kappa * fit.JtJ;
       const Eigen::Vector3d gradient = information * d + kappa * fit.Jtr;
@@ -70,8 +69,7 @@ void ScanMatcher::descend(const TileWindow& window, std::span<const Eigen::Vecto
   out.log_evidence = settings_.evidence_tempering * fit.log_likelihood - 0.5 * pull.dot(d);
 }
 
-Eigen::Vector3d ScanMatcher::search(const TileWindow& window, std::span<const Eigen::Vector2f> points,
-                                    const MatchPrior& prior) const {
+Eigen::Vector3d ScanMatcher::search(const MatchTarget& target, const MatchPrior& prior) const {
   const double step = std::max(resolution_, 0.75 * settings_.wide_sigma);
   const int shifts = static_cast<int>(settings_.coarse_distance / step);
   const int turns = static_cast<int>(settings_.coarse_angle / kSearchYawStep);
@@ -81,7 +79,7 @@ Eigen::Vector3d ScanMatcher::search(const TileWindow& window, std::span<const Ei
     for (int y = -shifts; y <= shifts; ++y) {
       for (int x = -shifts; x <= shifts; ++x) {
         const Eigen::Vector3d d = prior.start + Eigen::Vector3d(x * step, y * step, turn * kSearchYawStep);
-        const double sum = sum_likelihood(window, wide_, points, prior.mean + d, resolution_);
+        const double sum = target.sum_likelihood(wide_, prior.mean + d);
         if (sum <= best_sum) continue;
         best_sum = sum;
         best = d;
@@ -91,15 +89,14 @@ Eigen::Vector3d ScanMatcher::search(const TileWindow& window, std::span<const Ei
   return best;
 }
 
-Match ScanMatcher::match(const TileWindow& window, std::span<const Eigen::Vector2f> points,
-                         const MatchPrior& prior) const {
+Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
   Match match;
-  descend(window, points, prior, prior.start, match);
+  descend(target, prior, prior.start, match);
   if (!match.failed) return match;
   match.searched = true;
-  descend(window, points, prior, search(window, points, prior), match);
+  descend(target, prior, search(target, prior), match);
   if (!match.failed) return match;
-  const FieldFit fit = fit_points(window, narrow_, points, prior.mean, resolution_);
+  const FieldFit fit = target.fit(narrow_, prior.mean);
   match.d.setZero();
   match.score = fit.score;
   match.log_evidence = settings_.evidence_tempering * fit.log_likelihood;

@@ -5,8 +5,7 @@
 #include <span>
 
 #include "likelihood_field.hpp"
-#include "occupancy_grid_settings.hpp"
-#include "tile_window.hpp"
+#include "scan_settings.hpp"
 
 namespace waymark::grid {
 
@@ -29,6 +28,34 @@ struct Match {
   bool failed = false;        ///< the prior stands: Λ and η are zero
 };
 
+/// A scan over the map of one particle.
+class MatchTarget {
+ public:
+  virtual ~MatchTarget() = default;
+  /// With the base at `xyyaw`.
+  virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
+  virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
+};
+
+/// End points over one field.
+template <class Field>
+class PlanarTarget final : public MatchTarget {
+ public:
+  PlanarTarget(const Field& field, std::span<const Eigen::Vector2f> points, double resolution)
+      : field_(field), points_(points), resolution_(resolution) {}
+  FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
+    return fit_points(field_, table, points_, xyyaw, resolution_);
+  }
+  double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
+    return grid::sum_likelihood(field_, table, points_, xyyaw, resolution_);
+  }
+
+ private:
+  const Field& field_;
+  std::span<const Eigen::Vector2f> points_;
+  double resolution_;
+};
+
 /// Matches scans against likelihood fields: Gauss-Newton on Σ (1 − L)² with the prior as a term, on a wide field first,
 /// for the basin, then on a narrow one. Where that fails, from the best place of a coarse correlative search (E. Olson,
 /// ICRA 2009). Along directions that the scan says nothing about, the prior stays as it is.
@@ -36,16 +63,18 @@ class ScanMatcher {
  public:
   ScanMatcher(const MatchSettings& settings, double resolution);
 
-  /// How far `window` must reach beyond the end points at the prior's mean and at the start [m].
+  /// How far the field must reach beyond the end points at the prior's mean and at the start [m].
   double margin() const;
-  Match match(const TileWindow& window, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const;
+  Match match(const MatchTarget& target, const MatchPrior& prior) const;
+  template <class Field>
+  Match match(const Field& field, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const {
+    return match(PlanarTarget<Field>(field, points, resolution_), prior);
+  }
 
  private:
   /// The maximum a posteriori from `d` on, on the narrow field in the end.
-  void descend(const TileWindow& window, std::span<const Eigen::Vector2f> points, const MatchPrior& prior,
-               Eigen::Vector3d d, Match& out) const;
-  Eigen::Vector3d search(const TileWindow& window, std::span<const Eigen::Vector2f> points,
-                         const MatchPrior& prior) const;
+  void descend(const MatchTarget& target, const MatchPrior& prior, Eigen::Vector3d d, Match& out) const;
+  Eigen::Vector3d search(const MatchTarget& target, const MatchPrior& prior) const;
 
   MatchSettings settings_;
   double resolution_;

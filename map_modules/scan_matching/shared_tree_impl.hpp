@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tile_tree.hpp"
+#pragma once
 
 #include <algorithm>
 #include <cassert>
@@ -7,13 +7,15 @@
 
 namespace waymark::grid {
 
-const void* TileTree::identity(const Slot& slot) {
+template <class Tile>
+const void* SharedTree<Tile>::identity(const Slot& slot) {
   if (const auto* tile = std::get_if<Cow<Tile>>(&slot)) return tile->identity();
   if (const auto* node = std::get_if<Cow<Node>>(&slot)) return node->identity();
   return nullptr;
 }
 
-const Tile& TileTree::read(TileIndex index) const {
+template <class Tile>
+const Tile& SharedTree<Tile>::read(TileIndex index) const {
   const Key key = key_of(index);
   if (key.above(height_) != prefix_) return empty_tile();
   const Slot* slot = &root_;
@@ -26,7 +28,8 @@ const Tile& TileTree::read(TileIndex index) const {
   return tile == nullptr ? empty_tile() : tile->read();
 }
 
-Tile& TileTree::write(TileIndex index) {
+template <class Tile>
+Tile& SharedTree<Tile>::write(TileIndex index) {
   assert(std::abs(index.x) <= kMaxIndex && std::abs(index.y) <= kMaxIndex);
   const Key key = key_of(index);
   if (std::holds_alternative<std::monostate>(root_)) {
@@ -49,8 +52,9 @@ Tile& TileTree::write(TileIndex index) {
   return std::get<Cow<Tile>>(*slot).write();
 }
 
-void TileTree::gather_below(const Slot& slot, int height, Key prefix, const TileRect& rect,
-                            std::span<const Tile*> out) {
+template <class Tile>
+void SharedTree<Tile>::gather_below(const Slot& slot, int height, Key prefix, const TileRect& rect,
+                                    std::span<const Tile*> out) {
   // The block of tiles below this slot, cut to the rectangle; 64 bits, since a block may reach beyond all indices.
   const std::int64_t side = std::int64_t{1} << (kFanBits * height);
   const auto first = [&](std::uint32_t digits) { return static_cast<std::int64_t>(digits) * side - kMiddle; };
@@ -73,29 +77,32 @@ void TileTree::gather_below(const Slot& slot, int height, Key prefix, const Tile
   }
 }
 
-void TileTree::gather(const TileRect& rect, std::span<const Tile*> out) const {
+template <class Tile>
+void SharedTree<Tile>::gather(const TileRect& rect, std::span<const Tile*> out) const {
   std::fill(out.begin(), out.end(), &empty_tile());
   gather_below(root_, height_, prefix_, rect, out);
 }
 
-std::size_t TileTree::tiles() const {
+template <class Tile>
+std::size_t SharedTree<Tile>::tiles() const {
   std::size_t count = 0;
   for_all([&](TileIndex, const Tile&, bool) { ++count; });
   return count;
 }
 
-std::size_t TileTree::bytes_of(std::span<const TileTree* const> trees) {
+template <class Tile>
+std::size_t SharedTree<Tile>::bytes_of(std::span<const SharedTree* const> trees) {
   std::set<const void*> seen;
   std::size_t bytes = 0;
   const auto add = [&](const auto& self, const Slot& slot) -> void {
     const void* const id = identity(slot);
     if (id == nullptr || !seen.insert(id).second) return;
     const auto* node = std::get_if<Cow<Node>>(&slot);
-    bytes += node == nullptr ? sizeof(Tile) : sizeof(Node);
+    bytes += node == nullptr ? std::get<Cow<Tile>>(slot)->bytes(seen) : sizeof(Node);
     if (node == nullptr) return;
     for (const Slot& child : (*node)->children) self(self, child);
   };
-  for (const TileTree* tree : trees) add(add, tree->root_);
+  for (const SharedTree* tree : trees) add(add, tree->root_);
   return bytes;
 }
 

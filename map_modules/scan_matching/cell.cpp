@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell.hpp"
+
+#include <cmath>
+
+#include "waymark/error.hpp"
+
+namespace waymark::grid {
+
+TileRect TileRect::around(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double side) {
+  const Eigen::Vector2d first = low / side;
+  const Eigen::Vector2d last = high / side;
+  constexpr double kMost = TileIndex::kMost;
+  if (!(first.minCoeff() > -kMost && last.maxCoeff() < kMost)) {  // NaN, too
+    throw Error("the scan lies outside of what a grid can hold");
+  }
+  const auto index = [](double tiles) { return static_cast<std::int32_t>(std::floor(tiles)); };
+  return {{index(first.x()), index(first.y())}, {index(last.x()), index(last.y())}};
+}
+
+}  // namespace waymark::grid

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scan_settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace waymark::grid {
+
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+/// A scan reaches so many cells at most: it is looked at in one window of tiles.
+constexpr double kLongestReach = 5000.0;
+
+}  // namespace
+
+ScanSettings ScanSettings::read(const Config& config, double resolution) {
+  ScanSettings s{};
+  s.range_min = config.non_negative("range_min_m", 0.1);
+  s.range_max = config.positive("range_max_m", 40.0);
+  s.no_return = config.positive("no_return_m", s.range_max);
+  s.no_return_clears = config.non_negative("no_return_clears_m", 0.0);
+  s.update_distance = config.non_negative("update_distance_m", 0.2);
+  s.update_angle = kRadPerDeg * config.non_negative("update_angle_deg", 11.5);
+  s.update_after = from_seconds(config.non_negative("update_after_s", 0.0));
+  if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");
+  if (std::max(s.range_max, s.no_return_clears) > kLongestReach * resolution) {
+    config.fail(s.range_max > kLongestReach * resolution ? "range_max_m" : "no_return_clears_m",
+                "must be at most 5000 times resolution_m");
+  }
+  if (s.no_return_clears > s.no_return) config.fail("no_return_clears_m", "must not exceed no_return_m");
+  return s;
+}
+
+MatchSettings MatchSettings::read(const Config& config) {
+  MatchSettings s{};
+  s.wide_sigma = config.positive("wide_sigma_m", 0.12);
+  s.narrow_sigma = config.positive("narrow_sigma_m", 0.05);
+  s.curvature_scale = config.positive("curvature_scale", 100.0);
+  s.evidence_tempering = config.number_in("evidence_tempering", 0.0, 1.0, 0.03);
+  s.min_score = config.number_in("min_score", 0.0, 1.0, 0.3);
+  s.max_iterations = static_cast<int>(config.integer_in("max_iterations", 1, 1000, 12));
+  s.coarse_distance = config.non_negative("coarse_distance_m", 0.28);
+  s.coarse_angle = kRadPerDeg * config.number_in("coarse_angle_deg", 0.0, 180.0, 7.0);
+  const double position = config.positive("sigma_floor_m", 0.001);
+  s.floor = {position, position, kRadPerDeg * config.positive("sigma_floor_deg", 0.03)};
+  if (s.wide_sigma < s.narrow_sigma) config.fail("wide_sigma_m", "must not be below narrow_sigma_m");
+  return s;
+}
+
+OddsSettings OddsSettings::read(const Config& config) {
+  const auto steps = [&](std::string_view key, double low, double high, double fallback) {
+    return static_cast<int>(std::lround(kSteps * config.number_in(key, low, high, fallback)));
+  };
+  OddsSettings s{};
+  s.hit = steps("hit", 1.0 / kSteps, 6.0, 0.85);
+  s.miss = steps("miss", -6.0, -1.0 / kSteps, -0.4);
+  s.low = steps("min", -6.0, -1.0 / kSteps, -2.0);
+  s.high = steps("max", 1.0 / kSteps, 6.0, 3.5);
+  return s;
+}
+
+LoadSettings LoadSettings::read(const Config& config) {
+  LoadSettings s;
+  const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");
+  s.use = mode == "map" ? MapUse::map : mode == "continue" ? MapUse::continue_map : MapUse::localize;
+  if (config.has("load")) s.file = config.file().parent_path() / config.text("load");
+  if (s.use == MapUse::map && !s.file.empty()) config.fail("mode", "must be continue or localize for a loaded map");
+  if (s.use != MapUse::map && s.file.empty()) config.fail("mode", "continue and localize need a map: load");
+  return s;
+}
+
+}  // namespace waymark::grid

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+
+#include "waymark/config.hpp"
+#include "waymark/time.hpp"
+
+namespace waymark::grid {
+
+/// What of a scan is used, and which scans are.
+struct ScanSettings {
+  double range_min;         ///< nearer returns are the robot itself [m]
+  double range_max;         ///< farther returns are not used [m]
+  double no_return;         ///< readings at or above this mean that nothing came back [m]
+  double no_return_clears;  ///< such a beam says that it is free up to here [m]; 0: it says nothing
+  double update_distance;   ///< a scan is taken when the robot has moved this far since the last one [m],
+  double update_angle;      ///< or has turned by this much [rad],
+  Duration update_after;    ///< or when so long has passed; 0: never for that reason
+
+  /// Reads them from the map's node of the YAML. Throws ConfigError.
+  static ScanSettings read(const Config& config, double resolution);
+};
+
+/// Matching on the likelihood field.
+struct MatchSettings {
+  double wide_sigma;          ///< of the first stage [m]: the basin
+  double narrow_sigma;        ///< of the second [m]: the precision
+  double curvature_scale;     ///< κ: information of one squared residual
+  double evidence_tempering;  ///< exponent of the scan's likelihood in the weight: beams are not independent
+  double min_score;           ///< mean likelihood, 0..1, below which a match has failed
+  int max_iterations;         ///< of each stage
+  double coarse_distance;     ///< half width of the coarse search [m]
+  double coarse_angle;        ///< [rad]
+  Eigen::Vector3d floor;      ///< σ of (x [m], y [m], yaw [rad]) that is added to every match
+
+  /// From the node `match`. Throws ConfigError.
+  static MatchSettings read(const Config& config);
+};
+
+/// What hits and misses do, in steps of 1/kSteps.
+struct OddsSettings {
+  static constexpr double kSteps = 20.0;
+  int hit;
+  int miss;  ///< negative
+  int low;
+  int high;
+
+  /// From the node `log_odds`. Throws ConfigError.
+  static OddsSettings read(const Config& config);
+};
+
+/// What a map that was loaded is for.
+enum class MapUse {
+  map,           ///< none is loaded
+  continue_map,  ///< it goes on being written
+  localize       ///< it stays as it is
+};
+
+/// The map to begin with, as the YAML names it.
+struct LoadSettings {
+  MapUse use = MapUse::map;
+  std::filesystem::path file;  ///< empty: none
+
+  /// From the keys `mode` and `load` of the map's node. Throws ConfigError.
+  static LoadSettings read(const Config& config);
+};
+
+}  // namespace waymark::grid

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "scan_settings.hpp"
+#include "waymark/map_module.hpp"
+
+namespace waymark::grid {
+
+/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
+class ScanSpacing {
+ public:
+  /// True if this scan is taken; `motion` is the robot's at its stamp. Scans that come late are taken.
+  bool takes(Time stamp, const MotionWindow& motion, const ScanSettings& settings);
+
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  std::optional<Time> last_;   // scan, taken or not
+  std::optional<Time> taken_;  // the last one that was
+  double distance_ = 0.0;      // since then [m]
+  double angle_ = 0.0;         // [rad]
+};
+
+}  // namespace waymark::grid
