@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <iterator>
 #include <vector>
@@ -29,6 +30,18 @@ char pixel_of(std::uint8_t percent) {
 std::uint8_t percent_of(CellState state) {
   if (state == CellState::unknown) return GridView::kUnknown;
   return state == CellState::occupied ? 100 : 0;
+}
+
+/// A name as a scalar of YAML.
+std::string quoted_if_needed(std::string_view name) {
+  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
+  if (!name.empty() && std::isalnum(static_cast<unsigned char>(name.front())) != 0 &&
+      std::ranges::all_of(name, is_plain)) {
+    return std::string(name);
+  }
+  std::string quoted = "'";
+  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
 }
 
 }  // namespace
@@ -80,8 +93,8 @@ std::string legend_text(const GridView& grid, std::string_view image) {
   return fmt::format(
       "image: {}\nmode: trinary\nresolution: {}\norigin: [{}, {}, {}]\nnegate: 0\noccupied_thresh: {}\n"
       "free_thresh: {}\n",
-      image, grid.resolution_m, grid.T_map_grid.p.x(), grid.T_map_grid.p.y(), grid.T_map_grid.yaw(), kOccupiedThreshold,
-      kFreeThreshold);
+      quoted_if_needed(image), grid.resolution_m, grid.T_map_grid.p.x(), grid.T_map_grid.p.y(), grid.T_map_grid.yaw(),
+      kOccupiedThreshold, kFreeThreshold);
 }
 
 }  // namespace waymark::map_formats

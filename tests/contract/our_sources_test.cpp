@@ -20,6 +20,15 @@ TEST(OurSources, TheSimulatorKeepsTheContract) {
   EXPECT_EQ(to_text(check_source([] { return make<Source>("simulator", kSimulation); })), "");
 }
 
+TEST(OurSources, TheSimulatorsCloudsKeepTheContract) {
+  // The rig mounts "altimeter" below the base, so there is no ground to see.
+  const std::string clouds =
+      "{ duration_s: 20, course: { waypoints_m: [0, 0, 12, 0, 12, 8, 0, 8] }, ground: false,"
+      "  walls_m: [-3, -3, 15, -3, 15, -3, 15, 11],"
+      "  lidar_3d: { sensor: altimeter, rate_hz: 2, sweep_s: 0.1, beams: 90, step_deg: 4 } }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("simulator", clouds); })), "");
+}
+
 class OurCsv : public ::testing::Test {
  protected:
   OurCsv() {

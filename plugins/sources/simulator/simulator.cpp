@@ -17,6 +17,7 @@
 #include "simulated_gps.hpp"
 #include "simulated_inertial.hpp"
 #include "simulated_lidar.hpp"
+#include "simulated_lidar_3d.hpp"
 #include "simulated_wheels.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
@@ -53,6 +54,8 @@ class Simulator : public Source {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
+    if (config.has("lidar_3d"))
+      sensors_.push_back(std::make_unique<SimulatedLidar3d>(config.child("lidar_3d"), rig, truth_.world));
     if (config.has("camera")) {
       sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
     }
@@ -61,7 +64,7 @@ class Simulator : public Source {
       sensors_.push_back(std::make_unique<SimulatedCompass>(config.child("compass"), rig, magnetism_));
     }
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, camera, imu, compass is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
@@ -114,7 +117,8 @@ class Simulator : public Source {
     const Course course(config.child("course"));
     const DriveLimits limits = read_limits(config);
     // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
-    const bool furnished = config.has("landmarks") || config.has("walls_m") || config.has("clutter");
+    const bool furnished =
+        config.has("landmarks") || config.has("walls_m") || config.has("boxes_m") || config.has("clutter");
     World world = read_world(config, furnished ? nominal_path(course, limits) : Path{}, seed);
     return {drive(course, limits, duration, seed), std::move(world), seed};
   }
