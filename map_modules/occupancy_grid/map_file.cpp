@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_file.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -49,14 +47,11 @@ void compute_distances(TileTree& tiles) {
 LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds) {
   using map_formats::CellState;
   const map_formats::Legend legend = map_formats::read_legend(yaml);
-  if (legend.origin_m_rad[2] != 0.0) {
-    throw DataError(fmt::format("{}: origin: the third number, the yaw, must be 0, but is {}", yaml.string(),
-                                legend.origin_m_rad[2]));
-  }
   const map_formats::Greymap picture = map_formats::read_greymap(yaml.parent_path() / legend.image);
   LoadedMap map;
   map.resolution = legend.resolution_m;
-  map.corner = {legend.origin_m_rad[0], legend.origin_m_rad[1]};
+  const auto& [x0, y0, yaw] = legend.origin_m_rad;
+  map.T_map_grid = Pose::planar(x0, y0, yaw);
   Tile* tile = nullptr;
   TileIndex at;
   for (int y = 0; y < picture.height; ++y) {

@@ -44,6 +44,7 @@ MatchSettings MatchSettings::read(const Config& config) {
   s.max_iterations = static_cast<int>(config.integer_in("max_iterations", 1, 1000, 12));
   s.coarse_distance = config.non_negative("coarse_distance_m", 0.28);
   s.coarse_angle = kRadPerDeg * config.number_in("coarse_angle_deg", 0.0, 180.0, 7.0);
+  s.spread_draws = static_cast<int>(config.integer_in("spread_draws", 0, 10'000'000, 10'000));
   const double position = config.positive("sigma_floor_m", 0.001);
   s.floor = {position, position, kRadPerDeg * config.positive("sigma_floor_deg", 0.03)};
   if (s.wide_sigma < s.narrow_sigma) config.fail("wide_sigma_m", "must not be below narrow_sigma_m");

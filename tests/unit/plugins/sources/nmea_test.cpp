@@ -244,7 +244,7 @@ TEST_F(Nmea, TheYamlMustMakeSense) {
   EXPECT_THAT(error_of<ConfigError>("heading: { sensor: compass, times: next }\n"),
               HasSubstr("did you mean \"time\"?"));
   std::filesystem::remove(folder_ / "log.nmea");
-  EXPECT_THAT(error_of<ConfigError>(""), HasSubstr("log.nmea does not exist"));
+  EXPECT_THAT(error_of<ConfigError>(""), HasSubstr("log.nmea cannot be read: No such file"));
 }
 
 TEST_F(Nmea, AStreamIsReadAsItComes) {
