@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/system/outputs.hpp"
 
 namespace waymark::system_test {
@@ -83,6 +85,25 @@ TEST_F(MapCommand, AnOctreeOfOctoMapItselfIsRead) {
     return text.substr(text.find("\nid OcTree\n"));
   };
   EXPECT_EQ(nodes(at("corridor.bt")), nodes(corridor));
+}
+
+TEST_F(MapCommand, VoxelsAreScoredAgainstSurfaces) {
+  ASSERT_EQ(convert("room.yaml", "room.bt").exit_code, 0);
+  // The occupied column of cells is at x 0.2 to 0.3, y 0.4 to 0.7; a wall through its middle, of the same length.
+  write_text(folder_ / "truth.csv", "kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m\nwall,0.25,0.4,0.25,0.7,0,0.1\n");
+  const std::vector<std::string> arguments{"evaluate", "--voxels", at("room.bt"), "--surfaces", at("truth.csv")};
+  const Outcome text = waymark(arguments);
+  EXPECT_TRUE(shows(text, {"voxels"}));
+  EXPECT_THAT(text.out, HasSubstr("100.00 %: 3 of 3 occupied voxels within 0.1 m of a true surface\n"));
+  std::vector<std::string> with_json = arguments;
+  with_json.insert(with_json.end(), {"--json", "--voxel-tolerance-m", "0.02"});
+  const nlohmann::json voxels = nlohmann::json::parse(waymark(with_json).out).at("voxels");
+  EXPECT_EQ(voxels.at("occupied"), 3);
+  EXPECT_EQ(voxels.at("recall"), 1.0);
+  EXPECT_EQ(voxels.at("tolerance_m"), 0.02);
+  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt")}), 1, {"--voxels and --surfaces belong together"}));
+  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt"), "--surfaces", at("room.yaml")}), 1,
+                    {"room.yaml:1", "the first row must be"}));
 }
 
 TEST_F(MapCommand, InfoCountsLandmarks) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@
 #include "simulated_lidar.hpp"
 #include "simulated_lidar_3d.hpp"
 #include "simulated_wheels.hpp"
+#include "surfaces_file.hpp"
+#include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
 
@@ -68,11 +71,15 @@ class Simulator : public Source {
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
+    if (config.has("surfaces_file")) surfaces_file_ = config.file().parent_path() / config.text("surfaces_file");
   }
 
   const std::vector<Channel>& channels() const override { return channels_; }
 
   std::optional<Measurement> next() override {
+    // Here, so that who only looks at a configuration writes nothing.
+    if (!surfaces_file_.empty())
+      write_file(std::exchange(surfaces_file_, std::filesystem::path()), surfaces_csv(truth_.world));
     while (true) {
       const auto earliest = std::ranges::min_element(
           sensors_, {}, [&](const auto& sensor) { return sensor->next_arrival(truth_, duration_); });
@@ -143,6 +150,7 @@ class Simulator : public Source {
   std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;
+  std::filesystem::path surfaces_file_;  // empty: none, or already written
   std::uint64_t sequence_ = 0;
   Duration position_{0};  // when the newest of the delivered was measured
 };

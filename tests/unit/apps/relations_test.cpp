@@ -2,6 +2,7 @@
 #include "apps/waymark/evaluation/relations.hpp"
 
 #include <gmock/gmock.h>
+
 #include <cmath>
 #include <fstream>
 #include <numbers>

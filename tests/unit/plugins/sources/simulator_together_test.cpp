@@ -148,7 +148,7 @@ TEST(SimulatorTogether, ContinuesFromASavedPosition) {
 TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {
   const Config config = Config::parse(
       "{ duration_s: 5, course: { waypoints_m: [0, 0, 5, 0, 5, 5] }, walls_m: [9, 9, 8, 9], wall_height_m: 2,"
-      "  boxes_m: [9, 0, 1, 2, 0.5], ground: true, ceiling_m: 4,"
+      "  boxes_m: [9, 0, 1, 2, 0.5], ground: true, ceiling_m: 4, surfaces_file: truth.csv,"
       "  landmarks: { list_m: [2, 9, 0.2, 4, 9, 0.2], seed: 2, height_m: [2, 3], textures: 3, list_texture: [0, 2],"
       "               metal_textures: [2] },"
       "  clutter: { stones: 1, boxes: 1, corners: 1, area_m: [-9, -9, 9, 9], seed: 3, course_clearance_m: 0.5,"
