@@ -34,6 +34,14 @@ class OccupancyGrid final : public MapModule {
     map->load(in);
     return map;
   }
+
+  void describe(std::span<const ParticleMap* const> of_all_particles, std::vector<MapFigure>& out) const override {
+    std::vector<const grid::TileTree*> trees;
+    trees.reserve(of_all_particles.size());
+    for (const ParticleMap* map : of_all_particles)
+      trees.push_back(&static_cast<const grid::ParticleGrid*>(map)->tiles());
+    grid::TileTree::describe_memory(trees, out);
+  }
   void save(OutArchive& out) const override { spacing_.save(out); }
   void load(InArchive& in) override { spacing_.load(in); }
 

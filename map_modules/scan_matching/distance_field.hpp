@@ -30,7 +30,7 @@ struct StoredDistance {
 
 /// The distance to the nearest occupied cell, none of which is nearer than `at_least`.
 template <class Window>
-std::uint8_t search_distance(const Window& window, int x, int y, std::uint8_t at_least) {
+std::uint8_t search_distance(Window& window, int x, int y, std::uint8_t at_least) {
   const std::vector<StoredDistance::Offset>& offsets = StoredDistance::disc();
   for (std::size_t i = StoredDistance::first_at()[at_least]; i < offsets.size(); ++i) {
     const StoredDistance::Offset o = offsets[i];

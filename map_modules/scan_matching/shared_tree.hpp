@@ -7,10 +7,12 @@
 #include <set>
 #include <span>
 #include <variant>
+#include <vector>
 
 #include "cell.hpp"
 #include "waymark/archive.hpp"
 #include "waymark/cow.hpp"
+#include "waymark/map_module.hpp"
 
 namespace waymark::grid {
 
@@ -52,6 +54,8 @@ class SharedTree {
   bool shares_root_with(const SharedTree& other) const { return identity(root_) == identity(other.root_); }
   /// Bytes of the tiles and nodes of these trees, each shared one counted once.
   static std::size_t bytes_of(std::span<const SharedTree* const> trees);
+  /// The figures `memory_all_bytes`, of all trees together, and `memory_deep_bytes`, if each were a copy of its own.
+  static void describe_memory(std::span<const SharedTree* const> trees, std::vector<MapFigure>& out);
 
   void save(OutArchive& out) const;
   /// Throws DataError if what is read is no such tree.

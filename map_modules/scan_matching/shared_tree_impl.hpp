@@ -106,4 +106,12 @@ std::size_t SharedTree<Tile>::bytes_of(std::span<const SharedTree* const> trees)
   return bytes;
 }
 
+template <class Tile>
+void SharedTree<Tile>::describe_memory(std::span<const SharedTree* const> trees, std::vector<MapFigure>& out) {
+  std::size_t deep = 0;
+  for (std::size_t i = 0; i < trees.size(); ++i) deep += bytes_of(trees.subspan(i, 1));
+  out.push_back({"memory_all_bytes", static_cast<double>(bytes_of(trees))});
+  out.push_back({"memory_deep_bytes", static_cast<double>(deep)});
+}
+
 }  // namespace waymark::grid

@@ -82,5 +82,41 @@ TEST(OurOccupancyGrid, TheScansOfTheseTestsMakeAMap) {
   EXPECT_GT(grid->width, 100);
 }
 
+class OurOctomapGrid : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(OurOctomapGrid, KeepsTheContractOnScans) {
+  const auto module = make<MapModule>("octomap_grid", GetParam());
+  EXPECT_EQ(to_text(check_map_module(*module, mapping_steps(12))), "");
+}
+
+/// The same scans as clouds: four of them above one another.
+TEST_P(OurOctomapGrid, KeepsTheContractOnClouds) {
+  std::vector<MappingStep> steps = mapping_steps(10);
+  for (MappingStep& step : steps) {
+    const auto& scan = step.trigger.as<LaserScan>();
+    auto cloud = std::make_shared<PointCloud>();
+    for (std::size_t k = 0; k < scan.ranges_m.size(); ++k) {
+      const auto bearing = static_cast<float>(scan.start_rad + static_cast<double>(k) * scan.step_rad);
+      const float r = scan.ranges_m[k];
+      if (r > 19.0f) continue;
+      for (const float up : {-0.1f, 0.0f, 0.1f, 0.2f}) {
+        cloud->points_m.emplace_back(r * std::cos(bearing), r * std::sin(bearing), r * up);
+        cloud->offsets_s.push_back(1e-4f * static_cast<float>(k));
+      }
+    }
+    step.trigger.payload = std::move(cloud);
+    step.T_map_base.q = so3::from_rpy(0.02, -0.01, step.T_map_base.yaw());
+    step.motion.v_base.x() = 0.5;
+  }
+  const auto module = make<MapModule>("octomap_grid", GetParam());
+  EXPECT_EQ(to_text(check_map_module(*module, steps)), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Settings, OurOctomapGrid,
+    ::testing::Values("{ inputs: [lidar], update_distance_m: 0, range_max_m: 19 }",
+                      "{ inputs: [lidar], update_distance_m: 0, range_max_m: 19, no_return_m: 20.5,"
+                      "  no_return_clears_m: 10, resolution_m: 0.2, match: { max_points: 200 } }"));
+
 }  // namespace
 }  // namespace waymark::contract_test

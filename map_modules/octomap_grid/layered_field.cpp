@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "layered_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/error.hpp"
+#include "waymark/so3.hpp"
+
+namespace waymark::octo {
+
+namespace {
+
+const std::uint8_t* far_slab() {
+  static const Slab slab;
+  return slab.distance.data();
+}
+
+}  // namespace
+
+void LayeredTarget::open(const VoxelMap& map, const Pose& T_map_base, double reach,
+                         std::span<const Eigen::Vector3f> points, const OctomapGridSettings& settings) {
+  resolution_ = settings.resolution;
+  const Eigen::Vector2d center = T_map_base.p.head<2>();
+  rect_ = TileRect::around(center.array() - reach, center.array() + reach, resolution_ * Slab::kSide);
+  columns_.resize(rect_.size());
+  map.gather(rect_, columns_);
+  constexpr double kMost = double{TileIndex::kMost} * Slab::kSide;
+  if (!((std::abs(T_map_base.p.z()) + reach) / resolution_ < kMost))
+    throw Error("the scan lies outside of what a grid can hold");
+
+  const Eigen::Matrix3d R_level_base =
+      so3::from_rpy(0.0, 0.0, -T_map_base.yaw()).toRotationMatrix() * T_map_base.q.toRotationMatrix();
+  levelled_.clear();
+  for (const Eigen::Vector3f& point : points) {
+    const Eigen::Vector3d p = R_level_base * point.cast<double>();
+    if (!settings.match_heights.hold(p.z())) continue;
+    const double z = std::floor((p.z() + T_map_base.p.z()) / resolution_);
+    levelled_.push_back({static_cast<std::int32_t>(z), p.head<2>().cast<float>()});
+  }
+  std::ranges::stable_sort(levelled_, {}, &Levelled::z);
+  points_.clear();
+  layers_.clear();
+  for (const Levelled& one : levelled_) {
+    if (layers_.empty() || layers_.back().z != one.z) layers_.push_back({one.z, points_.size(), points_.size()});
+    points_.push_back(one.p);
+    layers_.back().end = points_.size();
+  }
+  slabs_.assign(layers_.size() * rect_.size(), far_slab());
+  std::size_t at = 0;
+  for (const Layer& layer : layers_) {
+    for (const TileColumn* column : columns_) {
+      const VoxelTile* tile = column->find(tile_of(layer.z));
+      const Slab* slab = tile == nullptr ? nullptr : tile->slab(layer.z);
+      if (slab != nullptr) slabs_[at] = slab->distance.data();
+      ++at;
+    }
+  }
+}
+
+grid::FieldFit LayeredTarget::fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
+  grid::FieldSums sums;
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    sums = grid::add_points(sums, field(i), table, points(layers_[i]), xyyaw, resolution_);
+  return sums.fit(resolution_);
+}
+
+double LayeredTarget::sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    sum += grid::sum_likelihood(field(i), table, points(layers_[i]), xyyaw, resolution_);
+  return sum;
+}
+
+}  // namespace waymark::octo

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "octomap_grid_settings.hpp"
+#include "scan_matching.hpp"
+#include "voxel_tile.hpp"
+#include "waymark/pose.hpp"
+
+namespace waymark::octo {
+
+/// The distances of one layer of a map around a scan, as a field that points are matched on.
+class LayerField {
+ public:
+  static constexpr int kSide = Slab::kSide;
+
+  LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : rect_(&rect), slabs_(slabs) {}
+
+  Cell origin() const { return {rect_->low.x * kSide, rect_->low.y * kSide}; }
+  int columns() const { return rect_->width() * kSide; }
+  int rows() const { return rect_->height() * kSide; }
+  bool holds(int x, int y) const {
+    return static_cast<unsigned>(x) < static_cast<unsigned>(columns()) &&
+           static_cast<unsigned>(y) < static_cast<unsigned>(rows());
+  }
+  std::size_t slot(int x, int y) const {
+    constexpr int kBits = VoxelOctree::kBits;
+    return static_cast<std::size_t>(y >> kBits) * static_cast<std::size_t>(rect_->width()) +
+           static_cast<std::size_t>(x >> kBits);
+  }
+  const std::uint8_t* distances(std::size_t slot) const { return slabs_[slot]; }
+  std::uint8_t distance(int x, int y) const { return slabs_[slot(x, y)][Slab::place(x, y)]; }
+
+ private:
+  const TileRect* rect_;
+  std::span<const std::uint8_t* const> slabs_;
+};
+
+/// A scan over one particle's map: every point over the layer that it lies in. Height, roll and pitch are those of the
+/// prior's mean, so x, y and yaw do not move a point from layer to layer. Kept from scan to scan for its storage.
+class LayeredTarget final : public grid::MatchTarget {
+ public:
+  /// Looks at the tiles within `reach` [m] of the base. `points` are in the base frame; those outside of the heights
+  /// are left out. Throws Error if that is no place for a map.
+  void open(const VoxelMap& map, const Pose& T_map_base, double reach, std::span<const Eigen::Vector3f> points,
+            const OctomapGridSettings& settings);
+  /// No point is left.
+  bool empty() const { return points_.empty(); }
+
+  grid::FieldFit fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
+  double sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
+
+ private:
+  struct Layer {
+    std::int32_t z;
+    std::size_t first;  // of its points
+    std::size_t end;
+  };
+  struct Levelled {
+    std::int32_t z;
+    Eigen::Vector2f p;
+  };
+
+  LayerField field(std::size_t layer) const {
+    return {rect_, std::span(slabs_).subspan(layer * rect_.size(), rect_.size())};
+  }
+  std::span<const Eigen::Vector2f> points(const Layer& layer) const {
+    return std::span(points_).subspan(layer.first, layer.end - layer.first);
+  }
+
+  TileRect rect_;
+  double resolution_ = 1.0;
+  std::vector<const TileColumn*> columns_;
+  std::vector<const std::uint8_t*> slabs_;  // per layer and column
+  std::vector<Levelled> levelled_;
+  std::vector<Layer> layers_;
+  std::vector<Eigen::Vector2f> points_;  // in the base's place, but level; layer by layer
+};
+
+}  // namespace waymark::octo

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "octomap_grid_settings.hpp"
+#include "voxel_tile.hpp"
+#include "waymark/map_module.hpp"
+
+namespace waymark::octo {
+
+/// What a whole map comes to.
+struct MapFigures {
+  std::size_t occupied = 0;  ///< voxels
+  std::size_t free = 0;
+  double mean_entropy_bit = 0.0;  ///< of the known voxels: 0 is a crisp map, 1 says nothing
+  std::size_t nodes = 0;          ///< of the octrees
+  std::size_t tiles = 0;
+  std::size_t tiles_shared = 0;  ///< with other particles
+};
+
+MapFigures figures_of(const VoxelMap& map);
+
+/// The layers whose middles lie in `slice`, seen from above: the largest probability over them. Absent if nothing is
+/// known there. Throws Error if the rectangle around it is too large to be one picture.
+std::optional<GridView> slice_of(const VoxelMap& map, double resolution, const Heights& slice);
+
+}  // namespace waymark::octo

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include "cloud_observation.hpp"
+#include "particle_octomap.hpp"
+#include "scan_spacing.hpp"
+#include "waymark/payloads.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+
+namespace {
+
+/// Map module 2 of Fig. 2.1: matching and localisation, dense map. Octrees, for scanners of three dimensions and for
+/// planar ones that are mounted or driven at a slant.
+class OctomapGrid final : public MapModule {
+ public:
+  OctomapGrid(const Config& config, const Rig& rig)
+      : model_(std::make_shared<octo::OctomapModel>(octo::OctomapGridSettings::read(config))),
+        T_base_sensor_(rig.T_base_sensor(scanner_of(config))) {}
+
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<octo::ParticleOctomap>(model_); }
+
+  bool begins_with_a_place() const override { return model_->settings.load.use != grid::MapUse::map; }
+
+  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
+                                             const MotionWindow& motion) override {
+    const bool is_cloud = trigger.payload->type() == PointCloud::kType;
+    const auto* scan = is_cloud ? nullptr : &trigger.as<LaserScan>();
+    if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
+    return std::make_shared<octo::CloudObservation>(
+        is_cloud ? octo::observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
+                 : octo::observe(*scan, T_base_sensor_, model_->settings));
+  }
+
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
+    auto map = std::make_unique<octo::ParticleOctomap>(model_);
+    map->load(in);
+    return map;
+  }
+
+  void describe(std::span<const ParticleMap* const> of_all_particles, std::vector<MapFigure>& out) const override {
+    std::vector<const octo::VoxelMap*> maps;
+    maps.reserve(of_all_particles.size());
+    for (const ParticleMap* map : of_all_particles)
+      maps.push_back(&static_cast<const octo::ParticleOctomap*>(map)->voxels());
+    octo::VoxelMap::describe_memory(maps, out);
+  }
+  void save(OutArchive& out) const override { spacing_.save(out); }
+  void load(InArchive& in) override { spacing_.load(in); }
+
+ private:
+  static std::string scanner_of(const Config& config) {
+    const std::vector<std::string> inputs = config.texts("inputs");
+    if (inputs.size() != 1) config.fail("inputs", "an octomap grid takes one scanner");
+    return inputs.front();
+  }
+
+  std::shared_ptr<const octo::OctomapModel> model_;
+  Pose T_base_sensor_;
+  grid::ScanSpacing spacing_;
+};
+
+}  // namespace
+
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::MapModule, waymark::OctomapGrid, "octomap_grid", "1.0.0")

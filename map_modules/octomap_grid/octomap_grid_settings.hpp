@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "scan_settings.hpp"
+#include "waymark/config.hpp"
+
+namespace waymark::octo {
+
+/// From … to, both belong to it [m].
+struct Heights {
+  double low;
+  double high;
+  bool hold(double z) const { return z >= low && z <= high; }
+};
+
+struct OctomapGridSettings {
+  double resolution;  ///< side of a voxel [m]
+  grid::ScanSettings scan;
+  grid::MatchSettings match;
+  grid::OddsSettings odds;
+  Heights match_heights;  ///< above the base, along the map's z: points that are matched
+  int max_match_points;   ///< of a cloud
+  Heights slice;          ///< in the map: what is seen from above
+  grid::LoadSettings load;
+
+  /// Reads the map's node of the YAML. Throws ConfigError.
+  static OctomapGridSettings read(const Config& config);
+};
+
+}  // namespace waymark::octo

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particle_octomap.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "cloud_insertion.hpp"
+#include "cloud_observation.hpp"
+#include "layered_field.hpp"
+#include "map_view.hpp"
+#include "octomap_file.hpp"
+#include "waymark/error.hpp"
+
+namespace waymark::octo {
+
+namespace {
+
+/// Storage of one thread: a scan's marks and layers are far larger than a particle's own share of the map.
+struct ThreadStorage {
+  LayeredTarget target;
+  CloudInsertion insertion;
+};
+
+ThreadStorage& storage() {
+  thread_local ThreadStorage own;
+  return own;
+}
+
+}  // namespace
+
+OctomapModel::OctomapModel(OctomapGridSettings s)
+    : settings(std::move(s)), matcher(settings.match, settings.resolution) {
+  if (settings.load.use != grid::MapUse::map) initial = load_octomap(settings.load.file, settings);
+}
+
+void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
+                             Refinement& out) const {
+  grid::MatchAssociation& association = grid::MatchAssociation::of(out);
+  out.writes = model_->settings.load.use != grid::MapUse::localize;
+  const auto& cloud = static_cast<const CloudObservation&>(observation);
+  if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
+
+  const grid::MatchPrior own = grid::planar_prior(prior, start);
+  const double reach = cloud.reach + own.start.head<2>().norm() + model_->matcher.margin();
+  LayeredTarget& target = storage().target;
+  target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings);
+  if (target.empty()) return;  // no point in the heights that are matched
+  association.tell(model_->matcher.match(target, own), out);
+}
+
+void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
+  record_.count(static_cast<const grid::MatchAssociation&>(*association));
+  if (model_->settings.load.use == grid::MapUse::localize) return;
+  storage().insertion.insert(voxels_, pose.T_map_base, static_cast<const CloudObservation&>(observation),
+                             model_->settings);
+}
+
+void ParticleOctomap::describe(MapDescription& out) const {
+  const MapFigures counts = figures_of(voxels_);
+  const auto number = [](auto count) { return static_cast<double>(count); };
+  const std::array<const VoxelMap*, 1> own{&voxels_};
+  out.figures = {{"voxels_occupied", number(counts.occupied)},
+                 {"voxels_free", number(counts.free)},
+                 {"mean_entropy_bit", counts.mean_entropy_bit},
+                 {"nodes", number(counts.nodes)},
+                 {"tiles", number(counts.tiles)},
+                 {"tiles_shared", number(counts.tiles_shared)},
+                 {"memory_bytes", number(VoxelMap::bytes_of(own))}};
+  record_.describe(out.figures);
+}
+
+std::optional<GridView> ParticleOctomap::grid() const {
+  return slice_of(voxels_, model_->settings.resolution, model_->settings.slice);
+}
+
+std::vector<MapFile> ParticleOctomap::files() const { return octomap_files(voxels_, model_->settings.resolution); }
+
+void ParticleOctomap::save(OutArchive& out) const {
+  out.section("octomap_grid", 1);
+  out.value(model_->settings.resolution);
+  record_.save(out);
+  voxels_.save(out);
+}
+
+void ParticleOctomap::load(InArchive& in) {
+  in.section("octomap_grid", 1);
+  double resolution = 0.0;
+  in.value(resolution);
+  if (resolution != model_->settings.resolution) {
+    throw DataError(fmt::format("checkpoint: the map has voxels of {} m, but resolution_m is {}", resolution,
+                                model_->settings.resolution));
+  }
+  record_.load(in);
+  voxels_.load(in);
+}
+
+}  // namespace waymark::octo

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one particle pays for one scan on octrees: planar, against the flat grid, and in three dimensions, against
+// copying OctoMap's own tree of the same map.
+#include <benchmark/benchmark.h>
+#include <octomap/OcTree.h>
+
+#include <array>
+#include <sstream>
+
+#include "map_modules/occupancy_grid/particle_grid.hpp"
+#include "map_modules/octomap_grid/octomap_file.hpp"
+#include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
+
+namespace waymark::octo_test {
+namespace {
+
+/// A map that was driven through five times, and scans of it.
+template <class Map>
+struct Drive {
+  void step(std::size_t i, double error) {
+    refine(i, error);
+    insert(map, i);
+  }
+  void refine(std::size_t i, double error) {
+    refinement.information.setZero();
+    refinement.gradient.setZero();
+    const Eigen::Matrix3d P = Eigen::Vector3d(9e-4, 4e-4, 1e-3).asDiagonal();
+    PoseGaussian prior{way[i], P};
+    prior.T_map_base.p += Eigen::Vector3d(error, -error, 0.0);
+    map.refine(prior, prior.T_map_base, *scans[i], refinement);
+  }
+  void insert(Map& into, std::size_t i) const {
+    into.insert({way[i], Eigen::Matrix3d::Zero()}, *scans[i], refinement.association.get());
+  }
+  void drive(int rounds) {
+    for (int round = 0; round < rounds; ++round) {
+      for (std::size_t i = 0; i < way.size(); ++i) step(i, 0.0);
+    }
+  }
+
+  Map map;
+  std::vector<Pose> way;
+  std::vector<std::shared_ptr<const Observation>> scans;
+  Refinement refinement = {};
+};
+
+const std::vector<Pose> kPlanarWay = {Pose::planar(0, 0, 0),     Pose::planar(1, 0, 0.4),   Pose::planar(1.8, 0.6, 1.5),
+                                      Pose::planar(0, 0.4, 2.8), Pose::planar(-2, 0, -2.5), Pose::planar(-1, -1, -1)};
+
+LaserScan planar_scan(std::size_t i) {
+  const Pose& p = kPlanarWay[i];
+  return grid_test::scan_of(grid_test::room(), {p.p.x(), p.p.y(), p.yaw()}, 0.02, static_cast<std::uint32_t>(i));
+}
+
+Drive<grid::ParticleGrid> flat_drive() {
+  Drive<grid::ParticleGrid> drive{
+      grid::ParticleGrid(std::make_shared<grid::GridModel>(grid_test::settings())), kPlanarWay, {}};
+  for (std::size_t i = 0; i < kPlanarWay.size(); ++i) {
+    drive.scans.push_back(
+        std::make_shared<grid::ScanObservation>(grid::observe(planar_scan(i), Pose{}, grid_test::settings().scan)));
+  }
+  drive.drive(5);
+  return drive;
+}
+
+Drive<ParticleOctomap> octomap_drive() {
+  const OctomapGridSettings s = settings("{ resolution_m: 0.05 }");
+  Drive<ParticleOctomap> drive{ParticleOctomap(std::make_shared<OctomapModel>(s)), kPlanarWay, {}};
+  for (std::size_t i = 0; i < kPlanarWay.size(); ++i)
+    drive.scans.push_back(std::make_shared<CloudObservation>(observe(planar_scan(i), Pose{}, s)));
+  drive.drive(5);
+  return drive;
+}
+
+template <class Make>
+void planar_refine(benchmark::State& state, const Make& make) {
+  auto drive = make();
+  std::size_t i = 0;
+  for (auto _ : state) drive.refine(i++ % drive.way.size(), 0.03);
+}
+BENCHMARK_CAPTURE(planar_refine, flat, flat_drive);
+BENCHMARK_CAPTURE(planar_refine, octomap, octomap_drive);
+
+template <class Make>
+void planar_insert(benchmark::State& state, const Make& make) {
+  auto drive = make();
+  std::size_t i = 0;
+  for (auto _ : state) drive.insert(drive.map, i++ % drive.way.size());
+}
+BENCHMARK_CAPTURE(planar_insert, flat, flat_drive);
+BENCHMARK_CAPTURE(planar_insert, octomap, octomap_drive);
+
+/// Clouds of 32 × 900 points in a hall ten times as wide and long as that of the tests.
+Drive<ParticleOctomap> hall_drive() {
+  Hall hall;
+  hall.boxes.front() = {{-60.03, -40.04, -0.53}, {80.02, 50.03, 8.04}};
+  for (int x = -5; x < 8; ++x) {
+    for (int y = -3; y < 5; ++y)
+      hall.boxes.push_back({{10.0 * x + 4.0, 10.0 * y + 4.0, -0.53}, {10.0 * x + 5.1, 10.0 * y + 5.1, 8.04}});
+  }
+  const OctomapGridSettings s = settings("{ resolution_m: 0.1, range_max_m: 60 }");
+  Drive<ParticleOctomap> drive{ParticleOctomap(std::make_shared<OctomapModel>(s)), {}, {}};
+  for (int i = 0; i < 40; ++i) drive.way.push_back(Pose::planar(2.5 * i - 40.0, 0.4 * i - 8.0, 0.05 * i));
+  const Pose T_base_sensor{Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.0}};
+  for (std::size_t i = 0; i < drive.way.size(); ++i) {
+    drive.scans.push_back(std::make_shared<CloudObservation>(
+        observe(cloud_of(hall, drive.way[i] * T_base_sensor, 0.02, static_cast<std::uint32_t>(i), 32, 900),
+                T_base_sensor, {}, s)));
+  }
+  drive.drive(2);
+  return drive;
+}
+
+Drive<ParticleOctomap>& hall() {
+  static Drive<ParticleOctomap> drive = hall_drive();
+  return drive;
+}
+
+std::unique_ptr<octomap::OcTree> whole_tree() {
+  auto tree = std::make_unique<octomap::OcTree>(0.1);
+  std::istringstream file(octomap_files(hall().map.voxels(), 0.1)[1].content);
+  std::string line;
+  while (std::getline(file, line) && line != "data") {
+  }
+  tree->readData(file);
+  return tree;
+}
+
+void hall_copy_of_octomaps_tree(benchmark::State& state) {
+  const auto tree = whole_tree();
+  for (auto _ : state) {
+    const octomap::OcTree copy(*tree);
+    benchmark::DoNotOptimize(&copy);
+  }
+  state.counters["nodes"] = static_cast<double>(tree->size());
+}
+BENCHMARK(hall_copy_of_octomaps_tree)->Unit(benchmark::kMicrosecond);
+
+/// What a copied particle pays for its first scan because it is a copy: `insert` into the copy, less `insert` into a
+/// map of its own, is the row below. `hall_clone_and_insert` is all of it.
+void hall_clone(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(hall().map.clone());
+}
+BENCHMARK(hall_clone);
+
+void hall_clone_and_insert(benchmark::State& state) {
+  const std::size_t at = hall().way.size() / 2;
+  hall().refine(at, 0.0);
+  double own = 0.0;
+  for (auto _ : state) {
+    ParticleOctomap copy = hall().map;
+    hall().insert(copy, at);
+    state.PauseTiming();
+    const std::array<const VoxelMap*, 2> both{&hall().map.voxels(), &copy.voxels()};
+    const std::span<const VoxelMap* const> each(both);
+    own = static_cast<double>(VoxelMap::bytes_of(both) - VoxelMap::bytes_of(each.first(1)));
+    state.counters["map_bytes"] = static_cast<double>(VoxelMap::bytes_of(each.first(1)));
+    state.ResumeTiming();
+  }
+  state.counters["own_bytes"] = own;
+}
+BENCHMARK(hall_clone_and_insert)->Unit(benchmark::kMicrosecond)->Iterations(30);
+
+/// The same scan again and again into one map: nothing is shared.
+void hall_insert(benchmark::State& state) {
+  const std::size_t at = hall().way.size() / 2;
+  hall().refine(at, 0.0);
+  ParticleOctomap copy = hall().map;
+  hall().insert(copy, at);
+  for (auto _ : state) hall().insert(copy, at);
+}
+BENCHMARK(hall_insert)->Unit(benchmark::kMicrosecond);
+
+void hall_refine(benchmark::State& state) {
+  std::size_t i = 0;
+  for (auto _ : state) hall().refine(i++ % hall().way.size(), 0.03);
+}
+BENCHMARK(hall_refine)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace waymark::octo_test

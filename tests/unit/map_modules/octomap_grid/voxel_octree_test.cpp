@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/octomap_grid/voxel_octree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <optional>
+#include <random>
+#include <sstream>
+
+#include "waymark/error.hpp"
+
+namespace waymark::octo {
+namespace {
+
+constexpr int kSide = VoxelOctree::kSide;
+
+const VoxelOdds kOdds{grid::OddsSettings{17, -8, -40, 70}};
+
+void mark(VoxelOctree::Bits& bits, int x, int y, int z) {
+  const std::size_t place = VoxelOctree::place(x, y, z);
+  bits[place >> 6] |= std::uint64_t{1} << (place & 63);
+}
+bool is_marked(const VoxelOctree::Bits& bits, int x, int y, int z) {
+  const std::size_t place = VoxelOctree::place(x, y, z);
+  return (bits[place >> 6] >> (place & 63) & 1) != 0;
+}
+
+/// A block that is free, with an uneven border, and a wall behind it.
+VoxelOctree::Marks scan(std::mt19937& random) {
+  VoxelOctree::Marks marks;
+  std::uniform_int_distribution<int> depth(5, 12);
+  for (int y = 0; y < kSide; ++y) {
+    for (int z = 0; z < kSide; ++z) {
+      const int end = depth(random);
+      for (int x = 0; x < end; ++x) mark(marks.free, x, y, z);
+      mark(marks.hit, end, y, z);
+    }
+  }
+  return marks;
+}
+
+std::string saved(const VoxelOctree& tree) {
+  std::ostringstream stream;
+  OutArchive out(stream);
+  tree.save(out);
+  return stream.str();
+}
+
+std::optional<float> at(const VoxelOctree& tree, int x, int y, int z) {
+  const float* found =
+      tree.find({static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y), static_cast<std::uint8_t>(z)});
+  return found == nullptr ? std::nullopt : std::optional(*found);
+}
+
+TEST(VoxelOctree, HoldsWhatAnArrayWouldHold) {
+  std::mt19937 random(5);
+  VoxelOctree tree;
+  std::map<std::array<int, 3>, float> expected;
+  for (int i = 0; i < 40; ++i) {
+    const VoxelOctree::Marks marks = scan(random);
+    std::vector<LocalVoxel> occupied;
+    std::vector<LocalVoxel> freed;
+    tree.apply(marks, kOdds, occupied, freed);
+    std::size_t now_occupied = 0;
+    std::size_t now_free = 0;
+    for (int x = 0; x < kSide; ++x) {
+      for (int y = 0; y < kSide; ++y) {
+        for (int z = 0; z < kSide; ++z) {
+          const bool hit = is_marked(marks.hit, x, y, z);
+          if (!hit && !is_marked(marks.free, x, y, z)) continue;
+          float& value = expected.try_emplace({x, y, z}, 0.0f).first->second;
+          const bool before = value > 0.0f;
+          value = hit ? kOdds.after_hit(value) : kOdds.after_miss(value);
+          now_occupied += !before && value > 0.0f;
+          now_free += before && value <= 0.0f;
+        }
+      }
+    }
+    ASSERT_EQ(occupied.size(), now_occupied);
+    ASSERT_EQ(freed.size(), now_free);
+    for (const LocalVoxel v : occupied) ASSERT_GT(*at(tree, v.x, v.y, v.z), 0.0f);
+    for (const LocalVoxel v : freed) ASSERT_LE(*at(tree, v.x, v.y, v.z), 0.0f);
+  }
+  for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int z = 0; z < kSide; ++z) {
+        const auto it = expected.find({x, y, z});
+        ASSERT_EQ(at(tree, x, y, z), it == expected.end() ? std::nullopt : std::optional(it->second));
+      }
+    }
+  }
+  // Free space at its bound is one leaf, not voxels; and all leaves together are what is known.
+  EXPECT_LT(tree.nodes(), expected.size());
+  std::size_t voxels = 0;
+  tree.for_all([&](LocalVoxel v, int side, float odds) {
+    voxels += static_cast<std::size_t>(side * side * side);
+    EXPECT_EQ(odds, expected.at({v.x + side - 1, v.y, v.z}));
+  });
+  EXPECT_EQ(voxels, expected.size());
+}
+
+TEST(VoxelOctree, SaysWhetherAScanWouldChangeIt) {
+  std::mt19937 random(1);
+  const VoxelOctree::Marks marks = scan(random);
+  VoxelOctree tree;
+  std::vector<LocalVoxel> changed;
+  int scans = 0;
+  for (; tree.would_change(marks, kOdds) && scans < 100; ++scans) {
+    const std::string before = saved(tree);
+    tree.apply(marks, kOdds, changed, changed);
+    EXPECT_NE(saved(tree), before);
+  }
+  EXPECT_EQ(scans, 5);  // 5 misses of 0.4 make −2, 5 hits of 0.85 more than 3.5
+  const std::string before = saved(tree);
+  tree.apply(marks, kOdds, changed, changed);
+  EXPECT_EQ(saved(tree), before);
+}
+
+TEST(VoxelOctree, ACopyIsItsOwn) {
+  std::mt19937 random(2);
+  VoxelOctree tree;
+  std::vector<LocalVoxel> changed;
+  tree.apply(scan(random), kOdds, changed, changed);
+  const VoxelOctree copy = tree;
+  EXPECT_EQ(saved(copy), saved(tree));
+  EXPECT_EQ(copy.bytes(), tree.bytes());
+  const std::string before = saved(copy);
+  tree.apply(scan(random), kOdds, changed, changed);
+  EXPECT_EQ(saved(copy), before);
+  EXPECT_NE(saved(tree), before);
+  tree = copy;
+  EXPECT_EQ(saved(tree), before);
+  const VoxelOctree moved = std::move(tree);
+  EXPECT_EQ(saved(moved), before);
+}
+
+TEST(VoxelOctree, ComesBackFromAnArchive) {
+  std::mt19937 random(3);
+  VoxelOctree tree;
+  std::vector<LocalVoxel> changed;
+  tree.apply(scan(random), kOdds, changed, changed);
+  std::string bytes = saved(tree);
+  std::istringstream stream(bytes);
+  InArchive in(stream);
+  VoxelOctree again;
+  again.load(in);
+  EXPECT_EQ(saved(again), bytes);
+  EXPECT_EQ(again.nodes(), tree.nodes());
+
+  for (const std::string& damaged : {bytes.substr(0, bytes.size() / 2), std::string(1, '\1') + std::string(50, '\1')}) {
+    std::istringstream broken(damaged);
+    InArchive from(broken);
+    VoxelOctree none;
+    EXPECT_THROW(none.load(from), DataError);
+    EXPECT_TRUE(none.is_unknown());
+  }
+}
+
+}  // namespace
+}  // namespace waymark::octo
