@@ -126,9 +126,14 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   Match match;
   match.searched = is_wide(prior);
   descend(target, prior, match.searched ? spread(target, prior) : prior.start, match);
-  if (!match.failed) return match;
-  if (!match.searched) descend(target, prior, search(target, prior), match);
-  match.searched = true;
+  if (!match.searched && (match.failed || match.score < settings_.search_score)) {
+    // A descent that ended in a wrong place can fit half of the points.
+    Match searched;
+    descend(target, prior, search(target, prior), searched);
+    searched.evaluations += match.evaluations;
+    if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
+    match.searched = true;
+  }
   if (!match.failed) return match;
   const FieldFit fit = target.fit(narrow_, prior.mean);
   match.d.setZero();

@@ -40,6 +40,7 @@ MatchSettings MatchSettings::read(const Config& config) {
   s.narrow_sigma = config.positive("narrow_sigma_m", 0.05);
   s.curvature_scale = config.positive("curvature_scale", 100.0);
   s.evidence_tempering = config.number_in("evidence_tempering", 0.0, 1.0, 0.03);
+  s.search_score = config.number_in("search_score", 0.0, 1.0, 0.6);
   s.min_score = config.number_in("min_score", 0.0, 1.0, 0.3);
   s.max_iterations = static_cast<int>(config.integer_in("max_iterations", 1, 1000, 12));
   s.coarse_distance = config.non_negative("coarse_distance_m", 0.28);
