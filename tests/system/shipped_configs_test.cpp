@@ -31,7 +31,11 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
   }
   static std::string file() { return std::string(WAYMARK_SOURCE_DIR "/config/") + GetParam() + ".yaml"; }
   static bool has_map() { return read_text(file()).find("\nmaps:") != std::string::npos; }
-  static bool has_grid() { return read_text(file()).find("plugin: occupancy_grid") != std::string::npos; }
+  static bool has_grid() {
+    const std::string text = read_text(file());
+    return text.find("plugin: occupancy_grid") != std::string::npos ||
+           text.find("plugin: octomap_grid") != std::string::npos;
+  }
   TemporaryFolder folder_;
 };
 
