@@ -141,6 +141,21 @@ void hall_copy_of_octomaps_tree(benchmark::State& state) {
 }
 BENCHMARK(hall_copy_of_octomaps_tree)->Unit(benchmark::kMicrosecond);
 
+/// The same cloud as in the rows below, written into OctoMap's tree by OctoMap.
+void hall_insert_into_octomaps_tree(benchmark::State& state) {
+  const auto tree = whole_tree();
+  const std::size_t at = hall().way.size() / 2;
+  const auto& seen = static_cast<const CloudObservation&>(*hall().scans[at]);
+  octomap::Pointcloud cloud;
+  for (const Eigen::Vector3f& p : seen.hits) {
+    const Eigen::Vector3d p_map = hall().way[at] * p.cast<double>();
+    cloud.push_back(static_cast<float>(p_map.x()), static_cast<float>(p_map.y()), static_cast<float>(p_map.z()));
+  }
+  const Eigen::Vector3f from = (hall().way[at] * seen.p_base_sensor).cast<float>();
+  for (auto _ : state) tree->insertPointCloud(cloud, {from.x(), from.y(), from.z()});
+}
+BENCHMARK(hall_insert_into_octomaps_tree)->Unit(benchmark::kMicrosecond);
+
 void hall_clone(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(hall().map.clone());
 }
