@@ -18,6 +18,7 @@ enum ExitCode {
 void add_run_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_plugins_command(CLI::App& app, int& exit_code);
+void add_map_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
 
 }  // namespace waymark

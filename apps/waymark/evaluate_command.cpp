@@ -29,6 +29,8 @@ struct Arguments {
   std::vector<double> relations_sensor;  // x, y [m] and perhaps yaw [deg]
   std::string landmarks;
   std::string survey;
+  std::string voxels;
+  std::string surfaces;
   std::string columns;
   std::string reference_columns;
   std::string survey_columns;
@@ -40,6 +42,7 @@ struct Arguments {
   TrajectoryOptions trajectory;
   LandmarkOptions landmark;
   OutageOptions outage;
+  VoxelOptions voxel;
 };
 
 std::optional<Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
@@ -94,16 +97,20 @@ void check(const Arguments& arguments) {
   if (arguments.landmarks.empty() != arguments.survey.empty()) {
     throw Error("evaluate: --landmarks and --survey belong together");
   }
+  if (arguments.voxels.empty() != arguments.surfaces.empty()) {
+    throw Error("evaluate: --voxels and --surfaces belong together");
+  }
   if (!arguments.covariance.empty() && arguments.reference.empty()) {
     throw Error("evaluate: --covariance needs --estimate and --reference");
   }
   const bool outages = !arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0;
   if (outages && arguments.reference.empty())
     throw Error("evaluate: --outage and --outages-longer-than need --estimate and --reference");
-  if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.diagnostics.empty()) {
+  if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.voxels.empty() &&
+      arguments.diagnostics.empty()) {
     throw Error(
         "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, --estimate with "
-        "--relations, or --diagnostics");
+        "--relations, --voxels with --surfaces, or --diagnostics");
   }
   if (arguments.reference.empty() && arguments.align != "none") {
     throw Error(
@@ -166,6 +173,8 @@ Report evaluate(const Arguments& arguments) {
                         read_landmarks(arguments.survey, columns_of(arguments.survey_columns, survey_quantities())),
                         T_survey_map, report.landmark_options);
   }
+  if (!arguments.voxels.empty())
+    report.voxels = score_voxels(arguments.voxels, read_surfaces(arguments.surfaces), arguments.voxel);
   return report;
 }
 
@@ -249,6 +258,14 @@ void add_command(CLI::App& app, int& exit_code) {
   command->add_option("--min-sightings", a.landmark.min_sightings, "landmarks seen less often do not count")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  auto* voxels =
+      command->add_option("--voxels", a.voxels, "octree (.bt, .ot): its occupied voxels against true surfaces");
+  command->add_option("--surfaces", a.surfaces, "true surfaces, as the simulator writes them (surfaces_file)");
+  command
+      ->add_option("--voxel-tolerance-m", a.voxel.tolerance_m,
+                   "the middle of a voxel is on a surface within this [m]; without it: the side of a voxel")
+      ->check(CLI::PositiveNumber)
+      ->needs(voxels);
   command->add_flag("--json", a.json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     const Report report = evaluate(*arguments);

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   waymark::add_check_command(app, exit_code);
   waymark::add_plugins_command(app, exit_code);
   waymark::add_evaluate_command(app, exit_code);
+  waymark::add_map_command(app, exit_code);
   waymark::add_paper_command(app, exit_code);
   try {
     app.parse(argc, argv);
@@ -32,10 +33,10 @@ int main(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
     const std::vector<std::string> unknown = app.remaining();
     const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
-    fmt::print(
-        stderr,
-        "waymark: error: {} (subcommands are run, check, plugins, evaluate, paper; each explains itself with --help)\n",
-        what);
+    fmt::print(stderr,
+               "waymark: error: {} (subcommands are run, check, plugins, evaluate, map, paper; each explains itself "
+               "with --help)\n",
+               what);
     return waymark::kUsage;
   } catch (const waymark::Error& error) {
     fmt::print(stderr, "waymark: error: {}\n", error.what());

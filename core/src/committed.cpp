@@ -16,12 +16,14 @@ Committed Committed::clone() const {
 }
 
 void Committed::save(OutArchive& out) const {
-  out.section("committed", 1);
+  out.section("committed", 2);
   out.value(static_cast<std::uint64_t>(sensors.size()));
   for (const SensorState& state : sensors) {
     state.fuse.save(out);
     out.bytes(&state.counters, sizeof state.counters);
     for (const int rejections : state.rejections_in_a_row) out.value(rejections);
+    state.bias.save(out);
+    out.value(state.biased);
     out.value(state.told_unheard);
     out.value(state.sensor != nullptr);
     if (state.sensor) state.sensor->save(out);
@@ -34,7 +36,7 @@ void Committed::save(OutArchive& out) const {
 }
 
 void Committed::load(InArchive& in) {
-  in.section("committed", 1);
+  if (in.section("committed", 2) < 2) throw DataError("the checkpoint is of an older kind");
   std::uint64_t count = 0;
   in.value(count);
   if (count != sensors.size()) {
@@ -45,6 +47,8 @@ void Committed::load(InArchive& in) {
     state.fuse.load(in);
     in.bytes(&state.counters, sizeof state.counters);
     for (int& rejections : state.rejections_in_a_row) in.value(rejections);
+    state.bias.load(in);
+    in.value(state.biased);
     in.value(state.told_unheard);
     bool in_service = false;
     in.value(in_service);

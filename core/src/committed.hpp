@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "bias_watch.hpp"
 #include "fuse_rule.hpp"
 #include "health_monitor.hpp"
 #include "standstill.hpp"
@@ -19,8 +20,10 @@ namespace waymark {
 struct SensorState {
   std::shared_ptr<Sensor> sensor;  ///< null: only maps listen to it, or it is out of service
   FuseGate fuse;
-  SensorCounters counters;
-  std::array<int, UpdateList::kSlots> rejections_in_a_row{};  ///< of each of a measurement's updates
+  SensorCounters counters = {};
+  std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
+  BiasWatch bias = {};                                           ///< of a position's innovations
+  int biased = 0;                                                ///< how often that was no chance
   bool told_unheard = false;
 };
 

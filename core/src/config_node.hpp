@@ -67,10 +67,7 @@ void apply_override(Node& root, const Config::Override& override_text);
 /// Replaces every `${name}` and takes the block `variables:` out of the tree.
 void substitute_variables(Node& root);
 
-/// The nearest of the words by Damerau–Levenshtein distance, within max(2, length / 3); empty if none is near.
-std::string nearest(std::string_view word, const std::vector<std::string>& words);
-
-/// The word that differs only in its unit suffix (sigma_cm and sigma_m), else `nearest`.
+/// The word that differs only in its unit suffix (sigma_cm and sigma_m), else `nearest_name`.
 std::string nearest_key(std::string_view key, const std::vector<std::string>& keys);
 
 /// "a, b, c", or "none".

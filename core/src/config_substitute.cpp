@@ -7,6 +7,7 @@
 #include <set>
 
 #include "config_node.hpp"
+#include "waymark/nearest_name.hpp"
 
 namespace waymark::config {
 namespace {
@@ -20,7 +21,7 @@ std::vector<std::string> keys_of(const Node& mapping) {
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& words) {
-  const std::string near = nearest(word, words);
+  const std::string near = nearest_name(word, words);
   return near.empty() ? "; there are: " + join(words) : fmt::format("; did you mean \"{}\"?", near);
 }
 

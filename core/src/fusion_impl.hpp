@@ -73,6 +73,7 @@ class Fusion::Impl {
   void update(const Measurement& m, bool late, Heard& heard);
   void apply(const Measurement& m, std::size_t index, bool late, Heard& heard);
   bool settle_motion(const Measurement& m);
+  void watch_for_bias(const Measurement& m, const MixtureOutcome& outcome, Heard& heard);
   void reacquire(const Measurement& m, std::size_t index, const MixtureOutcome& outcome);
   Fate map(const Measurement& m, Fate fate, bool late);
   bool is_companion(std::uint32_t sensor) const;

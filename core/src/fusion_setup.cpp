@@ -83,7 +83,7 @@ std::vector<SensorPart> parts_of(std::vector<SensorSlot>&& sensors, const std::v
 std::vector<SensorState> states_of(const std::vector<SensorPart>& parts) {
   std::vector<SensorState> states;
   states.reserve(parts.size());
-  for (const SensorPart& part : parts) states.push_back({part.slot.sensor, FuseGate(part.slot.fuse), {}});
+  for (const SensorPart& part : parts) states.push_back({part.slot.sensor, FuseGate(part.slot.fuse)});
   return states;
 }
 

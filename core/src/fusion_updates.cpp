@@ -93,6 +93,7 @@ void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Hea
   state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
   if (outcome.accepted) {
     state.rejections_in_a_row[index] = 0;
+    if (!late && index == 0 && rows > 1 && state.sensor->is_absolute()) watch_for_bias(m, outcome, heard);
     return;
   }
   if (heard.fate == Fate::fused) heard.fate = Fate::gated;
@@ -100,6 +101,23 @@ void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Hea
       ++state.rejections_in_a_row[index] >= part.slot.max_consecutive_rejections) {
     reacquire(m, index, outcome);
   }
+}
+
+/// Fixes that all lie on one side of where they are expected: the robot slips, or they creep away. Which of the two
+/// cannot be told here; that the position is worse known than the filter believes is sure.
+void Fusion::Impl::watch_for_bias(const Measurement& m, const MixtureOutcome& outcome, Heard& heard) {
+  SensorState& state = state_of(m);
+  if (!state.bias.take(outcome.innovation, outcome.S)) return;
+  const Eigen::Vector2d bias = state.bias.mean().head<2>();
+  filter_.inflate_pose(bias.squaredNorm(), 0.0);
+  if (settings_.smooth) smoother_.cut_next();
+  heard.doubt = "its innovations point to one side: it, or what tells the motion, is wrong";
+  if (state.biased++ == 0) {
+    event(m.stamp, fmt::format("{}: its innovations point to one side by {:.3g} m; it, or what tells the motion, is "
+                               "wrong, and the position was widened (further times are only counted)",
+                               parts_[m.sensor].slot.name, bias.norm()));
+  }
+  state.bias.restart();
 }
 
 /// Follows what motion sensors say; true if the robot stands, and the zero twist has replaced the update. What a sensor

@@ -6,34 +6,12 @@
 #include <vector>
 
 #include "distance_field.hpp"
-#include "greymap.hpp"
+#include "map_modules/map_formats/map_server.hpp"
 #include "tile_window.hpp"
 
 namespace waymark::grid {
 
 namespace {
-
-/// What the YAML says.
-struct Legend {
-  explicit Legend(const Config& config)
-      : image(config.text("image")),
-        resolution(config.number_in("resolution", 0.005, 10.0)),
-        origin(config.numbers("origin", 3)),
-        negate(config.integer_in("negate", 0, 1, 0) == 1),
-        occupied_above(config.number_in("occupied_thresh", 0.0, 1.0)),
-        free_below(config.number_in("free_thresh", 0.0, 1.0)) {
-    config.choice("mode", {"trinary"}, "trinary");
-    if (origin[2] != 0.0) config.fail("origin", "the third number, the yaw, must be 0");
-    if (free_below > occupied_above) config.fail("free_thresh", "must not exceed occupied_thresh");
-    config.reject_unread();
-  }
-  std::filesystem::path image;
-  double resolution;
-  std::vector<double> origin;
-  bool negate;
-  double occupied_above;
-  double free_below;
-};
 
 /// Distances of a map of which only the odds are known, tile by tile.
 void compute_distances(TileTree& tiles) {
@@ -67,24 +45,24 @@ void compute_distances(TileTree& tiles) {
 }  // namespace
 
 LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds) {
-  const Legend legend(Config::load(yaml));
-  const Greymap picture = read_greymap(yaml.parent_path() / legend.image);
+  using map_formats::CellState;
+  const map_formats::Legend legend = map_formats::read_legend(yaml);
+  const map_formats::Greymap picture = map_formats::read_greymap(yaml.parent_path() / legend.image);
   LoadedMap map;
-  map.resolution = legend.resolution;
-  map.corner = {legend.origin[0], legend.origin[1]};
+  map.resolution = legend.resolution_m;
+  const auto& [x0, y0, yaw] = legend.origin_m_rad;
+  map.T_map_grid = Pose::planar(x0, y0, yaw);
   Tile* tile = nullptr;
   TileIndex at;
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
       const auto row = static_cast<std::size_t>(picture.height - 1 - y);
       const auto place = row * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x);
-      const double light = static_cast<double>(picture.pixels[place]) / picture.white;
-      const double p = legend.negate ? light : 1.0 - light;
-      const bool occupied = p > legend.occupied_above;
-      if (!occupied && p >= legend.free_below) continue;
+      const CellState state = legend.state_of(picture.pixels[place], picture.white);
+      if (state == CellState::unknown) continue;
       const TileIndex index = Tile::index_of({x, y});
       if (tile == nullptr || index != at) tile = &map.tiles.write(at = index);
-      const int value = occupied ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
+      const int value = state == CellState::occupied ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
       tile->odds[Tile::place(x, y)] = static_cast<std::int8_t>(value);
     }
   }

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 
 #include "occupancy_grid_settings.hpp"
 #include "tile_tree.hpp"
+#include "waymark/pose.hpp"
 
 namespace waymark::grid {
 
 /// A map as it was loaded, and where its cells lie.
 struct LoadedMap {
   TileTree tiles;
-  double resolution = 0.0;                           ///< [m]
-  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0) in the map's frame [m]
+  double resolution = 0.0;  ///< [m]
+  Pose T_map_grid;          ///< of the corner of cell (0, 0), planar
 };
 
 /// Reads a map of `map_server` (ROS): a YAML that names a binary greymap (PGM, P5). Its pixels are taken as they are,

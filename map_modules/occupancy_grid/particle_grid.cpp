@@ -38,7 +38,7 @@ GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(
                                 loaded.resolution, settings.resolution));
   }
   initial = std::move(loaded.tiles);
-  corner = loaded.corner;
+  T_map_grid = loaded.T_map_grid;
 }
 
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
@@ -48,19 +48,21 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
   const auto& scan = static_cast<const ScanObservation&>(observation);
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
-  MatchPrior own{planar_part(prior.T_map_base), prior.P, planar_part(start)};
+  const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
+  MatchPrior own{in_grid(prior.T_map_base), R_map_grid.transpose() * prior.P * R_map_grid, in_grid(start)};
   own.start -= own.mean;
   own.start.z() = so3::wrap(own.start.z());
   TileWindow& window = scratch().window;
-  const double reach = scan.reach + own.start.head<2>().norm() + model_->matcher.margin();
-  window.open(tiles_, own.mean.head<2>(), reach, model_->settings.resolution);
+  window.open(tiles_, own.mean.head<2>(), scan.reach + model_->matcher.margin(own), model_->settings.resolution);
   association.tell(model_->matcher.match(window, scan.hits, own), out);
+  out.information = R_map_grid * out.information * R_map_grid.transpose();
+  out.gradient = R_map_grid * out.gradient;
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const MatchAssociation&>(*association));
   if (model_->settings.use == MapUse::localize) return;
-  scratch().insertion.insert(tiles_, planar_part(pose.T_map_base), static_cast<const ScanObservation&>(observation),
+  scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), static_cast<const ScanObservation&>(observation),
                              model_->settings);
 }
 
@@ -76,7 +78,7 @@ void ParticleGrid::describe(MapDescription& out) const {
 
 std::optional<GridView> ParticleGrid::grid() const {
   std::optional<GridView> view = view_of(tiles_, model_->settings.resolution);
-  if (view) view->T_map_grid.p.head<2>() += model_->corner;
+  if (view) view->T_map_grid = model_->T_map_grid * view->T_map_grid;
   return view;
 }
 

@@ -19,8 +19,8 @@ struct GridModel {
 
   OccupancyGridSettings settings;
   ScanMatcher matcher;
-  TileTree initial;                                  ///< what every map begins with
-  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0) in the map's frame [m]
+  TileTree initial;  ///< what every map begins with
+  Pose T_map_grid;   ///< planar: the corner of cell (0, 0), and how the cells are turned
 };
 
 /// One particle's occupancy grid.
@@ -40,9 +40,10 @@ class ParticleGrid final : public ParticleMap {
   const TileTree& tiles() const { return tiles_; }
 
  private:
-  /// x, y from the corner of cell (0, 0) [m], and yaw.
-  Eigen::Vector3d planar_part(const Pose& pose) const {
-    return {pose.p.x() - model_->corner.x(), pose.p.y() - model_->corner.y(), pose.yaw()};
+  /// x, y from the corner of cell (0, 0) [m], and yaw, along the cells.
+  Eigen::Vector3d in_grid(const Pose& T_map_base) const {
+    const Pose T_grid_base = model_->T_map_grid.inverse() * T_map_base;
+    return {T_grid_base.p.x(), T_grid_base.p.y(), T_grid_base.yaw()};
   }
 
   std::shared_ptr<const GridModel> model_;

@@ -42,7 +42,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
 
   const grid::MatchPrior own = grid::planar_prior(prior, start);
-  const double reach = cloud.reach + own.start.head<2>().norm() + model_->matcher.margin();
+  const double reach = cloud.reach + model_->matcher.margin(own);
   LayeredTarget& target = storage().target;
   target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings);
   if (target.empty()) return;  // no point in the heights that are matched

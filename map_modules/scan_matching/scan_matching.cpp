@@ -3,9 +3,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "waymark/gaussian.hpp"
+#include "waymark/random.hpp"
+#include "waymark/so3.hpp"
 
 namespace waymark::grid {
 
@@ -15,6 +19,7 @@ namespace {
 const Eigen::Vector3d kWideStep(3e-3, 3e-3, 1e-3);
 const Eigen::Vector3d kNarrowStep(2e-4, 2e-4, 1e-4);
 constexpr double kSearchYawStep = 0.03;  // rad
+constexpr double kSpreadSigmas = 4.0;    // no draw is farther away than this, but for one in 3000
 
 bool is_small(const Eigen::Vector3d& step, const Eigen::Vector3d& bound) {
   return (step.array().abs() < bound.array()).all();
@@ -40,7 +45,35 @@ ScanMatcher::ScanMatcher(const MatchSettings& settings, double resolution)
       wide_(settings.wide_sigma, resolution),
       narrow_(settings.narrow_sigma, resolution) {}
 
-double ScanMatcher::margin() const { return settings_.coarse_distance + 4.0 * settings_.wide_sigma; }
+double ScanMatcher::margin(const MatchPrior& prior) const {
+  const double spread = is_wide(prior) ? kSpreadSigmas * std::sqrt(std::max(prior.P(0, 0), prior.P(1, 1))) : 0.0;
+  return std::max(prior.start.head<2>().norm(), spread) + settings_.coarse_distance + 4.0 * settings_.wide_sigma;
+}
+
+/// Four times the coarse search: what it finds by chance is no reason to look everywhere.
+bool ScanMatcher::is_wide(const MatchPrior& prior) const {
+  constexpr double kFar = 4.0;
+  const double distance = kFar * settings_.coarse_distance;
+  const double angle = kFar * settings_.coarse_angle;
+  return settings_.spread_draws > 0 &&
+         (std::max(prior.P(0, 0), prior.P(1, 1)) > distance * distance || prior.P(2, 2) > angle * angle);
+}
+
+Eigen::Vector3d ScanMatcher::spread(const MatchTarget& target, const MatchPrior& prior) const {
+  // The start is the host's draw for this particle and step: a key of its own for the stream.
+  Random random({std::bit_cast<std::uint64_t>(prior.start.x()), 0, std::bit_cast<std::int64_t>(prior.start.y()), 0});
+  Eigen::Vector3d best = prior.start;
+  double best_sum = target.sum_likelihood(wide_, prior.mean + best);
+  for (int k = 0; k < settings_.spread_draws; ++k) {
+    Eigen::Vector3d d = gaussian::sample(prior.P, random);
+    d.z() = so3::wrap(d.z());
+    const double sum = target.sum_likelihood(wide_, prior.mean + d);
+    if (sum <= best_sum) continue;
+    best_sum = sum;
+    best = d;
+  }
+  return best;
+}
 
 void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Eigen::Vector3d d, Match& out) const {
   const double kappa = settings_.curvature_scale;
@@ -91,10 +124,16 @@ Eigen::Vector3d ScanMatcher::search(const MatchTarget& target, const MatchPrior&
 
 Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
   Match match;
-  descend(target, prior, prior.start, match);
-  if (!match.failed) return match;
-  match.searched = true;
-  descend(target, prior, search(target, prior), match);
+  match.searched = is_wide(prior);
+  descend(target, prior, match.searched ? spread(target, prior) : prior.start, match);
+  if (!match.searched && (match.failed || match.score < settings_.search_score)) {
+    // A descent that ended in a wrong place can fit half of the points.
+    Match searched;
+    descend(target, prior, search(target, prior), searched);
+    searched.evaluations += match.evaluations;
+    if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
+    match.searched = true;
+  }
   if (!match.failed) return match;
   const FieldFit fit = target.fit(narrow_, prior.mean);
   match.d.setZero();

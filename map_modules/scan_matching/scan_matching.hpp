@@ -59,12 +59,16 @@ class PlanarTarget final : public MatchTarget {
 /// Matches scans against likelihood fields: Gauss-Newton on Σ (1 − L)² with the prior as a term, on a wide field first,
 /// for the basin, then on a narrow one. Where that fails, from the best place of a coarse correlative search (E. Olson,
 /// ICRA 2009). Along directions that the scan says nothing about, the prior stays as it is.
+///
+/// A prior that is far wider than that search (a robot that wakes up somewhere in its map) is spread over: the best of
+/// many draws of it begins the descent. Each particle has draws of its own, so that likely places that look alike are
+/// all found, and the weights decide between them.
 class ScanMatcher {
  public:
   ScanMatcher(const MatchSettings& settings, double resolution);
 
-  /// How far the field must reach beyond the end points at the prior's mean and at the start [m].
-  double margin() const;
+  /// How far the field must reach beyond the end points at the prior's mean [m].
+  double margin(const MatchPrior& prior) const;
   Match match(const MatchTarget& target, const MatchPrior& prior) const;
   template <class Field>
   Match match(const Field& field, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const {
@@ -75,6 +79,8 @@ class ScanMatcher {
   /// The maximum a posteriori from `d` on, on the narrow field in the end.
   void descend(const MatchTarget& target, const MatchPrior& prior, Eigen::Vector3d d, Match& out) const;
   Eigen::Vector3d search(const MatchTarget& target, const MatchPrior& prior) const;
+  bool is_wide(const MatchPrior& prior) const;
+  Eigen::Vector3d spread(const MatchTarget& target, const MatchPrior& prior) const;
 
   MatchSettings settings_;
   double resolution_;

@@ -40,10 +40,12 @@ MatchSettings MatchSettings::read(const Config& config) {
   s.narrow_sigma = config.positive("narrow_sigma_m", 0.05);
   s.curvature_scale = config.positive("curvature_scale", 100.0);
   s.evidence_tempering = config.number_in("evidence_tempering", 0.0, 1.0, 0.03);
+  s.search_score = config.number_in("search_score", 0.0, 1.0, 0.6);
   s.min_score = config.number_in("min_score", 0.0, 1.0, 0.3);
   s.max_iterations = static_cast<int>(config.integer_in("max_iterations", 1, 1000, 12));
   s.coarse_distance = config.non_negative("coarse_distance_m", 0.28);
   s.coarse_angle = kRadPerDeg * config.number_in("coarse_angle_deg", 0.0, 180.0, 7.0);
+  s.spread_draws = static_cast<int>(config.integer_in("spread_draws", 0, 10'000'000, 10'000));
   const double position = config.positive("sigma_floor_m", 0.001);
   s.floor = {position, position, kRadPerDeg * config.positive("sigma_floor_deg", 0.03)};
   if (s.wide_sigma < s.narrow_sigma) config.fail("wide_sigma_m", "must not be below narrow_sigma_m");

@@ -29,10 +29,12 @@ struct MatchSettings {
   double narrow_sigma;        ///< of the second [m]: the precision
   double curvature_scale;     ///< κ: information of one squared residual
   double evidence_tempering;  ///< exponent of the scan's likelihood in the weight: beams are not independent
-  double min_score;           ///< mean likelihood, 0..1, below which a match has failed
+  double search_score;        ///< mean likelihood, 0..1, below which a better place is searched for
+  double min_score;           ///< below which a match has failed
   int max_iterations;         ///< of each stage
   double coarse_distance;     ///< half width of the coarse search [m]
   double coarse_angle;        ///< [rad]
+  int spread_draws;           ///< places looked at when the prior is far wider than the coarse search; 0: none
   Eigen::Vector3d floor;      ///< σ of (x [m], y [m], yaw [rad]) that is added to every match
 
   /// From the node `match`. Throws ConfigError.

@@ -10,8 +10,8 @@
 #include <set>
 #include <system_error>
 
-#include "nearest_name.hpp"
 #include "plugin_library.hpp"
+#include "waymark/nearest_name.hpp"
 
 namespace waymark {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 
 #include "waymark/archive.hpp"
@@ -8,9 +9,12 @@
 
 namespace waymark::dgps {
 
-/// How much larger than stated the noise is: the windowed mean of νᵀν − tr(H P Hᵀ) over what tr(R) of the stated noise
-/// says (R. K. Mehra, IEEE Trans. Automatic Control 15(2), 1970; A. H. Mohamed, K. P. Schwarz, Journal of Geodesy 73,
-/// 1999), within [1, 25]. What white noise as stated would give by chance (3σ of that mean) leaves it at 1.
+/// How much larger than stated the noise is: the windowed mean of ½|ν_k − ν_{k−1}|² − tr(H P Hᵀ) over what tr(R) of the
+/// stated noise says, within [1, 25]. What white noise as stated would give by chance (3σ of that mean) leaves it at 1.
+/// Matching the innovations' covariance is R. K. Mehra's (IEEE Trans. Automatic Control 15(2), 1970), in a window A. H.
+/// Mohamed's and K. P. Schwarz's (Journal of Geodesy 73, 1999); they take νᵀν, but innovations that all point to one
+/// side are no noise of the fixes: wheels slip, or the belief is off. Successive differences do not see them (J. von
+/// Neumann et al., Ann. Math. Statistics 12(2), 1941).
 class AdaptiveNoise {
  public:
   static constexpr int kMaxWindow = 64;
@@ -19,15 +23,25 @@ class AdaptiveNoise {
   /// `window`: innovations in the mean.
   explicit AdaptiveNoise(int window) : window_(window) {}
 
-  /// One accepted innovation: its square, tr(H P Hᵀ), tr(R) as stated, and how many rows they are of.
-  void take(double squared_innovation, double prior_trace, double stated_trace, int rows);
+  /// One accepted innovation of `rows` rows (the others 0), tr(H P Hᵀ), and tr(R) as stated.
+  void take(const Eigen::Vector2d& innovation, double prior_trace, double stated_trace, int rows);
+  /// The next innovation does not follow on the last one.
+  void interrupt() { has_last_ = false; }
   double scale() const { return scale_; }  ///< of the stated variance
 
   void save(OutArchive& out) const;
   void load(InArchive& in);
 
  private:
+  struct Taken {
+    Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
+    double prior_trace = 0.0;
+    double stated_trace = 0.0;
+  };
+
   int window_;
+  Taken last_;
+  bool has_last_ = false;
   std::array<double, kMaxWindow> ratios_{};
   std::array<double, kMaxWindow> variances_{};  // of these ratios, if the noise is as stated
   int next_ = 0;

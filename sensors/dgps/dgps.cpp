@@ -37,7 +37,7 @@ class Dgps final : public Sensor {
       : lever_arm_(read_lever_arm(config)),
         noise_(config),
         offset_sigma_(config.non_negative("offset_sigma_m", 0.0)),
-        offset_vertical_sigma_(read_vertical_offset(config)),
+        offset_vertical_sigma_(config.non_negative("offset_vertical_sigma_m", 0.0)),
         offset_tau_(config.positive("offset_tau_s", 30.0)),
         min_satellites_(static_cast<int>(config.integer_in("min_satellites", 0, 100, 0))),
         velocity_(read_velocity(config)),
@@ -47,7 +47,10 @@ class Dgps final : public Sensor {
         reacquisition_(config),
         adaptive_(config.boolean("adaptive_noise", offset_sigma_ == 0.0)),
         horizontal_(read_window(config)),
-        vertical_(horizontal_) {}
+        vertical_(horizontal_) {
+    if (offset_vertical_sigma_ > 0.0 && offset_sigma_ == 0.0)
+      config.fail("offset_vertical_sigma_m", "needs offset_sigma_m, the horizontal one");
+  }
 
   StateBlock block() const override {
     if (offset_sigma_ == 0.0) return {};
@@ -112,16 +115,15 @@ class Dgps final : public Sensor {
     used_ *= reacquisition_.factor(measurement.stamp, seen.innovation, prior, R);
 
     const bool height = prediction.layout.motion() == StateLayout::Motion::spatial && std::isfinite(p.z());
-    const int block_size = offset_sigma_ == 0.0 ? 0 : offset_vertical_sigma_ == 0.0 ? 2 : 3;
     out.emplace<dgps::PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
-                                      block_size);
+                                      offset_states());
     pending_ = true;
     if (velocity_.sigma > 0.0 && has_course(fix)) {
       out.emplace<dgps::VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma,
-                                        lever_arm_, block_size);
+                                        lever_arm_, offset_states());
     }
     if (sideslip_sigma_ > 0.0 && !prediction.standing) {
-      out.emplace<dgps::SideslipUpdate>(sideslip_sigma_, block_size);
+      out.emplace<dgps::SideslipUpdate>(sideslip_sigma_, offset_states());
     }
   }
 
@@ -129,11 +131,16 @@ class Dgps final : public Sensor {
   void outcome(const Outcome& outcome) override {
     if (!pending_ || outcome.update != 0) return;
     pending_ = false;
-    if (!adaptive_ || !outcome.accepted) return;
+    if (!adaptive_) return;
+    if (!outcome.accepted) {
+      horizontal_.interrupt();
+      vertical_.interrupt();
+      return;
+    }
     const double trace = outcome.S.topLeftCorner<2, 2>().trace();
-    horizontal_.take(outcome.innovation.head<2>().squaredNorm(), trace - 2.0 * used_.x(), 2.0 * stated_.x(), 2);
+    horizontal_.take(outcome.innovation.head<2>(), trace - 2.0 * used_.x(), 2.0 * stated_.x(), 2);
     if (outcome.innovation.size() < 3) return;
-    vertical_.take(outcome.innovation[2] * outcome.innovation[2], outcome.S(2, 2) - used_.y(), stated_.y(), 1);
+    vertical_.take({outcome.innovation[2], 0.0}, outcome.S(2, 2) - used_.y(), stated_.y(), 1);
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Dgps>(*this); }
@@ -187,17 +194,14 @@ class Dgps final : public Sensor {
     return velocity;
   }
 
-  static double read_vertical_offset(const Config& config) {
-    const double sigma = config.non_negative("offset_vertical_sigma_m", 0.0);
-    if (sigma > 0.0 && config.non_negative("offset_sigma_m", 0.0) == 0.0) {
-      config.fail("offset_vertical_sigma_m", "needs offset_sigma_m, the horizontal one");
-    }
-    return sigma;
-  }
-
   static dgps::AdaptiveNoise read_window(const Config& config) {
     return dgps::AdaptiveNoise(
         static_cast<int>(config.integer_in("adaptive_window", 5, dgps::AdaptiveNoise::kMaxWindow, 20)));
+  }
+
+  int offset_states() const {
+    if (offset_sigma_ == 0.0) return 0;
+    return offset_vertical_sigma_ == 0.0 ? 2 : 3;
   }
 
   bool has_course(const GnssFix& fix) const {

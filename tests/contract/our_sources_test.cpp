@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <filesystem>
@@ -8,6 +7,7 @@
 
 #include "../unit/plugins/sources/rosbag1_fixture.hpp"
 #include "our_plugins.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/testing/source_contract.hpp"
 
 namespace waymark::contract_test {
@@ -20,10 +20,18 @@ TEST(OurSources, TheSimulatorKeepsTheContract) {
   EXPECT_EQ(to_text(check_source([] { return make<Source>("simulator", kSimulation); })), "");
 }
 
+TEST(OurSources, TheSimulatorsCloudsKeepTheContract) {
+  // The rig mounts "altimeter" below the base, so there is no ground to see.
+  const std::string clouds =
+      "{ duration_s: 20, course: { waypoints_m: [0, 0, 12, 0, 12, 8, 0, 8] }, ground: false,"
+      "  walls_m: [-3, -3, 15, -3, 15, -3, 15, 11],"
+      "  lidar_3d: { sensor: altimeter, rate_hz: 2, sweep_s: 0.1, beams: 90, step_deg: 4 } }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("simulator", clouds); })), "");
+}
+
 class OurCsv : public ::testing::Test {
  protected:
-  OurCsv() : folder_(std::filesystem::temp_directory_path() / ("waymark_contract_csv_" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(folder_);
+  OurCsv() {
     std::ofstream wheels(folder_ / "wheels.csv");
     std::ofstream scans(folder_ / "scans.csv");
     std::ofstream seen(folder_ / "seen.csv");
@@ -47,7 +55,6 @@ class OurCsv : public ::testing::Test {
       if (k % 4 < 2) seen << 0.4 * (k / 4) << "," << 2.0 + 0.1 * k << ",0.2," << k % 4 << "\n";
     }
   }
-  ~OurCsv() override { std::filesystem::remove_all(folder_); }
 
   std::shared_ptr<Source> source() const {
     const std::string yaml =
@@ -69,7 +76,7 @@ class OurCsv : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(OurCsv, KeepsTheContract) {
@@ -79,8 +86,7 @@ TEST_F(OurCsv, KeepsTheContract) {
 /// A raw recording of 12 frames; one image is missing and one cloud is cut off.
 class OurKitti : public ::testing::Test {
  protected:
-  OurKitti()
-      : folder_(std::filesystem::temp_directory_path() / ("waymark_contract_kitti_" + std::to_string(::getpid()))) {
+  OurKitti() {
     const std::filesystem::path clouds = folder_ / "velodyne_points/data";
     const std::filesystem::path images = folder_ / "image_02/data";
     std::filesystem::create_directories(clouds);
@@ -93,11 +99,10 @@ class OurKitti : public ::testing::Test {
       if (k != 4) std::ofstream(images / (number + ".png"), std::ios::binary) << "picture " << k;
     }
   }
-  ~OurKitti() override { std::filesystem::remove_all(folder_); }
 
   std::shared_ptr<Source> source() const {
     const std::string yaml =
-        "{ folder: " + folder_.string() +
+        "{ folder: " + folder_.path().string() +
         ", calibration: none, max_bad_records: 2, lidar: { sensor: lidar, height_m: [0.5, 1.5], step_deg: 10 },"
         "  camera: { sensor: camera } }";
     return PluginLoader({WAYMARK_PLUGIN_DIR})
@@ -105,7 +110,7 @@ class OurKitti : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(OurKitti, KeepsTheContract) {
@@ -124,8 +129,8 @@ TEST_F(OurKitti, KeepsTheContract) {
 }
 
 TEST(OurCarmen, KeepsTheContract) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("waymark_contract_carmen_" + std::to_string(::getpid()) + ".log");
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "recording.log";
   {
     std::ofstream out(file, std::ios::binary);
     for (int k = 0; k < 40; ++k) {
@@ -141,12 +146,11 @@ TEST(OurCarmen, KeepsTheContract) {
                            ", max_bad_records: 1, wheels: { sensor: wheels }, gnss: { sensor: gps },"
                            " lasers: [{ message: FLASER, sensor: lidar, start_deg: -90, step_deg: 180 }] }";
   EXPECT_EQ(to_text(check_source([&] { return make<Source>("carmen", yaml); })), "");
-  std::filesystem::remove(file);
 }
 
 TEST(OurNmea, KeepsTheContract) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("waymark_contract_nmea_" + std::to_string(::getpid()) + ".nmea");
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "recording.nmea";
   {
     std::ofstream out(file, std::ios::binary);
     for (int k = 0; k < 30; ++k) {
@@ -160,13 +164,12 @@ TEST(OurNmea, KeepsTheContract) {
                            ", require_checksum: false, delay_s: 0.1, gnss: { sensor: gps },"
                            " heading: { sensor: imu } }";
   EXPECT_EQ(to_text(check_source([&] { return make<Source>("nmea", yaml); })), "");
-  std::filesystem::remove(file);
 }
 
 TEST(OurRosbag1, KeepsTheContract) {
   using namespace rosbag1_test;
-  const auto file =
-      std::filesystem::temp_directory_path() / ("waymark_contract_rosbag1_" + std::to_string(::getpid()) + ".bag");
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "recording.bag";
   BagWriter bag;
   const auto odometry = bag.connect("/odom", kOdometry);
   const auto imu = bag.connect("/imu", kImu);
@@ -182,7 +185,6 @@ TEST(OurRosbag1, KeepsTheContract) {
                            " { topic: /odom, sensor: gps, payload: Height }, { topic: /imu, sensor: imu }], arrival: ";
   for (const char* arrival : {"recorded }", "stamp }"})
     EXPECT_EQ(to_text(check_source([&] { return make<Source>("rosbag1", yaml + arrival); })), "");
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -38,17 +38,30 @@ CONDITIONS = (
 )
 
 
+def drive(arguments, settings, seed, out):
+    """One run into the folder `out`."""
+    command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", out]
+    for key, value in {**settings, "filter.seed": seed, "source.seed": seed}.items():
+        command += ["--set", f"{key}={value}"]
+    subprocess.run(command, check=True, stderr=subprocess.PIPE)
+
+
+def evaluate(arguments, out, *more):
+    """What `waymark evaluate` says of the run in `out`."""
+    command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/trajectory.txt", "--reference", f"{out}/reference.txt",
+               "--covariance", f"{out}/covariance.csv", *more]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+
+
+def cell(values, digits=2):
+    values = [value for value in values if value is not None]
+    return f"{min(values):.{digits}f} / **{statistics.median(values):.{digits}f}** / {max(values):.{digits}f}" if values else "–"
+
+
 def run(arguments, settings, seed):
     with tempfile.TemporaryDirectory() as out:
-        command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", out]
-        for key, value in {**settings, "filter.seed": seed, "source.seed": seed}.items():
-            command += ["--set", f"{key}={value}"]
-        subprocess.run(command, check=True, stderr=subprocess.PIPE)
-        scored = subprocess.run(
-            [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/trajectory.txt", "--reference", f"{out}/reference.txt",
-             "--covariance", f"{out}/covariance.csv"],
-            check=True, stdout=subprocess.PIPE)
-        result = json.loads(scored.stdout)
+        drive(arguments, settings, seed, out)
+        result = evaluate(arguments, out)
         trajectory, consistency = result["trajectory"], result["consistency"]
         figures = (trajectory["ate_rms_m"], trajectory["ate_max_m"], 57.29577951308232 * trajectory["yaw_rms_rad"],
                    consistency["nees_mean"])
@@ -98,7 +111,7 @@ def main():
         for name, settings in CONDITIONS:
             results = list(pool.map(lambda seed: run(arguments, settings, seed), range(1, arguments.runs + 1)))
             figures = zip(*(result[0] for result in results))
-            cells = [f"{min(v):.2f} / **{statistics.median(v):.2f}** / {max(v):.2f}" for v in figures]
+            cells = [cell(values) for values in figures]
             seen, off, named = (sum((collections.Counter(r[i]) for r in results), collections.Counter()) for i in (1, 2, 3))
             total = sum(seen.values())
             cells.append("; ".join(

@@ -6,12 +6,10 @@ Example:
   tests/results/outages.py --waymark build/release/bin/waymark --runs 30
 """
 import argparse
-import json
-import statistics
-import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
+from faults import cell, drive, evaluate
 from subsets import SENSORS, without
 
 OUTAGES = ((50, 55), (100, 110), (180, 210))  # s
@@ -19,23 +17,10 @@ SUBSETS = (("wheels", "gps"), ("wheels", "gps", "compass"), ("wheels", "imu", "g
 
 
 def run(arguments, subset, seed):
-    settings = {"filter.seed": seed, "source.seed": seed, **without(subset),
-                "source.gps.outages_s": "[" + ", ".join(str(t) for outage in OUTAGES for t in outage) + "]"}
+    outages = "[" + ", ".join(str(t) for outage in OUTAGES for t in outage) + "]"
     with tempfile.TemporaryDirectory() as out:
-        command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", out]
-        for key, value in settings.items():
-            command += ["--set", f"{key}={value}"]
-        subprocess.run(command, check=True, stderr=subprocess.PIPE)
-        command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/trajectory.txt", "--reference", f"{out}/reference.txt",
-                   "--covariance", f"{out}/covariance.csv"]
-        for begin, end in OUTAGES:
-            command += ["--outage", f"{begin}:{end}"]
-        return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["outages"]
-
-
-def cell(values, digits=2):
-    values = [value for value in values if value is not None]
-    return f"{min(values):.{digits}f} / **{statistics.median(values):.{digits}f}** / {max(values):.{digits}f}" if values else "–"
+        drive(arguments, {**without(subset), "source.gps.outages_s": outages}, seed, out)
+        return evaluate(arguments, out, *(f"--outage={begin}:{end}" for begin, end in OUTAGES))["outages"]
 
 
 def main():

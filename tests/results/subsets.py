@@ -11,11 +11,10 @@ import argparse
 import bisect
 import math
 import statistics
-import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
-from faults import rows
+from faults import cell, drive, rows
 
 SENSORS = ("wheels", "imu", "gps", "compass")
 SUBSETS = (("wheels",), ("wheels", "imu"), ("wheels", "compass"), ("wheels", "gps"), ("wheels", "imu", "compass"),
@@ -64,13 +63,9 @@ def without(subset):
 
 
 def run(arguments, subset, seed):
-    settings = {"filter.seed": seed, "source.seed": seed, "initial.position_sigma_m": 0.001, "initial.yaw_sigma_deg": 0.01,
-                **without(subset), **on_oval()}
+    known_start = {"initial.position_sigma_m": 0.001, "initial.yaw_sigma_deg": 0.01}
     with tempfile.TemporaryDirectory() as out:
-        command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", out]
-        for key, value in settings.items():
-            command += ["--set", f"{key}={value}"]
-        subprocess.run(command, check=True, stderr=subprocess.PIPE)
+        drive(arguments, {**known_start, **without(subset), **on_oval()}, seed, out)
         truth = rows(f"{out}/reference.txt", " ")
         times = [row[0] for row in truth]
         estimate = {row[0]: row for row in rows(f"{out}/trajectory.txt", " ")}
@@ -120,7 +115,7 @@ def main():
                 below = sum(m < low for m in span) / len(span)
                 above = sum(m > high for m in span) / len(span)
                 cells.append(f"{statistics.fmean(span):.2f} | {100 * below:.0f} %, {100 * (1 - below - above):.0f} %, {100 * above:.0f} %")
-            print(f"| {', '.join(subset)} | {min(rms):.2f} / **{statistics.median(rms):.2f}** / {max(rms):.2f} | {' | '.join(cells)} |",
+            print(f"| {', '.join(subset)} | {cell(rms)} | {' | '.join(cells)} |",
                   flush=True)
 
 

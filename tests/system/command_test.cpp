@@ -31,11 +31,11 @@ TEST(Command, HelpNamesEverySubcommand) {
 }
 
 TEST(Command, UnknownSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({"fly"}), 2, {"fly", "run, check, plugins, evaluate"}));
+  EXPECT_TRUE(tells(waymark({"fly"}), 2, {"fly", "run, check, plugins, evaluate, map"}));
 }
 
 TEST(Command, NoSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({}), 2, {"subcommand", "run, check, plugins, evaluate"}));
+  EXPECT_TRUE(tells(waymark({}), 2, {"subcommand", "run, check, plugins, evaluate, map"}));
 }
 
 TEST(Command, UnknownOptionIsOneErrorLine) {

@@ -154,6 +154,17 @@ void landmarks_text(const LandmarkError& e, const LandmarkOptions& options, std:
   if (!e.missed.empty()) line(out, "missed", fmt::format("{}", fmt::join(e.missed, ", ")));
 }
 
+void voxels_text(const VoxelError& e, std::string& out) {
+  out += "voxels\n";
+  line(out, "precision",
+       fmt::format("{:.2f} %: {} of {} occupied voxels within {:g} m of a true surface", 100.0 * e.precision(), e.right,
+                   e.occupied, e.tolerance_m));
+  line(out, "recall",
+       fmt::format("{:.2f} %: {} of {} points of true surfaces that were seen ({} were not)", 100.0 * e.recall(),
+                   e.found, e.found + e.missed, e.points - e.found - e.missed));
+  line(out, "distance to a surface", metres(e.distance_m));
+}
+
 void put(Json& out, const std::string& name, const std::string& unit, const std::optional<ErrorStatistics>& e) {
   out[name + "_rms_" + unit] = e ? Json(e->rms) : Json(nullptr);
   out[name + "_mean_" + unit] = e ? Json(e->mean) : Json(nullptr);
@@ -290,6 +301,20 @@ Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
 
 }  // namespace
 
+Json voxels_json(const VoxelError& e) {
+  Json out;
+  out["tolerance_m"] = e.tolerance_m;
+  out["occupied"] = e.occupied;
+  out["right"] = e.right;
+  out["precision"] = e.precision();
+  out["points"] = e.points;
+  out["found"] = e.found;
+  out["missed"] = e.missed;
+  out["recall"] = e.found + e.missed > 0 ? Json(e.recall()) : Json(nullptr);
+  put(out, "distance", "m", e.distance_m);
+  return out;
+}
+
 std::string to_text(const Report& report) {
   std::string out;
   if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
@@ -298,6 +323,7 @@ std::string to_text(const Report& report) {
   if (report.relations) relations_text(*report.relations, report.relation_options, out);
   if (report.innovations) innovations_text(*report.innovations, out);
   if (report.landmarks) landmarks_text(*report.landmarks, report.landmark_options, out);
+  if (report.voxels) voxels_text(*report.voxels, out);
   return out;
 }
 
@@ -310,6 +336,7 @@ std::string to_json(const Report& report) {
   out["relations"] = report.relations ? relations_json(*report.relations, report.relation_options) : Json(nullptr);
   out["innovations"] = report.innovations ? innovations_json(*report.innovations) : Json(nullptr);
   out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
+  out["voxels"] = report.voxels ? voxels_json(*report.voxels) : Json(nullptr);
   return out.dump() + "\n";
 }
 

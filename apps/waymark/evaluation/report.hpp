@@ -11,6 +11,7 @@
 #include "apps/waymark/evaluation/outages.hpp"
 #include "apps/waymark/evaluation/relations.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
+#include "apps/waymark/evaluation/voxel_error.hpp"
 
 namespace waymark::evaluation {
 
@@ -26,6 +27,7 @@ struct Report {
   std::optional<std::vector<InnovationScore>> innovations;
   std::optional<LandmarkError> landmarks;
   LandmarkOptions landmark_options;
+  std::optional<VoxelError> voxels;
 };
 
 /// A table for people; ends with a newline.

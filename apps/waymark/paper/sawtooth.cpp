@@ -32,9 +32,9 @@ bool is_consistent(const Trial& trial) {
 }
 
 /// The criterion of the scenarios of §4.4: also in its place.
-bool is_right(const Trial& trial) { return trial.has_exact_map() && trial.associations.wrong == 0; }
+bool is_right_in_place(const Trial& trial) { return trial.has_exact_map() && trial.associations.wrong == 0; }
 
-std::vector<Trial> of_scenario(const std::vector<std::vector<Trial>>& by_seed, std::size_t scenario) {
+std::vector<Trial> trials_of(const std::vector<std::vector<Trial>>& by_seed, std::size_t scenario) {
   std::vector<Trial> trials;
   trials.reserve(by_seed.size());
   for (const std::vector<Trial>& seed : by_seed) trials.push_back(seed[scenario]);
@@ -65,7 +65,7 @@ std::string table(const Sawtooth& results, std::size_t filter, const Cell& cell)
   text += "\n" + rule + "\n";
   const auto both = [&](std::size_t gps) {
     const auto& by_seed = results.trials[gps];
-    return fmt::format("{}, {}", cell(of_scenario(by_seed, 2 * filter)), cell(of_scenario(by_seed, 2 * filter + 1)));
+    return fmt::format("{}, {}", cell(trials_of(by_seed, 2 * filter)), cell(trials_of(by_seed, 2 * filter + 1)));
   };
   std::size_t gps = 1;
   for (const double rate : Sawtooth::kRates) {
@@ -129,7 +129,7 @@ std::string to_page(const Sawtooth& results) {
     text +=
         "\nMap right (every cylinder once within half the least distance between two, nothing else, no wrong "
         "association), share of seeds:\n\n" +
-        table(results, filter, [](const auto& trials) { return share(trials, is_right); });
+        table(results, filter, [](const auto& trials) { return share(trials, is_right_in_place); });
     text += "\nMap right in itself (every cylinder once, no wrong association, but anywhere):\n\n" +
             table(results, filter, [](const auto& trials) { return share(trials, is_consistent); });
     text += "\nPose, RMS [m], min / **median** / max over the seeds:\n\n" + table(results, filter, position_rms);
@@ -150,7 +150,7 @@ std::string to_json(const Sawtooth& results) {
                                   {"seed", results.seeds[k]},
                                   {"filter", s / kParticles.size() + 1},
                                   {"particles", kParticles[s % kParticles.size()]},
-                                  {"right", is_right(t)},
+                                  {"right", is_right_in_place(t)},
                                   {"consistent", is_consistent(t)},
                                   {"landmarks", t.landmarks.counted},
                                   {"matched", t.landmarks.matched},

@@ -13,6 +13,7 @@
 
 #include "recording.hpp"
 #include "waymark/plugin.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::carmen {
 namespace {
@@ -20,15 +21,6 @@ namespace {
 constexpr std::string_view kFrontLaser = "FLASER";
 constexpr std::string_view kFrontOffset = "robot_frontlaser_offset";
 constexpr double kOffsetTolerance = 0.005;  // [m]
-
-std::filesystem::path file_of(const Config& config) {
-  std::filesystem::path file = config.file().parent_path() / config.text("file");
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) config.fail("file", file.string() + " does not exist");
-  if (std::filesystem::is_directory(file, ignored))
-    config.fail("file", file.string() + " is a folder, a file is expected");
-  return file;
-}
 
 /// "2 SYNC, 1 TRUEPOS".
 std::string counts(const std::map<std::string, std::size_t, std::less<>>& by_name) {
@@ -78,7 +70,7 @@ class CarmenSource final : public Source {
 };
 
 CarmenSource::CarmenSource(const Config& config, const Rig& rig)
-    : file_(file_of(config)),
+    : file_(readable_file(config, "file")),
       bad_(static_cast<std::uint64_t>(
                config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
            {"record", "max_bad_records", "skips such ones"}) {
@@ -110,15 +102,10 @@ CarmenSource::CarmenSource(const Config& config, const Rig& rig)
 }
 
 std::uint32_t CarmenSource::add_channel(const Config& entry, const Rig& rig, std::string_view payload) {
-  const std::string sensor = entry.text("sensor");
-  const int index = rig.find(sensor);
-  if (index < 0) entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
-  const std::string& takes = rig.mountings()[static_cast<std::size_t>(index)].payload;
-  if (!takes.empty() && takes != payload)
-    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, takes, payload));
-  if (std::ranges::find(channels_, sensor, &Channel::sensor) != channels_.end())
-    entry.fail("sensor", fmt::format("sensor \"{}\" is given twice", sensor));
-  channels_.push_back({sensor, std::string(payload)});
+  Channel channel = channel_to_sensor(entry, rig, payload);
+  if (std::ranges::find(channels_, channel.sensor, &Channel::sensor) != channels_.end())
+    entry.fail("sensor", fmt::format("sensor \"{}\" is given twice", channel.sensor));
+  channels_.push_back(std::move(channel));
   return static_cast<std::uint32_t>(channels_.size() - 1);
 }
 

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "column_map.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <numeric>
 
 #include "number_text.hpp"
+#include "waymark/nearest_name.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -35,21 +31,6 @@ double finite_number(std::string_view field, const std::string& label) {
   if (text != NumberText::ok) reject(field, label, text);
   if (!std::isfinite(value)) throw BadRow(in_quotes(field) + " in " + label + " is not finite");
   return value;
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, diagonal + 1, substituted});
-    }
-  }
-  return row.back();
 }
 
 double non_zero_scale(const Config& config) {
@@ -275,18 +256,6 @@ void check_fields(const Config& columns, const std::vector<std::string_view>& va
   for (const std::string_view key : required) {
     if (!columns.has(key)) columns.fail(std::string(owner) + " needs the column " + in_quotes(key));
   }
-}
-
-std::filesystem::path readable_file(const Config& config, std::string_view key) {
-  std::filesystem::path file = config.file().parent_path() / config.text(key);
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    config.fail(key, file.string() + " is a folder, a file is expected");
-  }
-  if (::access(file.c_str(), R_OK) != 0) {
-    config.fail(key, file.string() + " cannot be read: " + std::strerror(errno));
-  }
-  return file;
 }
 
 Format read_format(const Config& config) {

@@ -151,10 +151,6 @@ void check_fields(const Config& columns, const std::vector<std::string_view>& va
 /// "; did you mean "x"? (valid: x, y)", for messages about a name that is not in `names`.
 std::string suggestion(std::string_view name, const std::vector<std::string_view>& names);
 
-/// A file that `key` names, relative to the YAML's folder. Throws ConfigError if it is missing, a folder or not
-/// readable.
-std::filesystem::path readable_file(const Config& config, std::string_view key);
-
 /// The keys `delimiter`, `comment` and `header_rows`. Throws ConfigError.
 Format read_format(const Config& config);
 

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "waymark/source_config.hpp"
+
 namespace waymark::csv {
 namespace {
 

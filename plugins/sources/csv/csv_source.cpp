@@ -10,6 +10,7 @@
 #include "number_text.hpp"
 #include "reference.hpp"
 #include "waymark/plugin.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::csv {
 
@@ -69,36 +70,23 @@ CsvSource::CsvSource(const Config& config, const Rig& rig)
 
 void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump) {
   Input input{.file = CsvFile(entry, max_time_jump), .channel = 0, .pending = {}, .failure = {}, .delivered = 0};
-  const std::string& sensor = input.file.sensor();
-  const std::string payload(input.file.payload_type());
-
-  const auto& mountings = rig.mountings();
-  const auto mounting = std::ranges::find(mountings, sensor, &Mounting::name);
-  if (mounting == mountings.end()) {
-    std::vector<std::string_view> names;
-    names.reserve(mountings.size());
-    for (const Mounting& other : mountings) names.push_back(other.name);
-    entry.fail("sensor", "there is no sensor " + in_quotes(sensor) + " under sensors" + suggestion(sensor, names));
-  }
-  if (!mounting->payload.empty() && mounting->payload != payload) {
-    entry.fail("payload",
-               "sensor " + in_quotes(sensor) + " takes " + mounting->payload + ", but this file gives " + payload);
-  }
+  const Channel wanted = channel_to_sensor(entry, rig, input.file.payload_type(), "this file");
   for (const Input& other : inputs_) {
     std::error_code error;
     if (std::filesystem::equivalent(other.file.reader().file(), input.file.reader().file(), error) &&
         other.file.signature() == input.file.signature()) {
-      entry.fail("sensor", "two sensors on one input: " + in_quotes(other.file.sensor()) + " and " + in_quotes(sensor) +
-                               " get the same columns of " + input.file.reader().file().string());
+      entry.fail("sensor", "two sensors on one input: " + in_quotes(other.file.sensor()) + " and " +
+                               in_quotes(wanted.sensor) + " get the same columns of " +
+                               input.file.reader().file().string());
     }
   }
 
   const auto is_ours = [&](const Channel& channel) {
-    return channel.sensor == sensor && channel.payload_type == payload;
+    return channel.sensor == wanted.sensor && channel.payload_type == wanted.payload_type;
   };
   const auto channel = std::ranges::find_if(channels_, is_ours);
   input.channel = static_cast<std::uint32_t>(channel - channels_.begin());
-  if (channel == channels_.end()) channels_.push_back({sensor, payload});
+  if (channel == channels_.end()) channels_.push_back(wanted);
   inputs_.push_back(std::move(input));
 }
 

@@ -13,6 +13,7 @@
 #include "inertial_builders.hpp"
 #include "number_text.hpp"
 #include "waymark/payloads.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::csv {
 namespace {

@@ -16,6 +16,7 @@
 #include "waymark/bad_record_list.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::kitti {
 namespace {
@@ -120,16 +121,11 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
 }
 
 const Mounting& KittiSource::add_channel(const Config& config, const Rig& rig, std::string_view payload) {
-  const std::string sensor = config.text("sensor");
-  const int index = rig.find(sensor);
-  if (index < 0) config.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
-  const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(index)];
-  if (!mounting.payload.empty() && mounting.payload != payload) {
-    config.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, mounting.payload, payload));
-  }
-  if (std::ranges::any_of(channels_, [&](const Channel& channel) { return channel.sensor == sensor; }))
-    config.fail("sensor", fmt::format("sensor \"{}\" cannot be both scanner and camera", sensor));
-  channels_.push_back({sensor, std::string(payload)});
+  Channel channel = channel_to_sensor(config, rig, payload);
+  if (std::ranges::any_of(channels_, [&](const Channel& other) { return other.sensor == channel.sensor; }))
+    config.fail("sensor", fmt::format("sensor \"{}\" cannot be both scanner and camera", channel.sensor));
+  const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(rig.find(channel.sensor))];
+  channels_.push_back(std::move(channel));
   is_lidar_.push_back(payload == LaserScan::kType);
   return mounting;
 }

@@ -17,6 +17,7 @@
 #include "waymark/bad_record_list.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::nmea {
 namespace {
@@ -70,14 +71,8 @@ class NmeaSource final : public Source {
 };
 
 std::filesystem::path file_of(const Config& config) {
-  const std::string name = config.text("file");
-  if (name == "-") return name;
-  std::filesystem::path file = config.file().parent_path() / name;
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) config.fail("file", file.string() + " does not exist");
-  if (std::filesystem::is_directory(file, ignored))
-    config.fail("file", file.string() + " is a folder, a file, a FIFO or - is expected");
-  return file;
+  if (config.text("file") == "-") return "-";
+  return readable_file(config, "file");
 }
 
 std::optional<std::chrono::sys_days> start_date_of(const Config& config) {
@@ -119,14 +114,7 @@ NmeaSource::NmeaSource(const Config& config, const Rig& rig)
 std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const Rig& rig, std::string_view key,
                                                      std::string_view payload) {
   if (!config.has(key)) return std::nullopt;
-  const Config entry = config.child(key);
-  const std::string sensor = entry.text("sensor");
-  const int index = rig.find(sensor);
-  if (index < 0) entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors", sensor));
-  const std::string& takes = rig.mountings()[static_cast<std::size_t>(index)].payload;
-  if (!takes.empty() && takes != payload)
-    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but this gives {}", sensor, takes, payload));
-  channels_.push_back({sensor, std::string(payload)});
+  channels_.push_back(channel_to_sensor(config.child(key), rig, payload));
   return static_cast<std::uint32_t>(channels_.size() - 1);
 }
 

@@ -16,9 +16,10 @@
 #include "bag.hpp"
 #include "message_stream.hpp"
 #include "messages.hpp"
-#include "nearest_name.hpp"
 #include "waymark/bad_record_list.hpp"
+#include "waymark/nearest_name.hpp"
 #include "waymark/plugin.hpp"
+#include "waymark/source_config.hpp"
 
 namespace waymark::rosbag1 {
 namespace {
@@ -173,31 +174,19 @@ void Rosbag1Source::add_route(const Config& entry, const Rig& rig) {
   route.kind = &kind_for(entry, route.topic);
   route.stamp_recorded = entry.choice("stamp", {"header", "recorded"}, "header") == "recorded";
   route.stamp_offset = from_seconds(entry.number_in("stamp_offset_s", -3600.0, 3600.0, 0.0));
-  const std::string sensor = entry.text("sensor");
-  const std::string payload(route.kind->payload);
-  const int index = rig.find(sensor);
-  if (index < 0) {
-    std::vector<std::string> names;
-    for (const Mounting& mounting : rig.mountings()) names.push_back(mounting.name);
-    const std::string nearest = nearest_name(sensor, names);
-    entry.fail("sensor", fmt::format("there is no sensor \"{}\" under sensors{}", sensor,
-                                     nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
-  }
-  const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(index)];
-  if (!mounting.payload.empty() && mounting.payload != payload) {
-    entry.fail("sensor", fmt::format("sensor \"{}\" takes {}, but {} gives {}; see payload", sensor, mounting.payload,
-                                     route.topic, payload));
-  }
+  const Channel wanted = channel_to_sensor(entry, rig, route.kind->payload, route.topic);
   for (const Route& other : routes_) {
     if (other.topic == route.topic && other.kind == route.kind) {
       entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
-                                       channels_[other.channel].sensor, sensor, short_name(payload), route.topic));
+                                       channels_[other.channel].sensor, wanted.sensor, short_name(wanted.payload_type),
+                                       route.topic));
     }
   }
-  const auto channel = std::ranges::find_if(
-      channels_, [&](const Channel& one) { return one.sensor == sensor && one.payload_type == payload; });
+  const auto channel = std::ranges::find_if(channels_, [&](const Channel& one) {
+    return one.sensor == wanted.sensor && one.payload_type == wanted.payload_type;
+  });
   route.channel = static_cast<std::uint32_t>(channel - channels_.begin());
-  if (channel == channels_.end()) channels_.push_back({sensor, payload});
+  if (channel == channels_.end()) channels_.push_back(wanted);
   entry.reject_unread();
   routes_.push_back(std::move(route));
 }

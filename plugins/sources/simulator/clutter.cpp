@@ -36,6 +36,7 @@ class Placing {
         apart_m_(config.non_negative("min_distance_m", 0.5)),
         walls_(world.walls) {
     for (const Cylinder& landmark : world.landmarks) taken_.push_back({landmark.center, landmark.radius_m});
+    for (const Box& box : world.boxes) taken_.push_back({box.center, box.half_m.norm()});
   }
 
   /// Calls `draw(random)`, which returns the radius of a footprint, until it fits; `put(center, random)` then puts the

@@ -21,6 +21,9 @@ void spoil(Payload& payload) {
     static_cast<GnssFix&>(payload).p_map_antenna.setConstant(kNaN);
   } else if (payload.type() == LaserScan::kType) {
     std::ranges::fill(static_cast<LaserScan&>(payload).ranges_m, std::numeric_limits<float>::quiet_NaN());
+  } else if (payload.type() == PointCloud::kType) {
+    auto& cloud = static_cast<PointCloud&>(payload);
+    std::ranges::fill(cloud.points_m, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   } else if (payload.type() == ImuSample::kType) {
     auto& imu = static_cast<ImuSample&>(payload);
     imu.w_sensor.setConstant(kNaN);

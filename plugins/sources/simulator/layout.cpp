@@ -126,6 +126,32 @@ std::vector<Wall> read_walls(const Config& config, const Path& path, double heig
   return walls;
 }
 
+std::vector<Box> read_boxes(const Config& config, const Path& path) {
+  constexpr std::size_t kNumbers = 5;
+  const std::vector<double> numbers = config.numbers("boxes_m", -1, std::vector<double>{});
+  if (numbers.size() % kNumbers != 0) {
+    config.fail("boxes_m",
+                fmt::format("{} numbers; x, y, length along x, width along y, height of each box are expected",
+                            numbers.size()));
+  }
+  std::vector<Box> boxes;
+  boxes.reserve(numbers.size() / kNumbers);
+  for (std::size_t i = 0; i < numbers.size(); i += kNumbers) {
+    const Box box{{numbers[i], numbers[i + 1]}, {0.5 * numbers[i + 2], 0.5 * numbers[i + 3]}, 0.0, numbers[i + 4]};
+    if (!(box.half_m.minCoeff() > 0.0) || !(box.height_m > 0.0)) {
+      config.fail("boxes_m", fmt::format("box {} measures {} x {} x {}; more than 0 is expected", i / kNumbers + 1,
+                                         numbers[i + 2], numbers[i + 3], numbers[i + 4]));
+    }
+    const auto near = [&](const Eigen::Vector2d& p) {
+      return ((p - box.center).cwiseAbs() - box.half_m).cwiseMax(0.0).norm() < 0.1;
+    };
+    if (std::ranges::any_of(path, near))
+      config.fail("boxes_m", fmt::format("the course runs through box {}", i / kNumbers + 1));
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
 /// Adds a texture that belongs to no landmark; returns its index.
 std::size_t add_texture(World& world, const Texture& texture) {
   world.textures.push_back(texture);
@@ -159,8 +185,11 @@ World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path,
   }
   const double wall_height_m = config.positive("wall_height_m", 2.5);
   world.walls = read_walls(config, path, wall_height_m);
+  world.boxes = read_boxes(config, path);
   if (config.has("clutter")) add_clutter(config.child("clutter"), path, wall_height_m, seed, world);
   dress_surroundings(world, seed);
+  world.has_ground = config.boolean("ground", true);
+  if (config.has("ceiling_m")) world.ceiling_m = config.positive("ceiling_m");
   return world;
 }
 

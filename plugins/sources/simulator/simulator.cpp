@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,10 @@
 #include "simulated_gps.hpp"
 #include "simulated_inertial.hpp"
 #include "simulated_lidar.hpp"
+#include "simulated_lidar_3d.hpp"
 #include "simulated_wheels.hpp"
+#include "surfaces_file.hpp"
+#include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
 
@@ -53,6 +57,8 @@ class Simulator : public Source {
     if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
     if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
     if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
+    if (config.has("lidar_3d"))
+      sensors_.push_back(std::make_unique<SimulatedLidar3d>(config.child("lidar_3d"), rig, truth_.world));
     if (config.has("camera")) {
       sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
     }
@@ -61,15 +67,19 @@ class Simulator : public Source {
       sensors_.push_back(std::make_unique<SimulatedCompass>(config.child("compass"), rig, magnetism_));
     }
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, camera, imu, compass is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
+    if (config.has("surfaces_file")) surfaces_file_ = config.file().parent_path() / config.text("surfaces_file");
   }
 
   const std::vector<Channel>& channels() const override { return channels_; }
 
   std::optional<Measurement> next() override {
+    // Here, so that who only looks at a configuration writes nothing.
+    if (!surfaces_file_.empty())
+      write_file(std::exchange(surfaces_file_, std::filesystem::path()), surfaces_csv(truth_.world));
     while (true) {
       const auto earliest = std::ranges::min_element(
           sensors_, {}, [&](const auto& sensor) { return sensor->next_arrival(truth_, duration_); });
@@ -114,7 +124,8 @@ class Simulator : public Source {
     const Course course(config.child("course"));
     const DriveLimits limits = read_limits(config);
     // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
-    const bool furnished = config.has("landmarks") || config.has("walls_m") || config.has("clutter");
+    const bool furnished =
+        config.has("landmarks") || config.has("walls_m") || config.has("boxes_m") || config.has("clutter");
     World world = read_world(config, furnished ? nominal_path(course, limits) : Path{}, seed);
     return {drive(course, limits, duration, seed), std::move(world), seed};
   }
@@ -139,6 +150,7 @@ class Simulator : public Source {
   std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;
+  std::filesystem::path surfaces_file_;  // empty: none, or already written
   std::uint64_t sequence_ = 0;
   Duration position_{0};  // when the newest of the delivered was measured
 };

@@ -35,7 +35,8 @@ enum class Draw : std::uint32_t {
   gaps,
   outliers,
   drift,
-  doppler
+  doppler,
+  clouds
 };
 
 /// The stream of one sample, independent of all others. `kind` tells the sensors apart that share a kind of draw.

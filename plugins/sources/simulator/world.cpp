@@ -113,6 +113,66 @@ double nearest_of(const std::vector<Thing>& things, const Ray& ray, double above
   return nearest;
 }
 
+/// A ray in any direction, with what it is seen from above.
+struct Beam {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;  ///< of length 1
+  double flatness;            ///< length of its horizontal part
+  Ray shadow;                 ///< if the beam is vertical, in any direction
+};
+
+Beam beam_of(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+  const double flatness = direction.head<2>().norm();
+  const bool is_vertical = flatness < 1e-12;
+  const Eigen::Vector2d ahead =
+      is_vertical ? Eigen::Vector2d::UnitX() : Eigen::Vector2d(direction.head<2>() / flatness);
+  return {origin, direction, is_vertical ? 0.0 : flatness, {origin.head<2>(), ahead}};
+}
+
+/// Where along the beam it is above the ground and not higher than a thing.
+std::optional<Crossing> between_heights(const Beam& beam, double height_m) {
+  const double z = beam.origin.z();
+  const double rise = beam.direction.z();
+  if (std::abs(rise) < 1e-12) {
+    if (z < 0.0 || z > height_m) return std::nullopt;
+    return Crossing{-World::kNothing, World::kNothing};
+  }
+  const double to_ground = -z / rise;
+  const double to_top = (height_m - z) / rise;
+  return Crossing{std::min(to_ground, to_top), std::max(to_ground, to_top)};
+}
+
+/// Where along the beam it is over the outline of a thing.
+template <class Thing>
+std::optional<Crossing> over_outline(const Thing& thing, const Beam& beam) {
+  auto crossing = cross(thing, beam.shadow);
+  if (!crossing) return std::nullopt;
+  if (beam.flatness > 0.0) return Crossing{crossing->enter / beam.flatness, crossing->leave / beam.flatness};
+  if (crossing->enter > 0.0 || crossing->leave < 0.0) return std::nullopt;
+  return Crossing{-World::kNothing, World::kNothing};
+}
+
+template <class Thing>
+double nearest_of(const std::vector<Thing>& things, const Beam& beam, double nearest) {
+  for (const Thing& thing : things) {
+    const auto outline = over_outline(thing, beam);
+    if (!outline || outline->leave < 0.0 || outline->enter >= nearest) continue;
+    const auto heights = between_heights(beam, thing.height_m);
+    if (!heights) continue;
+    const double enter = std::max(outline->enter, heights->enter);
+    const double leave = std::min(outline->leave, heights->leave);
+    if (enter > leave || leave < 0.0) continue;
+    nearest = std::min(nearest, enter >= 0.0 ? enter : leave);
+  }
+  return nearest;
+}
+
+/// Distance along the beam to a level plane.
+double to_level(const Beam& beam, double height_m, double nearest) {
+  const double distance = (height_m - beam.origin.z()) / beam.direction.z();
+  return distance >= 0.0 ? std::min(nearest, distance) : nearest;  // false for NaN: the beam lies in the plane
+}
+
 template <class Thing>
 void add_hits(const std::vector<Thing>& things, const Ray& ray, std::vector<Hit>& hits) {
   for (const Thing& thing : things) {
@@ -132,6 +192,17 @@ double World::cast(const Eigen::Vector3d& origin, double angle_rad) const {
   nearest = nearest_of(stones, beam, origin.z(), nearest);
   nearest = nearest_of(boxes, beam, origin.z(), nearest);
   return nearest_of(walls, beam, origin.z(), nearest);
+}
+
+double World::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+  const Beam beam = beam_of(origin, direction);
+  double nearest = kNothing;
+  if (has_ground) nearest = to_level(beam, 0.0, nearest);
+  if (ceiling_m < kNothing) nearest = to_level(beam, ceiling_m, nearest);
+  nearest = nearest_of(landmarks, beam, nearest);
+  nearest = nearest_of(stones, beam, nearest);
+  nearest = nearest_of(boxes, beam, nearest);
+  return nearest_of(walls, beam, nearest);
 }
 
 void World::trace(const Eigen::Vector2d& origin, double angle_rad, std::vector<Hit>& hits) const {

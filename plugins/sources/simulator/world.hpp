@@ -57,11 +57,18 @@ struct World {
   std::vector<Wall> walls;
   std::vector<Texture> textures;  ///< the landmarks' classes first, then those of the rest; the last is the ground's
   std::vector<bool> metal;        ///< per texture
+  bool has_ground = true;         ///< the ground is there to be seen from above
+  double ceiling_m = kNothing;    ///< height of a ceiling over all of it
 
   /// Distance [m] in the plane from `origin` to the first surface in direction `angle_rad` (map frame,
   /// counter-clockwise from east) that is higher than the origin, or `kNothing`. From inside a cylinder its wall is
   /// seen.
   double cast(const Eigen::Vector3d& origin, double angle_rad) const;
+
+  /// Distance [m] from `origin` to the first surface in the unit vector `direction`, or `kNothing`: what stands there
+  /// is solid up to its height, walls are thin; ground and ceiling have no end. From inside a thing its surface is
+  /// seen.
+  double cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
   /// All that a ray meets in front of `origin`, nearest first, in place of what `hits` held. What surrounds the origin
   /// is not met.

@@ -44,6 +44,24 @@ std::string problem_of_scan(const LaserScan& scan) {
   return {};
 }
 
+std::string bytes_of(const std::vector<Eigen::Vector3f>& points) {
+  std::string out = std::to_string(points.size()) + ":";
+  for (const Eigen::Vector3f& p : points) out += bytes_of(p.x(), p.y(), p.z());
+  return out;
+}
+
+std::string problem_of_cloud(const PointCloud& cloud) {
+  if (std::any_of(cloud.points_m.begin(), cloud.points_m.end(), [](const auto& p) { return !p.allFinite(); }))
+    return "a point of a cloud is not finite";
+  for (const auto* of_each : {&cloud.offsets_s, &cloud.intensities}) {
+    if (!of_each->empty() && of_each->size() != cloud.points_m.size())
+      return "a cloud has not as many offsets or intensities as points";
+  }
+  if (std::any_of(cloud.offsets_s.begin(), cloud.offsets_s.end(), [](float t) { return !std::isfinite(t); }))
+    return "an offset of a cloud is not finite";
+  return {};
+}
+
 std::string problem_of_fix(const GnssFix& fix) {
   const bool local = finite(fix.p_map_antenna.x(), fix.p_map_antenna.y());
   const bool geodetic = finite(fix.latitude_deg, fix.longitude_deg);
@@ -93,6 +111,8 @@ std::string content_of(const Payload& payload) {
   if (const auto* p = as<Height>(payload)) return bytes_of(p->height_m, p->sigma_m);
   if (const auto* p = as<LaserScan>(payload))
     return bytes_of(p->start_rad, p->step_rad) + bytes_of(p->ranges_m) + bytes_of(p->intensities);
+  if (const auto* p = as<PointCloud>(payload))
+    return bytes_of(p->points_m) + bytes_of(p->offsets_s) + bytes_of(p->intensities);
   if (const auto* p = as<LandmarkObservations>(payload)) {
     std::string out;
     for (const auto& one : p->landmarks) out += bytes_of(one.range_m, one.bearing_rad, one.radius_m, one.identity);
@@ -116,6 +136,7 @@ std::string problem_of(const Payload& payload) {
   if (const auto* p = as<CompassHeading>(payload)) return finite(p->heading_rad) ? "" : not_finite;
   if (const auto* p = as<Height>(payload)) return finite(p->height_m) ? "" : not_finite;
   if (const auto* p = as<LaserScan>(payload)) return problem_of_scan(*p);
+  if (const auto* p = as<PointCloud>(payload)) return problem_of_cloud(*p);
   if (const auto* p = as<LandmarkObservations>(payload)) return problem_of_landmarks(*p);
   return {};
 }

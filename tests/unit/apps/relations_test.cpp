@@ -2,13 +2,12 @@
 #include "apps/waymark/evaluation/relations.hpp"
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::evaluation {
@@ -155,15 +154,12 @@ TEST(Relations, AnEstimateWithoutOrientationIsAnError) {
 
 class RelationFile : public ::testing::Test {
  protected:
-  ~RelationFile() override { std::filesystem::remove(file_); }
   std::filesystem::path write(std::string_view content) {
-    static std::atomic<int> count = 0;
-    file_ = std::filesystem::temp_directory_path() /
-            ("waymark_relations_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::ofstream(file_, std::ios::binary) << content;
-    return file_;
+    std::filesystem::path file = folder_ / "some.relations";
+    std::ofstream(file, std::ios::binary) << content;
+    return file;
   }
-  std::filesystem::path file_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(RelationFile, IsReadToTheNanosecond) {

@@ -3,13 +3,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <string_view>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::evaluation {
@@ -17,14 +16,6 @@ namespace {
 
 class TrajectoryIo : public ::testing::Test {
  protected:
-  TrajectoryIo() {
-    static std::atomic<int> count = 0;
-    folder_ = std::filesystem::temp_directory_path() /
-              ("waymark_trajectory_io_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(folder_);
-  }
-  ~TrajectoryIo() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path file(std::string_view content, std::string_view name = "data.txt") const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
     return folder_ / name;
@@ -40,7 +31,7 @@ class TrajectoryIo : public ::testing::Test {
     return "nothing was thrown";
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 // gzip of "t,x,y\n1.5,2,3\n".

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <functional>
 
+#include "temporary_folder.hpp"
 #include "waymark/config.hpp"
 
 namespace waymark {
@@ -226,13 +226,10 @@ TEST(ConfigErrors, NameTheOverrideAsThePlace) {
 }
 
 TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("waymark_config_errors_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
+  const test::TemporaryFolder folder;
   EXPECT_NE(message_of([&] { Config::load(folder); }).find("is a folder"), std::string::npos);
   const std::string missing = message_of([&] { Config::load(folder / "none.yaml"); });
   EXPECT_EQ(missing, (folder / "none.yaml").string() + ": cannot be read: No such file or directory");
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

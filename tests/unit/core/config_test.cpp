@@ -3,10 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
+
+#include "temporary_folder.hpp"
 
 namespace waymark {
 namespace {
@@ -178,9 +179,7 @@ TEST(ConfigReads, AnAliasIsACopy) {
 }
 
 TEST(ConfigLoad, ReadsAFileAndKnowsItsPath) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("waymark_config_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
+  const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "robot.yaml";
   std::ofstream(file) << "a:\n  b: 2\n";
   const Config config = Config::load(file, {"a.c=3"});
@@ -188,7 +187,6 @@ TEST(ConfigLoad, ReadsAFileAndKnowsItsPath) {
   EXPECT_EQ(config.child("a").file(), file);
   EXPECT_EQ(config.child("a").integer("b"), 2);
   EXPECT_EQ(config.child("a").place(), file.string() + ":2:3");
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

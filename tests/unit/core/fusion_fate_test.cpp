@@ -182,6 +182,35 @@ TEST(FusionGate, ZeroMeansNeverReacquired) {
   EXPECT_NEAR(robot.pose().p.y(), 0.0, 2.0);
 }
 
+/// The wheels turn a third too fast from 20 s on; every fix is good.
+std::vector<Measurement> slip_from_20() {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 20.0, 1.0);
+  drive(log, 20.0, 30.0, 1.3);
+  drive(log, 30.0, 60.0, 1.0);
+  for (int k = 0; k < 240; ++k) log.push_back(fix(0.25 * k, 0.25 * k, 0.0));
+  return in_order(log);
+}
+
+TEST(FusionBias, WheelsThatSlipDoNotCarryTheBeliefAwayFromTheFixes) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0"));
+  robot.play(slip_from_20());
+  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations point to one side"));
+  EXPECT_NEAR(robot.pose().p.x(), 60.0, 0.3);
+  int off = 0;
+  for (const Seen& seen : robot.seen()) {
+    if (seen.stamp < 35.0 || seen.belief.P.size() == 0) continue;
+    off += std::abs(seen.belief.mean.T_map_base.p.x() - seen.stamp) > 0.5;
+  }
+  EXPECT_EQ(off, 0);
+}
+
+TEST(FusionBias, IsNotSeenWhereNothingIsWrong) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0"));
+  robot.play(in_order(forty_seconds()));
+  EXPECT_EQ(robot.events(), "");
+}
+
 /// Tells a position that is wrong for good, and a twist that fits.
 class HalfWrong final : public Sensor {
  public:

@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 #include <sstream>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -49,18 +49,10 @@ class FullDisk {
 
 class OutputFileTest : public testing::Test {
  protected:
-  OutputFileTest()
-      : folder_(std::filesystem::temp_directory_path() /
-                ("waymark_output_file_" + std::to_string(getpid()) + "_" +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~OutputFileTest() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path file() const { return folder_ / "out.txt"; }
   std::filesystem::path partial() const { return folder_ / "out.txt.partial"; }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(OutputFileTest, AppearsOnlyWithCommit) {

@@ -24,7 +24,7 @@ struct Bench {
 
   Match match(const Eigen::Vector3d& truth, const MatchPrior& prior, double sigma_m = 0.0, std::uint32_t seed = 1) {
     const ScanObservation scan = observed(walls, truth, sigma_m, seed, yaml);
-    window.open(tiles, prior.mean.head<2>(), scan.reach + matcher.margin() + 1.0, kResolution);
+    window.open(tiles, prior.mean.head<2>(), scan.reach + matcher.margin(prior), kResolution);
     return matcher.match(window, scan.hits, prior);
   }
 

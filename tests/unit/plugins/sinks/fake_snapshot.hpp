@@ -1,25 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <unistd.h>
-
-#include <atomic>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "temporary_folder.hpp"
 #include "waymark/config.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 #include "waymark/sink.hpp"
 #include "waymark/snapshot.hpp"
 
-/// What the tests of sinks share: a snapshot made by hand and a folder that goes away.
+/// What the tests of sinks share: a snapshot made by hand.
 namespace waymark::test {
 
 /// A snapshot whose answers are its members. Planar, without blocks; starts as a started filter at the map's origin.
@@ -68,37 +63,6 @@ class FakeSnapshot : public Snapshot {
   std::vector<MapDescription> maps_;
   StateLayout layout_{StateLayout::Motion::planar, {}};
   Belief belief_;
-};
-
-/// A fresh folder under the system's temporary folder, removed with all it holds.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    static std::atomic<int> count = 0;
-    const std::string name = "waymark_" + std::to_string(getpid()) + "_" + std::to_string(count++);
-    path_ = std::filesystem::temp_directory_path() / name;
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  bool has(std::string_view file) const { return std::filesystem::exists(path_ / file); }
-  /// The whole file; empty if there is none.
-  std::string read(std::string_view file) const {
-    std::ifstream stream(path_ / file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-  std::vector<std::string> lines(std::string_view file) const {
-    std::ifstream stream(path_ / file);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-  }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// The sink plugin `name` out of the build tree, built from a YAML mapping.

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "temporary_folder.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -46,14 +45,6 @@ inline std::string gzip(std::string_view text, std::size_t block = 64) {
 /// A temporary folder, and csv sources whose YAML lies in it.
 class CsvTest : public ::testing::Test {
  protected:
-  CsvTest() {
-    static std::atomic<int> count = 0;
-    folder_ = std::filesystem::temp_directory_path() /
-              ("waymark_csv_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(folder_);
-  }
-  ~CsvTest() override { std::filesystem::remove_all(folder_); }
-
   void write(const std::string& name, std::string_view content) const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
   }
@@ -94,7 +85,7 @@ class CsvTest : public ::testing::Test {
     return "";
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   Rig rig_{{{"wheels", "", std::nullopt},
             {"other", "", std::nullopt},
             {"gps", "waymark/GnssFix@1", std::nullopt},

@@ -4,10 +4,8 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -16,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "temporary_folder.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -38,13 +37,6 @@ inline const std::string kCameraToCamera =
 /// A folder with a recording in `log`, and sources whose YAML lies beside it.
 class KittiTest : public ::testing::Test {
  protected:
-  KittiTest() {
-    static std::atomic<int> count = 0;
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("waymark_kitti_{}_{}", ::getpid(), count++);
-    std::filesystem::create_directories(folder_);
-  }
-  ~KittiTest() override { std::filesystem::remove_all(folder_); }
-
   void write(const std::string& name, std::string_view content) const {
     const std::filesystem::path file = folder_ / "log" / name;
     std::filesystem::create_directories(file.parent_path());
@@ -83,7 +75,7 @@ class KittiTest : public ::testing::Test {
     return {};
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   Mounting lidar_{"lidar", "waymark/LaserScan@1", Pose{so3::from_rpy(0.0, 0.0, 0.0), {1.0, 0.0, 1.5}}};
   Mounting camera_{"camera", "waymark/Image@1", std::nullopt};
 };

@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "temporary_folder.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -43,13 +43,6 @@ std::string rmc(const std::string& time, const std::string& date, const std::str
 
 class Nmea : public ::testing::Test {
  protected:
-  Nmea() {
-    static std::atomic<int> count = 0;
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("waymark_nmea_{}_{}", ::getpid(), count++);
-    std::filesystem::create_directories(folder_);
-  }
-  ~Nmea() override { std::filesystem::remove_all(folder_); }
-
   void write(const std::string& text) const { std::ofstream(folder_ / "log.nmea", std::ios::binary) << text; }
   std::shared_ptr<Source> make(const std::string& more = "") const {
     const std::string yaml = "file: log.nmea\ngnss: { sensor: gps }\n" + more;
@@ -87,7 +80,7 @@ class Nmea : public ::testing::Test {
     return "";
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   std::vector<std::string> bad_;
 };
 
@@ -251,7 +244,7 @@ TEST_F(Nmea, TheYamlMustMakeSense) {
   EXPECT_THAT(error_of<ConfigError>("heading: { sensor: compass, times: next }\n"),
               HasSubstr("did you mean \"time\"?"));
   std::filesystem::remove(folder_ / "log.nmea");
-  EXPECT_THAT(error_of<ConfigError>(""), HasSubstr("log.nmea does not exist"));
+  EXPECT_THAT(error_of<ConfigError>(""), HasSubstr("log.nmea cannot be read: No such file"));
 }
 
 TEST_F(Nmea, AStreamIsReadAsItComes) {

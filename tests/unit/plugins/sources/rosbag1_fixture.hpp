@@ -6,9 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <lz4frame.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "temporary_folder.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -191,13 +190,6 @@ class BagWriter {
 /// A folder with bags, and sources whose YAML lies beside them.
 class Rosbag1Test : public ::testing::Test {
  protected:
-  Rosbag1Test() {
-    static std::atomic<int> count = 0;
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("waymark_rosbag1_{}_{}", ::getpid(), count++);
-    std::filesystem::create_directories(folder_);
-  }
-  ~Rosbag1Test() override { std::filesystem::remove_all(folder_); }
-
   void write(const std::string& name, std::string_view content) const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
   }
@@ -228,7 +220,7 @@ class Rosbag1Test : public ::testing::Test {
     return all;
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   mutable std::string bad_;  // what `one` skipped
   Rig rig_{{{"a", "", std::nullopt}, {"b", "", std::nullopt}, {"lidar", "waymark/LaserScan@1", std::nullopt}}};
 };

@@ -23,6 +23,7 @@ Rig full_rig() {
   return Rig({{.name = "wheels", .payload = "", .T_base_sensor = {}},
               {.name = "gps", .payload = "", .T_base_sensor = {}},
               {.name = "lidar", .payload = "", .T_base_sensor = Pose{Eigen::Quaterniond::Identity(), {0.3, 0.0, 0.25}}},
+              {.name = "lidar_3d", .payload = "", .T_base_sensor = Pose{so3::from_rpy(0.1, 0.2, 0.3), {0.0, 0.1, 0.7}}},
               {.name = "camera",
                .payload = "",
                .T_base_sensor = T_base_camera,
@@ -40,6 +41,7 @@ const std::vector<std::string> kSensors = {
     ", wheels: { sensor: wheels, track_m: 0.5 }",
     ", gps: { sensor: gps, correlated_sigma_m: 0.5, satellite_change_mean_s: 4 }",
     ", lidar: { sensor: lidar, beams: 90, step_deg: 3, beam_width_deg: 1 }",
+    ", lidar_3d: { sensor: lidar_3d, beams: 60, step_deg: 6, rings: 4 }",
     ", camera: { sensor: camera, rate_hz: 3 }",
     ", imu: { sensor: imu, rate_hz: 50 }",
     ", compass: { sensor: compass }"};
@@ -68,6 +70,8 @@ std::vector<std::uint64_t> bits_of(const Measurement& m) {
     add(m.as<GnssFix>().hdop);
   } else if (type == LaserScan::kType) {
     for (const float range : m.as<LaserScan>().ranges_m) add(range);
+  } else if (type == PointCloud::kType) {
+    for (const Eigen::Vector3f& point : m.as<PointCloud>().points_m) add3(point.cast<double>());
   } else if (type == Image::kType) {
     for (const std::uint8_t value : m.as<Image>().data) bits.push_back(value);
   } else if (type == ImuSample::kType) {
@@ -144,6 +148,7 @@ TEST(SimulatorTogether, ContinuesFromASavedPosition) {
 TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {
   const Config config = Config::parse(
       "{ duration_s: 5, course: { waypoints_m: [0, 0, 5, 0, 5, 5] }, walls_m: [9, 9, 8, 9], wall_height_m: 2,"
+      "  boxes_m: [9, 0, 1, 2, 0.5], ground: true, ceiling_m: 4, surfaces_file: truth.csv,"
       "  landmarks: { list_m: [2, 9, 0.2, 4, 9, 0.2], seed: 2, height_m: [2, 3], textures: 3, list_texture: [0, 2],"
       "               metal_textures: [2] },"
       "  clutter: { stones: 1, boxes: 1, corners: 1, area_m: [-9, -9, 9, 9], seed: 3, course_clearance_m: 0.5,"
@@ -154,6 +159,8 @@ TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {
       "  gps: { sensor: gps, satellite_change_mean_s: 30, jump_sigma_m: 0.5 },"
       "  lidar: { sensor: lidar, miss_probability: 0.1, clutter_per_scan: 1, beam_width_deg: 0.5,"
       "           mixed_probability: 0.4, edge_m: 0.2 },"
+      "  lidar_3d: { sensor: lidar_3d, rings: 8, elevation_min_deg: -20, elevation_max_deg: 10, start_deg: -90,"
+      "              step_deg: 0.5, beams: 100, range_max_m: 20, sigma_m: 0.01, sweep_s: 0.05, nan_s: [1, 2] },"
       "  camera: { sensor: camera, rate_hz: 5, delay_s: 0.1, noise_sigma: 1, outages_s: [1, 2], black_s: [2, 3],"
       "            overexposed_s: [3, 4], exposure: { gain: 1, sigma: 0.01, compensation: 0.5 },"
       "            lighting: { brightness_sigma: 0.1, colour_sigma: 0.1, time_s: 30, sun_azimuth_deg: 20,"

@@ -129,8 +129,9 @@ TEST(Reacquisition, ContinuesWhereItWasSaved) {
 
 // --- adaptive noise ------------------------------------------------------------------------------------------------
 
-/// Share of the time that the scale is not 1, and its mean over the second half, for noise `truth` times the stated.
-std::pair<double, double> adapted(double truth, int window) {
+/// Share of the time that the scale is not 1, and its mean over the second half, for noise `truth` times the stated,
+/// and innovations that are wrong by `bias`.
+std::pair<double, double> adapted(double truth, int window, double bias = 0.0) {
   AdaptiveNoise noise(window);
   Random random({.seed = 7, .slot = 0, .stamp = window, .sensor = 1});
   constexpr double kPrior = 0.5;
@@ -139,8 +140,8 @@ std::pair<double, double> adapted(double truth, int window) {
   constexpr int kCount = 4000;
   for (int k = 0; k < kCount; ++k) {
     const double sigma = std::sqrt(kPrior + truth);
-    const Eigen::Vector2d nu(sigma * random.normal(), sigma * random.normal());
-    noise.take(nu.squaredNorm(), 2.0 * kPrior, 2.0, 2);
+    const Eigen::Vector2d nu(bias + sigma * random.normal(), sigma * random.normal());
+    noise.take(nu, 2.0 * kPrior, 2.0, 2);
     changed += noise.scale() > 1.0;
     if (k >= kCount / 2) sum += noise.scale();
   }
@@ -159,17 +160,33 @@ TEST(AdaptiveNoise, FindsNoiseThatIsLargerThanStated) {
 
 TEST(AdaptiveNoise, HasABound) { EXPECT_NEAR(adapted(400.0, 20).second, 25.0, 1e-6); }
 
+TEST(AdaptiveNoise, DoesNotTakeInnovationsOfOneSideForNoise) { EXPECT_LT(adapted(1.0, 20, 10.0).first, 0.01); }
+
+/// Innovations that turn from one side to the other: nothing but noise.
+void shake(AdaptiveNoise& noise, double amplitude, int count) {
+  for (int k = 0; k < count; ++k) noise.take({k % 2 == 0 ? amplitude : -amplitude, 0.0}, 0.5, 2.0, 2);
+}
+
+TEST(AdaptiveNoise, DoesNotCompareAcrossAnInterruption) {
+  AdaptiveNoise noise(10);
+  for (int k = 0; k < 40; ++k) {
+    noise.take({k % 2 == 0 ? 3.0 : -3.0, 0.0}, 0.5, 2.0, 2);
+    noise.interrupt();
+  }
+  EXPECT_EQ(noise.scale(), 1.0);
+}
+
 TEST(AdaptiveNoise, ReturnsWhenTheNoiseDoes) {
   AdaptiveNoise noise(10);
-  for (int k = 0; k < 30; ++k) noise.take(20.0, 0.5, 2.0, 2);
+  shake(noise, 3.2, 30);
   EXPECT_GT(noise.scale(), 5.0);
-  for (int k = 0; k < 10; ++k) noise.take(2.0, 0.5, 2.0, 2);
+  shake(noise, 1.0, 11);
   EXPECT_EQ(noise.scale(), 1.0);
 }
 
 TEST(AdaptiveNoise, RefusesAnArchiveOfAnotherWindow) {
   AdaptiveNoise large(40);
-  for (int k = 0; k < 39; ++k) large.take(20.0, 0.5, 2.0, 2);
+  shake(large, 3.2, 39);
   AdaptiveNoise small(10);
   EXPECT_THROW(copy_by_archive(large, small), DataError);
 }

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace waymark::grid {
+namespace waymark::map_formats {
 
 /// The pixels of a binary greymap (PGM, P5, one byte a pixel), rows from the top.
 struct Greymap {
@@ -18,4 +18,4 @@ struct Greymap {
 /// Throws DataError: no such file, no such format, larger than a map can be, or more or fewer pixels than it says.
 Greymap read_greymap(const std::filesystem::path& file);
 
-}  // namespace waymark::grid
+}  // namespace waymark::map_formats

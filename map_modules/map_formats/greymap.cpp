@@ -10,7 +10,7 @@
 
 #include "waymark/error.hpp"
 
-namespace waymark::grid {
+namespace waymark::map_formats {
 
 namespace {
 
@@ -67,4 +67,4 @@ Greymap read_greymap(const std::filesystem::path& file) {
   return map;
 }
 
-}  // namespace waymark::grid
+}  // namespace waymark::map_formats

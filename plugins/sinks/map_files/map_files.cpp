@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/map_formats/file_stem.hpp"
+#include "waymark/output_file.hpp"
+#include "waymark/plugin.hpp"
+
+namespace waymark {
+namespace {
+
+/// The best particle's maps in the formats of their own modules, at the end of the run.
+class MapFiles : public Sink {
+ public:
+  explicit MapFiles(const Config&) {}
+
+  void start(const RunInfo& info) override { out_dir_ = info.out_dir; }
+  void write(const Snapshot&) override {}
+
+  void finish(const Snapshot* last, const RunReport&) override {
+    if (last == nullptr || !last->started()) return;
+    for (const MapDescription& map : last->best_maps(MapDetail::with_files)) {
+      for (const MapFile& file : map.files)
+        write_file(out_dir_ / (map_formats::file_stem(map.module) + file.extension), file.content);
+    }
+  }
+
+ private:
+  std::filesystem::path out_dir_;
+};
+
+}  // namespace
+}  // namespace waymark
+
+WAYMARK_PLUGIN(waymark::Sink, waymark::MapFiles, "map_files", "1.0.0")
