@@ -43,9 +43,7 @@ GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(
 
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                           Refinement& out) const {
-  if (!out.association) out.association = std::make_unique<GridAssociation>();
-  auto& association = static_cast<GridAssociation&>(*out.association);
-  association = GridAssociation{};
+  MatchAssociation& association = MatchAssociation::of(out);
   out.writes = model_->settings.use != MapUse::localize;
   const auto& scan = static_cast<const ScanObservation&>(observation);
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
@@ -56,21 +54,13 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
   own.start.z() = so3::wrap(own.start.z());
   TileWindow& window = scratch().window;
   window.open(tiles_, own.mean.head<2>(), scan.reach + model_->matcher.margin(own), model_->settings.resolution);
-  const Match match = model_->matcher.match(window, scan.hits, own);
-  out.information = R_map_grid * match.information * R_map_grid.transpose();
-  out.gradient = R_map_grid * match.gradient;
-  out.log_evidence = match.log_evidence;
-  association.outcome = match.failed ? GridAssociation::Outcome::failed : GridAssociation::Outcome::matched;
-  association.searched = match.searched;
-  association.score = match.score;
+  association.tell(model_->matcher.match(window, scan.hits, own), out);
+  out.information = R_map_grid * out.information * R_map_grid.transpose();
+  out.gradient = R_map_grid * out.gradient;
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  const auto& how = static_cast<const GridAssociation&>(*association);
-  figures_.matches += how.outcome == GridAssociation::Outcome::matched;
-  figures_.failed += how.outcome == GridAssociation::Outcome::failed;
-  figures_.searches += how.searched;
-  if (how.outcome == GridAssociation::Outcome::matched) figures_.score_sum += how.score;
+  record_.count(static_cast<const MatchAssociation&>(*association));
   if (model_->settings.use == MapUse::localize) return;
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), static_cast<const ScanObservation&>(observation),
                              model_->settings);
@@ -80,16 +70,10 @@ void ParticleGrid::describe(MapDescription& out) const {
   const GridFigures counts = figures_of(tiles_);
   const auto number = [](auto count) { return static_cast<double>(count); };
   const std::array<const TileTree*, 1> own{&tiles_};
-  out.figures = {{"cells_occupied", number(counts.occupied)},
-                 {"cells_free", number(counts.free)},
-                 {"mean_entropy_bit", counts.mean_entropy_bit},
-                 {"tiles", number(counts.tiles)},
-                 {"tiles_shared", number(counts.tiles_shared)},
-                 {"memory_bytes", number(TileTree::bytes_of(own))},
-                 {"matches", number(figures_.matches)},
-                 {"failed_matches", number(figures_.failed)},
-                 {"coarse_searches", number(figures_.searches)},
-                 {"mean_score", figures_.score_sum / std::max(1.0, number(figures_.matches))}};
+  out.figures = {{"cells_occupied", number(counts.occupied)},   {"cells_free", number(counts.free)},
+                 {"mean_entropy_bit", counts.mean_entropy_bit}, {"tiles", number(counts.tiles)},
+                 {"tiles_shared", number(counts.tiles_shared)}, {"memory_bytes", number(TileTree::bytes_of(own))}};
+  record_.describe(out.figures);
 }
 
 std::optional<GridView> ParticleGrid::grid() const {
@@ -101,10 +85,7 @@ std::optional<GridView> ParticleGrid::grid() const {
 void ParticleGrid::save(OutArchive& out) const {
   out.section("occupancy_grid", 1);
   out.value(model_->settings.resolution);
-  out.value(figures_.matches);
-  out.value(figures_.failed);
-  out.value(figures_.searches);
-  out.value(figures_.score_sum);
+  record_.save(out);
   tiles_.save(out);
 }
 
@@ -113,10 +94,7 @@ void ParticleGrid::load(InArchive& in) {
   double resolution = 0.0;
   in.value(resolution);
   require_resolution(resolution, model_->settings.resolution);
-  in.value(figures_.matches);
-  in.value(figures_.failed);
-  in.value(figures_.searches);
-  in.value(figures_.score_sum);
+  record_.load(in);
   tiles_.load(in);
 }
 

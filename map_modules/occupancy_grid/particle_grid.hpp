@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "match_record.hpp"
 #include "occupancy_grid_settings.hpp"
 #include "scan_matching.hpp"
 #include "tile_tree.hpp"
@@ -20,14 +21,6 @@ struct GridModel {
   ScanMatcher matcher;
   TileTree initial;  ///< what every map begins with
   Pose T_map_grid;   ///< planar: the corner of cell (0, 0), and how the cells are turned
-};
-
-/// How a scan matched one particle's grid, for its figures.
-struct GridAssociation final : Association {
-  enum class Outcome : std::uint8_t { not_tried, matched, failed };
-  Outcome outcome = Outcome::not_tried;
-  bool searched = false;
-  double score = 0.0;
 };
 
 /// One particle's occupancy grid.
@@ -53,17 +46,9 @@ class ParticleGrid final : public ParticleMap {
     return {T_grid_base.p.x(), T_grid_base.p.y(), T_grid_base.yaw()};
   }
 
-  /// What has happened to this map and its ancestors.
-  struct Figures {
-    std::uint64_t matches = 0;
-    std::uint64_t failed = 0;
-    std::uint64_t searches = 0;
-    double score_sum = 0.0;  // of the matches
-  };
-
   std::shared_ptr<const GridModel> model_;
   TileTree tiles_;
-  Figures figures_;
+  MatchRecord record_;
 };
 
 }  // namespace waymark::grid

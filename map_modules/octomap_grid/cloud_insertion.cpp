@@ -10,7 +10,7 @@ namespace waymark::octo {
 
 namespace {
 
-constexpr int kSide = VoxelOctree::kSide;
+constexpr int kTileSide = VoxelOctree::kSide;
 constexpr std::int32_t kUntouched = -1;
 
 }  // namespace
@@ -29,13 +29,13 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
   constexpr double kMargin = 2 * grid::StoredDistance::kReach + 2;
   window_.open(map, settings.resolution * (low.head<2>().array() - kMargin).matrix(),
                settings.resolution * (high.head<2>().array() + kMargin).matrix(), settings.resolution);
-  constexpr double kMost = double{TileIndex::kMost} * kSide;
+  constexpr double kMost = double{TileIndex::kMost} * kTileSide;
   if (!(low.z() > -kMost && high.z() < kMost)) throw Error("the scan lies outside of what a grid can hold");
   low_z_ = tile_of(static_cast<std::int32_t>(std::floor(low.z())) - 1);
   levels_ = static_cast<std::size_t>(tile_of(static_cast<std::int32_t>(std::floor(high.z())) + 1) - low_z_ + 1);
   slots_.assign(window_.rect().size() * levels_, kUntouched);
   n_touched_ = 0;
-  constexpr double kTile = kSide;
+  constexpr double kTile = kTileSide;
   const Voxels origin(window_.rect().low.x * kTile, window_.rect().low.y * kTile, low_z_ * kTile);
   for (auto* points : {&hits_, &clear_to_}) {
     for (Voxels& p : *points) p -= origin;
@@ -131,12 +131,12 @@ void CloudInsertion::apply(std::size_t touched, const VoxelOdds& odds) {
   tile_freed_.clear();
   tile.voxels.apply(own.marks, odds, tile_occupied_, tile_freed_);
   const auto width = static_cast<std::size_t>(window_.rect().width());
-  const auto left = static_cast<std::int32_t>(own.column % width) * kSide;
-  const auto bottom = static_cast<std::int32_t>(own.column / width) * kSide;
+  const auto left = static_cast<std::int32_t>(own.column % width) * kTileSide;
+  const auto bottom = static_cast<std::int32_t>(own.column / width) * kTileSide;
   const auto note = [&](const std::vector<LocalVoxel>& changed, bool is_occupied, std::vector<LayerCell>& all) {
     for (const LocalVoxel v : changed) {
       tile.write_slab(v.z).set_occupied(v.x, v.y, is_occupied);
-      all.push_back({own.z * kSide + v.z, {left + v.x, bottom + v.y}});
+      all.push_back({own.z * kTileSide + v.z, {left + v.x, bottom + v.y}});
     }
   };
   note(tile_freed_, false, freed_);

@@ -4,12 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <fstream>
-#include <optional>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -120,8 +116,11 @@ class Reader {
   void read_node(int depth, Voxel corner) {
     ++nodes_;
     if (nodes_ > header_.size) fail(fmt::format("the header says {} nodes, but there are more", header_.size));
-    if (depth > kDepth) fail(fmt::format("nodes below depth {}", kDepth));
-    header_.is_binary ? read_binary(depth, corner) : read_full(depth, corner);
+    if (header_.is_binary) {
+      read_binary(depth, corner);
+    } else {
+      read_full(depth, corner);
+    }
   }
 
   void read_full(int depth, Voxel corner) {
@@ -129,6 +128,7 @@ class Reader {
     const auto children = next<std::uint8_t>();
     if (!std::isfinite(value)) fail(fmt::format("node {} has log-odds of {}", nodes_, value));
     if (children == 0) return add_leaf(depth, corner, std::clamp(value, odds_.low, odds_.high));
+    if (depth == kDepth) fail(fmt::format("nodes below depth {}", kDepth));
     for (unsigned i = 0; i < 8; ++i) {
       if ((children >> i & 1u) != 0) read_node(depth + 1, child_of(corner, depth, i));
     }

@@ -76,6 +76,7 @@ void TileColumn::load(InArchive& in) {
   std::uint32_t count = 0;
   in.value(count);
   tiles_.clear();
+  tiles_.reserve(std::min(count, 1024U));  // a damaged count must not take all memory
   std::int64_t below = std::numeric_limits<std::int64_t>::min();
   for (std::uint32_t i = 0; i < count; ++i) {
     Placed placed{};

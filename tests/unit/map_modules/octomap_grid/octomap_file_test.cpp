@@ -140,6 +140,9 @@ TEST_F(OctomapFile, TellsWhatIsWrong) {
   EXPECT_EQ(message(head + std::string("\x00\x00\x00\x40\x00", 5)).find("none"), std::string::npos);
   const std::string deep = "# Octomap OcTree binary file\nid OcTree\nsize 40\nres 0.1\ndata\n";
   EXPECT_THAT(message(deep + std::string(80, '\x03')), HasSubstr("nodes below depth 16"));
+  std::string chain = "# Octomap OcTree file\nid OcTree\nsize 40\nres 0.1\ndata\n";
+  for (int i = 0; i < 40; ++i) chain += std::string("\0\0\x80\x3f\x01", 5);
+  EXPECT_THAT(message(chain), HasSubstr("nodes below depth 16"));
 }
 
 /// One leaf high up in the octree stands for more voxels than fit into memory.
