@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <set>
 #include <span>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -67,7 +68,7 @@ class SharedTree {
   struct Node {
     std::array<Slot, std::size_t{kFan} * kFan> children;
   };
-  static_assert(sizeof(Node) > 0);  // the node first, then slots: a variant of the other order does not compile
+  static_assert(!std::is_empty_v<Node>);  // the node first, then slots: a variant of the other order does not compile
   /// An index as digits of base 8, the origin in the middle of its block on every level, so that a map about the origin
   /// stays low.
   struct Key {

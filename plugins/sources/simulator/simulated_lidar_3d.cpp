@@ -72,7 +72,8 @@ std::shared_ptr<Payload> SimulatedLidar3d::sample(const Truth& truth, Duration t
   Random random = stream(truth.seed, Draw::clouds, time);
   Pose T_map_sensor = truth.trajectory.at(time).pose() * T_base_sensor_;
   for (std::size_t i = 0; i < directions_.size(); ++i) {
-    const double offset_s = sweep_s_ * static_cast<double>(i / rings_) / static_cast<double>(columns_);
+    const std::size_t column = i / rings_;
+    const double offset_s = sweep_s_ * static_cast<double>(column) / static_cast<double>(columns_);
     if (sweep_s_ > 0.0 && i % rings_ == 0)
       T_map_sensor = truth.trajectory.at(time + from_seconds(offset_s)).pose() * T_base_sensor_;
     // Drawn for every beam, so that what one beam meets does not change the others.
