@@ -32,7 +32,8 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
   constexpr double kMost = double{TileIndex::kMost} * kTileSide;
   if (!(low.z() > -kMost && high.z() < kMost)) throw Error("the scan lies outside of what a grid can hold");
   low_z_ = tile_of(static_cast<std::int32_t>(std::floor(low.z())) - 1);
-  levels_ = static_cast<std::size_t>(tile_of(static_cast<std::int32_t>(std::floor(high.z())) + 1) - low_z_ + 1);
+  const std::int32_t levels = tile_of(static_cast<std::int32_t>(std::floor(high.z())) + 1) - low_z_ + 1;
+  levels_ = static_cast<std::size_t>(levels);
   slots_.assign(window_.rect().size() * levels_, kUntouched);
   n_touched_ = 0;
   constexpr double kTile = kTileSide;
@@ -149,9 +150,9 @@ void CloudInsertion::insert(VoxelMap& map, const Pose& T_map_base, const CloudOb
   const Voxels p = T_map_base.p / settings.resolution;
   hits_.clear();
   clear_to_.clear();
-  hits_.push_back(R * cloud.p_base_sensor + p);  // the beginning of all beams comes along
-  for (const Eigen::Vector3f& hit : cloud.hits) hits_.push_back(R * hit.cast<double>() + p);
-  for (const Eigen::Vector3f& end : cloud.clear_to) clear_to_.push_back(R * end.cast<double>() + p);
+  hits_.emplace_back(R * cloud.p_base_sensor + p);  // the beginning of all beams comes along
+  for (const Eigen::Vector3f& hit : cloud.hits) hits_.emplace_back(R * hit.cast<double>() + p);
+  for (const Eigen::Vector3f& end : cloud.clear_to) clear_to_.emplace_back(R * end.cast<double>() + p);
   open(map, settings);
   const Voxels from = hits_.front();
   // Ends first: where two points share a voxel of a dense cloud, their beams are as good as one.

@@ -232,8 +232,9 @@ void compute_distances(VoxelMap& map) {
     const Eigen::Vector2d corner(placed.index.x * kSide, placed.index.y * kSide);  // in voxels
     window.open(map, corner.array() - kSide, corner.array() + 1.5 * kSide, 1.0);
     const Cell from{(placed.index.x - window.rect().low.x) * kSide, (placed.index.y - window.rect().low.y) * kSide};
-    const auto slot = static_cast<std::size_t>((placed.index.y - window.rect().low.y) * window.rect().width() +
-                                               (placed.index.x - window.rect().low.x));
+    const std::int32_t row = placed.index.y - window.rect().low.y;
+    const std::int32_t slot_in_rect = row * window.rect().width() + (placed.index.x - window.rect().low.x);
+    const auto slot = static_cast<std::size_t>(slot_in_rect);
     cells.clear();
     for (const Voxel v : placed.occupied) {
       window.writable(slot).write(tile_of(v.z)).write_slab(v.z).set_occupied(v.x, v.y, true);

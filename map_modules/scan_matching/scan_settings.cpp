@@ -53,8 +53,8 @@ MatchSettings MatchSettings::read(const Config& config) {
 }
 
 OddsSettings OddsSettings::read(const Config& config) {
-  const auto steps = [&](std::string_view key, double low, double high, double fallback) {
-    return static_cast<int>(std::lround(kSteps * config.number_in(key, low, high, fallback)));
+  const auto steps = [&](std::string_view key, double least, double most, double fallback) {
+    return static_cast<int>(std::lround(kSteps * config.number_in(key, least, most, fallback)));
   };
   OddsSettings s{};
   s.hit = steps("hit", 1.0 / kSteps, 6.0, 0.85);
