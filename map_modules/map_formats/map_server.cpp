@@ -4,16 +4,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstddef>
 #include <iterator>
 #include <vector>
 
+#include "greymap.hpp"
 #include "waymark/config.hpp"
 
 namespace waymark::map_formats {
 
 namespace {
+
+/// The YAML of a map of `map_server` (ROS): which picture, where its cells lie, and what their pixels mean.
+struct Legend {
+  std::filesystem::path image;           ///< as the YAML says: relative to its folder
+  double resolution_m = 0.0;             ///< side of a cell
+  std::array<double, 3> origin_m_rad{};  ///< x, y [m] and yaw [rad] of the lower left corner of the picture
+  bool negate = false;
+  double occupied_above = 0.65;
+  double free_below = 0.196;
+
+  /// What a pixel says: below both thresholds free (0), above both occupied (100).
+  std::uint8_t percent_of(std::uint8_t pixel, int white) const {
+    const double light = static_cast<double>(pixel) / white;
+    const double p = negate ? light : 1.0 - light;
+    if (p > occupied_above) return 100;
+    return p < free_below ? 0 : GridView::kUnknown;
+  }
+};
 
 // Pixels and thresholds as map_server of ROS writes them (trinary): (255 - pixel) / 255 is the probability.
 constexpr char kOccupiedPixel = '\0';
@@ -26,25 +46,6 @@ char pixel_of(std::uint8_t percent) {
   if (percent == GridView::kUnknown || percent == 50) return kUnknownPixel;
   return percent > 50 ? kOccupiedPixel : kFreePixel;
 }
-
-std::uint8_t percent_of(CellState state) {
-  if (state == CellState::unknown) return GridView::kUnknown;
-  return state == CellState::occupied ? 100 : 0;
-}
-
-/// A name as a scalar of YAML.
-std::string quoted_if_needed(std::string_view name) {
-  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
-  if (!name.empty() && std::isalnum(static_cast<unsigned char>(name.front())) != 0 &&
-      std::ranges::all_of(name, is_plain)) {
-    return std::string(name);
-  }
-  std::string quoted = "'";
-  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted + "'";
-}
-
-}  // namespace
 
 Legend read_legend(const std::filesystem::path& yaml) {
   const Config config = Config::load(yaml);
@@ -62,6 +63,20 @@ Legend read_legend(const std::filesystem::path& yaml) {
   return legend;
 }
 
+/// A name as a scalar of YAML.
+std::string quoted_if_needed(std::string_view name) {
+  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
+  if (!name.empty() && std::isalnum(static_cast<unsigned char>(name.front())) != 0 &&
+      std::ranges::all_of(name, is_plain)) {
+    return std::string(name);
+  }
+  std::string quoted = "'";
+  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
 GridView read_map_server(const std::filesystem::path& yaml) {
   const Legend legend = read_legend(yaml);
   const Greymap picture = read_greymap(yaml.parent_path() / legend.image);
@@ -74,7 +89,7 @@ GridView read_map_server(const std::filesystem::path& yaml) {
   for (int row = picture.height - 1; row >= 0; --row) {
     const auto begin = picture.pixels.begin() + static_cast<std::ptrdiff_t>(row) * picture.width;
     std::transform(begin, begin + picture.width, std::back_inserter(grid.cells),
-                   [&](std::uint8_t pixel) { return percent_of(legend.state_of(pixel, picture.white)); });
+                   [&](std::uint8_t pixel) { return legend.percent_of(pixel, picture.white); });
   }
   return grid;
 }

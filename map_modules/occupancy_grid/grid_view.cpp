@@ -3,20 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "cell_entropy.hpp"
+#include "map_modules/map_formats/grid_extent.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::grid {
 
 namespace {
-
-constexpr std::int64_t kMostCells = std::int64_t{1} << 30;
-
-double entropy_bit(double p) { return -(p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p)); }
 
 /// What a stored value means, for all of them.
 template <class T, class Of>
@@ -50,9 +46,6 @@ GridFigures figures_of(const TileTree& tiles) {
 std::optional<GridView> view_of(const TileTree& tiles, double resolution) {
   static const auto percent =
       table_of<std::uint8_t>([](double p) { return static_cast<std::uint8_t>(std::lround(100.0 * p)); });
-  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
-  Cell low{kMost, kMost};
-  Cell high{-kMost, -kMost};
   const auto for_known = [&](const auto& visit) {
     tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
       for (std::int32_t i = 0; i < static_cast<std::int32_t>(Tile::kCells); ++i) {
@@ -62,22 +55,12 @@ std::optional<GridView> view_of(const TileTree& tiles, double resolution) {
       }
     });
   };
-  for_known([&](std::int32_t x, std::int32_t y, std::int8_t) {
-    low = {std::min(low.x, x), std::min(low.y, y)};
-    high = {std::max(high.x, x), std::max(high.y, y)};
-  });
-  if (low.x > high.x) return std::nullopt;
-  const std::int64_t width = std::int64_t{high.x} - low.x + 1;
-  const std::int64_t height = std::int64_t{high.y} - low.y + 1;
-  if (width > kMostCells / height) throw Error(fmt::format("a grid of {} x {} cells is no picture", width, height));
-  GridView view;
-  view.T_map_grid = Pose::planar(low.x * resolution, low.y * resolution, 0.0);
-  view.resolution_m = resolution;
-  view.width = static_cast<int>(width);
-  view.height = static_cast<int>(height);
-  view.cells.assign(static_cast<std::size_t>(width * height), GridView::kUnknown);
+  map_formats::GridExtent extent;
+  for_known([&](std::int32_t x, std::int32_t y, std::int8_t) { extent.add(x, y); });
+  if (extent.empty()) return std::nullopt;
+  GridView view = extent.unknown(resolution);
   for_known([&](std::int32_t x, std::int32_t y, std::int8_t odds) {
-    view.cells[static_cast<std::size_t>((y - low.y) * width + (x - low.x))] = percent[static_cast<std::uint8_t>(odds)];
+    view.cells[extent.place(x, y)] = percent[static_cast<std::uint8_t>(odds)];
   });
   return view;
 }

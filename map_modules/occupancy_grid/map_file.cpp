@@ -45,24 +45,19 @@ void compute_distances(TileTree& tiles) {
 }  // namespace
 
 LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds) {
-  using map_formats::CellState;
-  const map_formats::Legend legend = map_formats::read_legend(yaml);
-  const map_formats::Greymap picture = map_formats::read_greymap(yaml.parent_path() / legend.image);
+  const GridView picture = map_formats::read_map_server(yaml);
   LoadedMap map;
-  map.resolution = legend.resolution_m;
-  const auto& [x0, y0, yaw] = legend.origin_m_rad;
-  map.T_map_grid = Pose::planar(x0, y0, yaw);
+  map.resolution = picture.resolution_m;
+  map.T_map_grid = picture.T_map_grid;
   Tile* tile = nullptr;
   TileIndex at;
+  auto percent = picture.cells.begin();
   for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      const auto row = static_cast<std::size_t>(picture.height - 1 - y);
-      const auto place = row * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x);
-      const CellState state = legend.state_of(picture.pixels[place], picture.white);
-      if (state == CellState::unknown) continue;
+    for (int x = 0; x < picture.width; ++x, ++percent) {
+      if (*percent == GridView::kUnknown) continue;
       const TileIndex index = Tile::index_of({x, y});
       if (tile == nullptr || index != at) tile = &map.tiles.write(at = index);
-      const int value = state == CellState::occupied ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
+      const int value = *percent > 50 ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
       tile->odds[Tile::place(x, y)] = static_cast<std::int8_t>(value);
     }
   }

@@ -49,9 +49,9 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
   const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
-  MatchPrior own{in_grid(prior.T_map_base), R_map_grid.transpose() * prior.P * R_map_grid, in_grid(start)};
-  own.start -= own.mean;
-  own.start.z() = so3::wrap(own.start.z());
+  const Pose T_grid_map = model_->T_map_grid.inverse();
+  const MatchPrior own =
+      planar_prior({T_grid_map * prior.T_map_base, R_map_grid.transpose() * prior.P * R_map_grid}, T_grid_map * start);
   TileWindow& window = scratch().window;
   window.open(tiles_, own.mean.head<2>(), scan.reach + model_->matcher.margin(own), model_->settings.resolution);
   association.tell(model_->matcher.match(window, scan.hits, own), out);

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_view.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "waymark/error.hpp"
+#include "cell_entropy.hpp"
+#include "map_modules/map_formats/grid_extent.hpp"
 
 namespace waymark::octo {
 
 namespace {
 
-constexpr std::int64_t kMostCells = std::int64_t{1} << 30;
-
 double probability(float odds) { return 1.0 / (1.0 + std::exp(-static_cast<double>(odds))); }
-
-double entropy_bit(double p) { return -(p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p)); }
 
 }  // namespace
 
@@ -32,7 +26,7 @@ MapFigures figures_of(const VoxelMap& map) {
       tile.voxels.for_all([&](LocalVoxel, int side, float odds) {
         const auto voxels = static_cast<std::size_t>(side) * static_cast<std::size_t>(side * side);
         (VoxelOctree::is_occupied(odds) ? figures.occupied : figures.free) += voxels;
-        entropy += static_cast<double>(voxels) * entropy_bit(probability(odds));
+        entropy += static_cast<double>(voxels) * grid::entropy_bit(probability(odds));
       });
     });
   });
@@ -42,36 +36,24 @@ MapFigures figures_of(const VoxelMap& map) {
 }
 
 std::optional<GridView> slice_of(const VoxelMap& map, double resolution, const Heights& slice) {
-  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
-  Cell low{kMost, kMost};
-  Cell high{-kMost, -kMost};
   const auto in_slice = [&](std::int32_t z, int side) {
     for (int i = 0; i < side; ++i) {
       if (slice.hold((z + i + 0.5) * resolution)) return true;
     }
     return false;
   };
+  map_formats::GridExtent extent;
   for_all_leaves(map, [&](Voxel v, int side, float) {
-    if (!in_slice(v.z, side)) return;
-    low = {std::min(low.x, v.x), std::min(low.y, v.y)};
-    high = {std::max(high.x, v.x + side - 1), std::max(high.y, v.y + side - 1)};
+    if (in_slice(v.z, side)) extent.add(v.x, v.y, side);
   });
-  if (low.x > high.x) return std::nullopt;
-  const std::int64_t width = std::int64_t{high.x} - low.x + 1;
-  const std::int64_t height = std::int64_t{high.y} - low.y + 1;
-  if (width > kMostCells / height) throw Error(fmt::format("a grid of {} x {} cells is no picture", width, height));
-  GridView view;
-  view.T_map_grid = Pose::planar(low.x * resolution, low.y * resolution, 0.0);
-  view.resolution_m = resolution;
-  view.width = static_cast<int>(width);
-  view.height = static_cast<int>(height);
-  view.cells.assign(static_cast<std::size_t>(width * height), GridView::kUnknown);
+  if (extent.empty()) return std::nullopt;
+  GridView view = extent.unknown(resolution);
   for_all_leaves(map, [&](Voxel v, int side, float odds) {
     if (!in_slice(v.z, side)) return;
     const auto percent = static_cast<std::uint8_t>(std::lround(100.0 * probability(odds)));
     for (std::int32_t y = v.y; y < v.y + side; ++y) {
       for (std::int32_t x = v.x; x < v.x + side; ++x) {
-        std::uint8_t& cell = view.cells[static_cast<std::size_t>((y - low.y) * width + (x - low.x))];
+        std::uint8_t& cell = view.cells[extent.place(x, y)];
         cell = cell == GridView::kUnknown ? percent : std::max(cell, percent);
       }
     }

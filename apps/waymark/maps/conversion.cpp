@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
+#include "map_modules/map_formats/grid_extent.hpp"
 #include "octree_file.hpp"
 #include "waymark/error.hpp"
 
@@ -16,7 +16,6 @@ namespace waymark::maps {
 namespace {
 
 constexpr int kHalfKeys = 32768;  // voxels from the middle of an octree to its ends
-constexpr std::int64_t kMostCells = std::int64_t{1} << 30;
 constexpr std::uint8_t kFreePercent = 0;
 constexpr std::uint8_t kOccupiedPercent = 100;
 
@@ -52,33 +51,16 @@ void for_leaves_in(const octomap::OcTree& tree, const Layers& layers, const Visi
 GridView slice_of(const octomap::OcTree& tree, const Slice& slice) {
   const double resolution = tree.getResolution();
   const Layers layers = layers_of(slice, resolution);
-  VoxelBox all{};
-  all.low.fill(std::numeric_limits<int>::max());
-  all.high.fill(std::numeric_limits<int>::min());
-  for_leaves_in(tree, layers, [&](const VoxelBox& box, bool) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      all.low[axis] = std::min(all.low[axis], box.low[axis]);
-      all.high[axis] = std::max(all.high[axis], box.high[axis]);
-    }
-  });
-  if (all.low[0] > all.high[0])
+  map_formats::GridExtent extent;
+  for_leaves_in(tree, layers,
+                [&](const VoxelBox& box, bool) { extent.add(box.low[0], box.low[1], box.high[0] - box.low[0]); });
+  if (extent.empty())
     throw Error(fmt::format("--slice-m {},{}: nothing is known between these heights", slice.low_m, slice.high_m));
-  const std::int64_t width = std::int64_t{all.high[0]} - all.low[0];
-  const std::int64_t height = std::int64_t{all.high[1]} - all.low[1];
-  if (width > kMostCells / height)
-    throw Error(
-        fmt::format("a slice of {} x {} cells is too large; at most {} are expected", width, height, kMostCells));
-  GridView grid;
-  grid.T_map_grid = Pose::planar(all.low[0] * resolution, all.low[1] * resolution, 0.0);
-  grid.resolution_m = resolution;
-  grid.width = static_cast<int>(width);
-  grid.height = static_cast<int>(height);
-  grid.cells.assign(static_cast<std::size_t>(width * height), GridView::kUnknown);
+  GridView grid = extent.unknown(resolution);
   for_leaves_in(tree, layers, [&](const VoxelBox& box, bool occupied) {
     for (int y = box.low[1]; y < box.high[1]; ++y) {
       for (int x = box.low[0]; x < box.high[0]; ++x) {
-        const std::int64_t row = y - all.low[1];
-        std::uint8_t& cell = grid.cells[static_cast<std::size_t>(row * width + (x - all.low[0]))];
+        std::uint8_t& cell = grid.cells[extent.place(x, y)];
         if (occupied) {
           cell = kOccupiedPercent;
         } else if (cell == GridView::kUnknown) {
