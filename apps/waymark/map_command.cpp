@@ -17,6 +17,7 @@
 #include "apps/waymark/maps/octree_file.hpp"
 #include "commands.hpp"
 #include "map_modules/map_formats/map_server.hpp"
+#include "waymark/config.hpp"
 #include "waymark/error.hpp"
 #include "waymark/output_file.hpp"
 
@@ -29,15 +30,20 @@ namespace fs = std::filesystem;
 /// What a map's file is, by its extension.
 enum class MapKind { octree, full_octree, grid, landmarks };
 
+/// Of a feature map, as the sink map_files writes it.
+bool is_landmark_yaml(const fs::path& file) { return file.filename().string().ends_with(".landmarks.yaml"); }
+
 MapKind kind_of(const fs::path& file) {
+  if (is_landmark_yaml(file)) return MapKind::landmarks;
   const std::string extension = file.extension().string();
   if (extension == ".bt") return MapKind::octree;
   if (extension == ".ot") return MapKind::full_octree;
   if (extension == ".yaml" || extension == ".yml") return MapKind::grid;
   if (extension == ".csv") return MapKind::landmarks;
-  throw Error(fmt::format(
-      "{}: \"{}\" is no extension of a map; .bt, .ot, .yaml (with its .pgm) or .csv (landmarks) is expected",
-      file.string(), extension));
+  throw Error(
+      fmt::format("{}: \"{}\" is no extension of a map; .bt, .ot, .yaml (with its .pgm), .landmarks.yaml or .csv "
+                  "(landmarks) is expected",
+                  file.string(), extension));
 }
 
 double megabytes(std::size_t bytes) { return static_cast<double>(bytes) / 1e6; }
@@ -78,8 +84,16 @@ void print_grid(const fs::path& file) {
   fmt::print("memory      {:.1f} MB\n", megabytes(grid.cells.size()));
 }
 
+std::vector<evaluation::Landmark> read_landmarks(const fs::path& file) {
+  if (!is_landmark_yaml(file)) return evaluation::read_landmarks(file);
+  std::vector<evaluation::Landmark> landmarks;
+  for (const Config& item : Config::load(file).items("landmarks"))
+    landmarks.emplace_back().p_map = {item.number("east_m"), item.number("north_m")};
+  return landmarks;
+}
+
 void print_landmarks(const fs::path& file) {
-  const std::vector<evaluation::Landmark> landmarks = evaluation::read_landmarks(file);
+  const std::vector<evaluation::Landmark> landmarks = read_landmarks(file);
   fmt::print("kind        list of landmarks\n");
   fmt::print("landmarks   {}\n", landmarks.size());
   if (landmarks.empty()) return;
@@ -184,7 +198,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
   auto file = std::make_shared<fs::path>();
   CLI::App* info = command->add_subcommand("info", "What a map's file holds: kind, cells, size, memory");
   info->footer("Example:\n  waymark map info out/hall/hall.bt");
-  info->add_option("file", *file, ".bt or .ot (OctoMap), .yaml with its .pgm (map_server), or landmarks as .csv")
+  info->add_option("file", *file,
+                   ".bt or .ot (OctoMap), .yaml with its .pgm (map_server), or landmarks as .landmarks.yaml or .csv")
       ->required();
   info->callback([file, &exit_code] {
     run_on(*file, [&] { print_info(*file); });

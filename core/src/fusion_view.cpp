@@ -39,7 +39,7 @@ std::vector<MapDescription> FusionView::best_maps(MapDetail detail) const {
       maps_[i].module->describe(of_all, shown.figures);
     }
     if (detail == MapDetail::with_grids) shown.grid = map->grid();
-    if (detail == MapDetail::with_files) shown.files = map->files();
+    if (detail == MapDetail::with_files) shown.files = map->files(filter_.T_enu_map(best()));
     if (filter_.georeference()) place_on_earth(shown);
   }
   return result;

@@ -9,6 +9,7 @@
 #include "extraction_counts.hpp"
 #include "extraction_pictures.hpp"
 #include "extraction_table.hpp"
+#include "landmark_file.hpp"
 #include "particle_feature_map.hpp"
 #include "waymark/error.hpp"
 #include "waymark/payloads.hpp"
@@ -23,7 +24,10 @@ class FeatureMap final : public MapModule {
  public:
   FeatureMap(const Config& config, const Rig& rig) : FeatureMap(config, rig, camera_of(config, rig)) {}
 
-  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleFeatureMap>(settings_); }
+  std::unique_ptr<ParticleMap> create_map() const override {
+    return std::make_unique<ParticleFeatureMap>(settings_, initial_);
+  }
+  bool begins_with_a_place() const override { return settings_->load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                              const MotionWindow& motion) override {
@@ -66,6 +70,7 @@ class FeatureMap final : public MapModule {
         T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
         pictures_(config.child_or_empty("extraction_pictures")),
         table_(config, "extraction_table") {
+    if (begins_with_a_place()) initial_ = read_landmark_file(settings_->load.file, *settings_);
     if (camera.empty()) return;
     camera_.emplace(rig.intrinsics(camera), rig.T_base_sensor(camera), *settings_->camera, settings_->noise.range);
   }
@@ -117,6 +122,7 @@ class FeatureMap final : public MapModule {
   }
 
   std::shared_ptr<const FeatureMapSettings> settings_;
+  LandmarkStore initial_;  ///< what every map begins with
   Pose T_base_sensor_;
   std::optional<CameraExtraction> camera_;
   ExtractionPictures pictures_;

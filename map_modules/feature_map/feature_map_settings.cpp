@@ -151,7 +151,14 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_came
   s.noise = read_noise(config.child_or_empty("noise"));
   s.association = read_association(config.child_or_empty("association"), s.use_radius ? 3 : 2, s.camera);
   s.existence = read_existence(config.child_or_empty("existence"));
+  s.load = map_formats::LoadSettings::read(config);
   return s;
+}
+
+std::size_t FeatureMapSettings::signature_bins() const {
+  if (!use_signature) return 0;
+  if (camera) return static_cast<std::size_t>(camera->hue_bins) * static_cast<std::size_t>(camera->saturation_bins);
+  return identity == IdentityUse::signature ? static_cast<std::size_t>(identity_signature.bins) : 0;
 }
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "map_modules/map_formats/load_settings.hpp"
 #include "waymark/config.hpp"
 
 namespace waymark {
@@ -125,6 +126,11 @@ struct FeatureMapSettings {
   DetectionNoise noise;
   AssociationSettings association;
   ExistenceSettings existence;
+  map_formats::LoadSettings load;
+
+  bool writes() const { return load.use != map_formats::MapUse::localize; }
+  /// Of what detections bring; 0: they bring none.
+  std::size_t signature_bins() const;
 
   /// Reads the map's node of the YAML; its key `camera` only if one of its inputs is a camera. Throws ConfigError.
   static FeatureMapSettings read(const Config& config, bool with_camera = false);

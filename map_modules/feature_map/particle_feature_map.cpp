@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "landmark_file.hpp"
 #include "merging.hpp"
 
 namespace waymark {
@@ -64,8 +65,9 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
   } else {
     match_and_refine<2>(landmarks_, *settings_, distance, prior, features, association, out);
   }
-  out.writes = std::ranges::any_of(association.match,
-                                   [](LandmarkRef ref) { return ref.chunk != FeatureAssociation::kAmbiguous; });
+  out.writes = settings_->writes() && std::ranges::any_of(association.match, [](LandmarkRef ref) {
+                 return ref.chunk != FeatureAssociation::kAmbiguous;
+               });
 }
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
@@ -169,6 +171,7 @@ void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& obs
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
   figures_.matched += static_cast<std::uint64_t>(association.matched);
   figures_.ambiguous += static_cast<std::uint64_t>(association.ambiguous);
+  if (!settings_->writes()) return;
   // The refs of the association hold until the first landmark is added, so adding comes last.
   if (settings_->use_radius) {
     write_matched<3>(pose, features, association);
@@ -206,6 +209,10 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
                  {"ambiguous_share", static_cast<double>(figures_.ambiguous) /
                                          static_cast<double>(std::max<std::uint64_t>(1, figures_.matched))}};
   out.sightings = sightings_.items();
+}
+
+std::vector<MapFile> ParticleFeatureMap::files(const Pose& T_enu_map) const {
+  return {{".landmarks.yaml", landmark_file(landmarks_, T_enu_map)}};
 }
 
 void ParticleFeatureMap::save(OutArchive& out) const {

@@ -14,13 +14,15 @@ namespace waymark {
 /// One particle's map of augmented landmarks.
 class ParticleFeatureMap final : public ParticleMap {
  public:
-  explicit ParticleFeatureMap(std::shared_ptr<const FeatureMapSettings> settings) : settings_(std::move(settings)) {}
+  explicit ParticleFeatureMap(std::shared_ptr<const FeatureMapSettings> settings, LandmarkStore landmarks = {})
+      : settings_(std::move(settings)), landmarks_(std::move(landmarks)) {}
 
   std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<ParticleFeatureMap>(*this); }
   void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
               Refinement& out) const override;
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
   void describe(MapDescription& out) const override;
+  std::vector<MapFile> files(const Pose& T_enu_map) const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
 

@@ -44,8 +44,8 @@ GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                           Refinement& out) const {
   MatchAssociation& association = MatchAssociation::of(out);
-  out.writes = model_->settings.use != MapUse::localize;
   const auto& scan = static_cast<const ScanObservation&>(observation);
+  out.writes = model_->settings.use != MapUse::localize && !scan.hits.empty();
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
   const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
@@ -62,6 +62,8 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const MatchAssociation&>(*association));
   if (model_->settings.use == MapUse::localize) return;
+  // Where nothing comes back, nothing ties the pose to the map: the free space would be written at a guess.
+  if (static_cast<const ScanObservation&>(observation).hits.empty()) return;
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), static_cast<const ScanObservation&>(observation),
                              model_->settings);
 }

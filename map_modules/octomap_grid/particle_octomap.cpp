@@ -74,7 +74,7 @@ std::optional<GridView> ParticleOctomap::grid() const {
   return slice_of(voxels_, model_->settings.resolution, model_->settings.slice);
 }
 
-std::vector<MapFile> ParticleOctomap::files() const { return octomap_files(voxels_, model_->settings.resolution); }
+std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const { return octomap_files(voxels_, model_->settings.resolution); }
 
 void ParticleOctomap::save(OutArchive& out) const {
   out.section("octomap_grid", 1);

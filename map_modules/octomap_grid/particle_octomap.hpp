@@ -33,7 +33,7 @@ class ParticleOctomap final : public ParticleMap {
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
   void describe(MapDescription& out) const override;
   std::optional<GridView> grid() const override;
-  std::vector<MapFile> files() const override;
+  std::vector<MapFile> files(const Pose& T_enu_map) const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scan_matching.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <bit>
@@ -35,6 +36,34 @@ Eigen::Matrix3d with_floor(const Eigen::Matrix3d& information, const Eigen::Vect
   const Eigen::Matrix3d bounded = eigen.vectors * kept.asDiagonal() * eigen.vectors.transpose();
   const Eigen::Matrix3d result = back.asDiagonal() * bounded * back.asDiagonal();
   return 0.5 * (result + result.transpose());
+}
+
+/// How far a scan constrains the direction in which it says least, 0 … 1, and that direction (x, y).
+///
+/// A wall is rough, since its cells were hit by chance: so along a corridor, too, every match has a best place and a
+/// curvature about it, a fourth of that across, and they mean nothing. But they end within a cell. Moved along by the
+/// width of the wide field, the scan fits that as well as before, if nothing is there; beside an end wall or a door it
+/// does not. Of both sides the better one counts: beyond the map's end nothing fits, which is no reason to stay.
+struct Weakest {
+  double share = 1.0;
+  Eigen::Vector2d direction = Eigen::Vector2d::Zero();
+};
+
+Weakest weakest(const MatchTarget& target, const LikelihoodTable& wide, const Eigen::Vector3d& at,
+                const Eigen::Matrix3d& information, double shift) {
+  constexpr double kWeak = 0.5;     // of the strongest direction's information: above, nothing is in doubt
+  constexpr double kNoise = 0.2;    // of what the scan misses at its best place
+  constexpr double kLeast = 0.005;  // of the likelihood; less is rounding of the field
+  Weakest result;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> planar(information.topLeftCorner<2, 2>());
+  if (planar.eigenvalues().x() > kWeak * planar.eigenvalues().y()) return result;
+  result.direction = planar.eigenvectors().col(0);
+  const Eigen::Vector3d step(shift * result.direction.x(), shift * result.direction.y(), 0.0);
+  const double best = target.fit(wide, at).score;
+  const double fall = best - std::max(target.fit(wide, at + step).score, target.fit(wide, at - step).score);
+  const double noise = std::max(kLeast, kNoise * (1.0 - best));
+  result.share = std::clamp(fall / noise - 1.0, 0.0, 1.0);
+  return result;
 }
 
 }  // namespace
@@ -97,6 +126,21 @@ void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Ei
   out.score = fit.score;
   out.failed = !d.allFinite() || fit.score < settings_.min_score;
   if (out.failed) return;
+  const Weakest weak = weakest(target, wide_, prior.mean + d, information, settings_.wide_sigma);
+  if (weak.share < 1.0) {
+    // What the scan says of its best place, without that of the weak direction; then with the prior again.
+    const gaussian::Eigen3 eigen = gaussian::eigen(information);
+    const Eigen::Vector3d inverse = eigen.values.unaryExpr([](double l) { return l > 0.0 ? 1.0 / l : 0.0; });
+    const Eigen::Vector3d best = d + eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() * pull;
+    Eigen::Matrix3d kept = Eigen::Matrix3d::Identity();
+    kept.topLeftCorner<2, 2>() -= (1.0 - std::sqrt(weak.share)) * weak.direction * weak.direction.transpose();
+    information = kept * information * kept;
+    pull = (Eigen::Matrix3d::Identity() + information * prior.P).partialPivLu().solve(information * best);
+    d = prior.P * pull;
+    fit = target.fit(narrow_, prior.mean + d);
+    out.d = d;
+    out.score = fit.score;
+  }
   out.information = with_floor(information, settings_.floor);
   out.gradient = out.information * d + pull;
   out.log_evidence = settings_.evidence_tempering * fit.log_likelihood - 0.5 * pull.dot(d);

@@ -64,14 +64,4 @@ OddsSettings OddsSettings::read(const Config& config) {
   return s;
 }
 
-LoadSettings LoadSettings::read(const Config& config) {
-  LoadSettings s;
-  const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");
-  s.use = mode == "map" ? MapUse::map : mode == "continue" ? MapUse::continue_map : MapUse::localize;
-  if (config.has("load")) s.file = config.file().parent_path() / config.text("load");
-  if (s.use == MapUse::map && !s.file.empty()) config.fail("mode", "must be continue or localize for a loaded map");
-  if (s.use != MapUse::map && s.file.empty()) config.fail("mode", "continue and localize need a map: load");
-  return s;
-}
-
 }  // namespace waymark::grid

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
 
+#include "map_modules/map_formats/load_settings.hpp"
 #include "waymark/config.hpp"
 #include "waymark/time.hpp"
 
@@ -53,20 +53,7 @@ struct OddsSettings {
   static OddsSettings read(const Config& config);
 };
 
-/// What a map that was loaded is for.
-enum class MapUse {
-  map,           ///< none is loaded
-  continue_map,  ///< it goes on being written
-  localize       ///< it stays as it is
-};
-
-/// The map to begin with, as the YAML names it.
-struct LoadSettings {
-  MapUse use = MapUse::map;
-  std::filesystem::path file;  ///< empty: none
-
-  /// From the keys `mode` and `load` of the map's node. Throws ConfigError.
-  static LoadSettings read(const Config& config);
-};
+using map_formats::LoadSettings;
+using map_formats::MapUse;
 
 }  // namespace waymark::grid

@@ -112,6 +112,13 @@ TEST_F(MapCommand, InfoCountsLandmarks) {
                                             "origin      x 1.000 y 2.000 m, the lower left corner"}));
 }
 
+TEST_F(MapCommand, InfoCountsTheLandmarksOfAFeatureMap) {
+  write_text(folder_ / "trunks.landmarks.yaml",
+             "version: 1\nlandmarks:\n  - { east_m: 1, north_m: 2, radius_m: 0.1 }\n  - { east_m: 4, north_m: 2.5 }\n");
+  EXPECT_TRUE(
+      shows(info("trunks.landmarks.yaml"), {"landmarks   2", "size        3.000 x 0.500 m, between their middles"}));
+}
+
 TEST_F(MapCommand, AFileThatIsNoMapIsAnError) {
   EXPECT_TRUE(tells(info("gone.bt"), 1, {"gone.bt", "not found"}));
   EXPECT_TRUE(tells(info("room.png"), 1, {"room.png", "\".png\" is no extension of a map", ".bt, .ot, .yaml"}));

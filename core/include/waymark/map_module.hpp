@@ -117,8 +117,9 @@ class WAYMARK_TYPE ParticleMap {
   virtual void describe(MapDescription& out) const = 0;
   /// The map seen from above, if it is dense and not empty. A map of three dimensions shows a slice.
   virtual std::optional<GridView> grid() const { return std::nullopt; }
-  /// The map as files, if it has a format of its own that others read.
-  virtual std::vector<MapFile> files() const { return {}; }
+  /// The map as files, if it has a format of its own that others read. `T_enu_map` is where the map lies (planar); a
+  /// format that has no way to say so gives the map's own coordinates.
+  virtual std::vector<MapFile> files(const Pose& /*T_enu_map*/) const { return {}; }
   virtual void save(OutArchive&) const = 0;
 };
 

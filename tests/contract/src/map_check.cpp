@@ -60,7 +60,7 @@ std::string description_of(const ParticleMap& map) {
     append(out, grid->height);
     out.append(grid->cells.begin(), grid->cells.end());
   }
-  for (const MapFile& file : map.files()) out.append(file.extension).append(file.content);
+  for (const MapFile& file : map.files(Pose{})) out.append(file.extension).append(file.content);
   return out;
 }
 

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "feature_map_settings.hpp"
+#include "landmark_store.hpp"
+
+namespace waymark {
+
+/// All landmarks as YAML, one a line, that `read_landmark_file` reads. `T_enu_map` is where the map lies (planar); its
+/// own uncertainty is not written.
+std::string landmark_file(const LandmarkStore& landmarks, const Pose& T_enu_map);
+
+/// Landmarks that `landmark_file` wrote, or that were surveyed: of each, only `east_m` and `north_m` must be there.
+/// Throws ConfigError with file, line and what was expected.
+LandmarkStore read_landmark_file(const std::filesystem::path& file, const FeatureMapSettings& settings);
+
+}  // namespace waymark

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "load_settings.hpp"
+
+#include <string>
+
+namespace waymark::map_formats {
+
+LoadSettings LoadSettings::read(const Config& config) {
+  LoadSettings s;
+  const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");
+  s.use = mode == "map" ? MapUse::map : mode == "continue" ? MapUse::continue_map : MapUse::localize;
+  if (config.has("load")) s.file = config.file().parent_path() / config.text("load");
+  if (s.use == MapUse::map && !s.file.empty()) config.fail("mode", "must be continue or localize for a loaded map");
+  if (s.use != MapUse::map && s.file.empty()) config.fail("mode", "continue and localize need a map: load");
+  return s;
+}
+
+}  // namespace waymark::map_formats
