@@ -41,6 +41,7 @@ class Reader {
     header_ = read_header();
     check_header();
     if (header_.size > 0) read_node(0, {-kMiddle, -kMiddle, -kMiddle});
+    put_tile();
     if (in_.peek() != std::ifstream::traits_type::eof()) fail("there is more behind the last node");
     if (nodes_ != header_.size) fail(fmt::format("the header says {} nodes, but {} are there", header_.size, nodes_));
     return std::move(map_);
@@ -164,26 +165,32 @@ class Reader {
     for (std::int32_t y = 0; y < tiles; ++y) {
       for (std::int32_t x = 0; x < tiles; ++x) {
         for (std::int32_t z = 0; z < tiles; ++z) {
-          VoxelTile& tile = tile_at({tile_of(corner.x) + x, tile_of(corner.y) + y}, tile_of(corner.z) + z);
+          VoxelOctree::Draft& tile = tile_at({tile_of(corner.x) + x, tile_of(corner.y) + y}, tile_of(corner.z) + z);
           constexpr std::int32_t kLast = VoxelOctree::kSide - 1;
           const LocalVoxel at{static_cast<std::uint8_t>(corner.x & kLast), static_cast<std::uint8_t>(corner.y & kLast),
                               static_cast<std::uint8_t>(corner.z & kLast)};
-          tile.voxels.set(at, std::min(level, kBits), odds);
+          tile.set(at, std::min(level, kBits), odds);
         }
       }
     }
   }
 
   /// Leaves come in the octree's order, so those of one tile come one after the other.
-  VoxelTile& tile_at(TileIndex index, std::int32_t z) {
-    if (last_ == nullptr || index != last_index_ || z != last_z_) {
+  VoxelOctree::Draft& tile_at(TileIndex index, std::int32_t z) {
+    if (tiles_ == 0 || index != index_ || z != z_) {
+      put_tile();
       room_for(1);
       ++tiles_;
-      last_ = &map_.write(index).write(z);
-      last_index_ = index;
-      last_z_ = z;
+      index_ = index;
+      z_ = z;
     }
-    return *last_;
+    return tile_;
+  }
+  /// The tile whose leaves were read last.
+  void put_tile() {
+    if (tiles_ == 0) return;
+    map_.write(index_).write(z_).voxels = VoxelOctree(tile_);
+    tile_.known.fill(0);
   }
   void room_for(std::size_t more) const {
     if (tiles_ + more > kMostTiles) {
@@ -200,9 +207,9 @@ class Reader {
   VoxelMap map_;
   std::size_t nodes_ = 0;  // so far
   std::size_t tiles_ = 0;
-  VoxelTile* last_ = nullptr;
-  TileIndex last_index_;
-  std::int32_t last_z_ = 0;
+  VoxelOctree::Draft tile_;  // the last of them
+  TileIndex index_;
+  std::int32_t z_ = 0;
 };
 
 /// Distances of a map of which only the odds are known, column by column.
@@ -217,7 +224,7 @@ void compute_distances(VoxelMap& map) {
     std::vector<Voxel> occupied;
     column.for_all([&](std::int32_t z, const VoxelTile& tile, bool) {
       tile.voxels.for_all([&](LocalVoxel v, int side, float odds) {
-        if (!VoxelOctree::is_occupied(odds)) return;
+        if (!is_occupied(odds)) return;
         for (int i = 0; i < side * side * side; ++i)
           occupied.push_back({v.x + i % side, v.y + i / side % side, z * kSide + v.z + i / (side * side)});
       });

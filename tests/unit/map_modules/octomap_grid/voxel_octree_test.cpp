@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <initializer_list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <random>
+#include <set>
 #include <sstream>
 
 #include "waymark/error.hpp"
@@ -45,6 +49,13 @@ std::string saved(const VoxelOctree& tree) {
   OutArchive out(stream);
   tree.save(out);
   return stream.str();
+}
+
+std::size_t bytes_of(std::initializer_list<const VoxelOctree*> trees) {
+  std::set<const void*> seen;
+  std::size_t sum = 0;
+  for (const VoxelOctree* tree : trees) sum += tree->bytes(seen);
+  return sum;
 }
 
 std::optional<float> at(const VoxelOctree& tree, int x, int y, int z) {
@@ -124,7 +135,7 @@ TEST(VoxelOctree, ACopyIsItsOwn) {
   tree.apply(scan(random), kOdds, changed, changed);
   const VoxelOctree copy = tree;
   EXPECT_EQ(saved(copy), saved(tree));
-  EXPECT_EQ(copy.bytes(), tree.bytes());
+  EXPECT_EQ(bytes_of({&tree, &copy}), bytes_of({&tree}));
   const std::string before = saved(copy);
   tree.apply(scan(random), kOdds, changed, changed);
   EXPECT_EQ(saved(copy), before);
@@ -133,6 +144,63 @@ TEST(VoxelOctree, ACopyIsItsOwn) {
   EXPECT_EQ(saved(tree), before);
   const VoxelOctree moved = std::move(tree);
   EXPECT_EQ(saved(moved), before);
+}
+
+/// A write makes the bricks anew in which something changes; the others stay with both.
+TEST(VoxelOctree, AWriteClonesTheBricksThatChange) {
+  std::mt19937 random(4);
+  VoxelOctree tree;
+  std::vector<LocalVoxel> changed;
+  for (int i = 0; i < 10; ++i) tree.apply(scan(random), kOdds, changed, changed);
+  const std::size_t all = bytes_of({&tree});
+  for (const bool in_two : {false, true}) {
+    VoxelOctree::Marks marks;
+    mark(marks.hit, 1, 2, 3);
+    if (in_two) mark(marks.hit, 9, 2, 3);
+    VoxelOctree copy = tree;
+    ASSERT_TRUE(copy.would_change(marks, kOdds));
+    copy.apply(marks, kOdds, changed, changed);
+    const std::size_t own = bytes_of({&tree, &copy}) - all;
+    EXPECT_GT(own, in_two ? sizeof(VoxelBrick::Blocks) : 0);
+    EXPECT_LT(own, in_two ? all / 2 : all / 4);
+    EXPECT_NE(saved(copy), saved(tree));
+  }
+  // What is not known, and what is as free as it can be, takes no brick of its own.
+  VoxelOctree::Marks everywhere;
+  everywhere.free.fill(~std::uint64_t{0});
+  VoxelOctree free;
+  for (int i = 0; i < 10; ++i) free.apply(everywhere, kOdds, changed, changed);
+  EXPECT_EQ(bytes_of({&free}), 0U);
+  EXPECT_EQ(free.nodes(), 1U);
+}
+
+/// Bricks and their values are freed with the last map that holds them; the sanitizers tell if not.
+TEST(VoxelOctree, BricksOutliveTheMapThatMadeThem) {
+  std::mt19937 random(6);
+  std::vector<LocalVoxel> changed;
+  auto first = std::make_unique<VoxelOctree>();
+  first->apply(scan(random), kOdds, changed, changed);
+  VoxelOctree second = *first;
+  const std::string before = saved(second);
+  first->apply(scan(random), kOdds, changed, changed);
+  first.reset();
+  EXPECT_EQ(saved(second), before);
+  second = VoxelOctree();
+  EXPECT_TRUE(second.is_unknown());
+}
+
+/// The same content is the same bytes, whatever came before.
+TEST(VoxelOctree, HoldsNothingOfItsHistory) {
+  std::mt19937 random(8);
+  VoxelOctree tree;
+  std::vector<LocalVoxel> changed;
+  for (int i = 0; i < 12; ++i) {
+    tree.apply(scan(random), kOdds, changed, changed);
+    VoxelOctree::Draft draft;
+    tree.for_all(
+        [&](LocalVoxel v, int side, float odds) { draft.set(v, std::countr_zero(static_cast<unsigned>(side)), odds); });
+    ASSERT_EQ(saved(VoxelOctree(draft)), saved(tree));
+  }
 }
 
 TEST(VoxelOctree, ComesBackFromAnArchive) {
