@@ -65,6 +65,7 @@ class LayeredTarget final : public grid::MatchTarget {
     Eigen::Vector2f p;
   };
 
+  void find_slabs();
   LayerField field(std::size_t layer) const {
     return {rect_, std::span(slabs_).subspan(layer * rect_.size(), rect_.size())};
   }
@@ -75,6 +76,7 @@ class LayeredTarget final : public grid::MatchTarget {
   TileRect rect_;
   double resolution_ = 1.0;
   std::vector<const TileColumn*> columns_;
+  std::vector<std::size_t> layer_at_;       // per height from the lowest on
   std::vector<const std::uint8_t*> slabs_;  // per layer and column
   std::vector<Levelled> levelled_;
   std::vector<Layer> layers_;

@@ -96,12 +96,9 @@ bool BrickDraft::is_one() const {
       blocks_, [&](const VoxelBlock& block) { return block.is_one() && block.odds == blocks_.front().odds; });
 }
 
-bool would_change(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
-                  const VoxelOdds& odds) {
-  if (((free | hit) & ~block.known) != 0) return true;
-  if ((free & block.lowest) != 0 && odds.after_miss(block.odds) != block.odds) return true;
-  if ((hit & block.lowest) != 0 && odds.after_hit(block.odds) != block.odds) return true;
-  for (std::uint64_t rest = (free | hit) & ~block.lowest; rest != 0; rest &= rest - 1) {
+bool would_change_others(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
+                         const VoxelOdds& odds) {
+  for (std::uint64_t rest = (free | hit) & block.others(); rest != 0; rest &= rest - 1) {
     const float now = block.at(static_cast<unsigned>(std::countr_zero(rest)), values);
     const bool is_hit = (hit & rest & (~rest + 1)) != 0;
     if ((is_hit ? odds.after_hit(now) : odds.after_miss(now)) != now) return true;

@@ -103,9 +103,18 @@ class BrickDraft {
   std::array<float, VoxelBrick::kVoxels> values_;  // the first n_values_ count
 };
 
+/// True if one of the voxels, which are known and not as low as others, changes with such a scan.
+bool would_change_others(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
+                         const VoxelOdds& odds);
 /// True if a scan that says `free` and `hit` about a block's voxels changes one of them.
-bool would_change(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
-                  const VoxelOdds& odds);
+inline bool would_change(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
+                         const VoxelOdds& odds) {
+  const std::uint64_t marked = free | hit;
+  if ((marked & ~block.known) != 0) return true;
+  if ((free & block.lowest) != 0 && odds.after_miss(block.odds) != block.odds) return true;
+  if ((hit & block.lowest) != 0 && odds.after_hit(block.odds) != block.odds) return true;
+  return (marked & ~block.lowest) != 0 && would_change_others(block, values, free, hit, odds);
+}
 /// Appends the block after such a scan. Calls flipped(voxel, is_occupied) for voxels that became occupied or no longer
 /// are, in their order.
 template <class Flipped>
@@ -116,10 +125,12 @@ void add_updated(BrickDraft& draft, const VoxelBlock& block, const float* values
   const std::uint64_t kept = stays ? block.lowest & ~hit : 0;
   const std::uint64_t known = block.known | free | hit;
   std::array<float, 64> now;
+  const float* next = values + block.first;  // of those that are not the lowest; they are all among the rest
   for (std::uint64_t rest = known & ~kept; rest != 0; rest &= rest - 1) {
     const auto voxel = static_cast<unsigned>(std::countr_zero(rest));
     const std::uint64_t bit = rest & (~rest + 1);
-    const float before = (block.known & bit) != 0 ? block.at(voxel, values) : 0.0f;
+    float before = 0.0f;
+    if ((block.known & bit) != 0) before = (block.lowest & bit) != 0 ? block.odds : *next++;
     const float after =
         (hit & bit) != 0 ? odds.after_hit(before) : ((free & bit) != 0 ? odds.after_miss(before) : before);
     now[voxel] = after;

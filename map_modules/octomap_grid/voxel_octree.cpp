@@ -105,45 +105,40 @@ const float* VoxelOctree::find(LocalVoxel voxel) const {
   return &block.at(in_block, values(brick));
 }
 
-bool VoxelOctree::would_change(const Marks& marks, const VoxelOdds& odds) const {
+std::uint64_t VoxelOctree::changing(const Marks& marks, const VoxelOdds& odds) const {
   VoxelBrick::Blocks room;
+  std::uint64_t changing = 0;
   for (std::size_t brick = 0; brick < kBricks; ++brick) {
     const VoxelBrick::Bits free = of_brick(marks.free, brick);
     const VoxelBrick::Bits hit = of_brick(marks.hit, brick);
     if (!any(free) && !any(hit)) continue;
     const VoxelBrick::Blocks& from = blocks(brick, room);
     for (std::size_t i = 0; i < kBlocks; ++i) {
-      if (octo::would_change(from[i], values(brick), free[i], hit[i], odds)) return true;
+      const bool changes = would_change(from[i], values(brick), free[i], hit[i], odds);
+      changing |= std::uint64_t{changes} << (brick * kBlocks + i);
     }
   }
-  return false;
+  return changing;
 }
 
-void VoxelOctree::apply(const Marks& marks, const VoxelOdds& odds, std::vector<LocalVoxel>& occupied,
-                        std::vector<LocalVoxel>& freed) {
+void VoxelOctree::apply(const Marks& marks, std::uint64_t changing, const VoxelOdds& odds,
+                        std::vector<LocalVoxel>& occupied, std::vector<LocalVoxel>& freed) {
   VoxelBrick::Blocks room;
   for (std::size_t brick = 0; brick < kBricks; ++brick) {
-    const VoxelBrick::Bits free = of_brick(marks.free, brick);
-    const VoxelBrick::Bits hit = of_brick(marks.hit, brick);
-    if (!any(free) && !any(hit)) continue;
+    if ((changing >> (brick * kBlocks) & 0xffu) == 0) continue;  // the brick may stay shared
     const VoxelBrick::Blocks& from = blocks(brick, room);
     const float* const own_values = values(brick);
-    unsigned changed = 0;
-    for (std::size_t i = 0; i < kBlocks; ++i) {
-      const bool changes = octo::would_change(from[i], own_values, free[i], hit[i], odds);
-      changed |= unsigned{changes} << i;
-    }
-    if (changed == 0) continue;  // the brick may stay shared
     BrickDraft draft;
     for (std::size_t i = 0; i < kBlocks; ++i) {
-      if ((changed >> i & 1u) == 0) {
+      const std::size_t block = brick * kBlocks + i;
+      if ((changing >> block & 1u) == 0) {
         draft.add(from[i], own_values);
         continue;
       }
-      const std::size_t first = (brick * kBlocks + i) * 64;
-      add_updated(draft, from[i], own_values, free[i], hit[i], odds, [&](unsigned voxel, bool is_now_occupied) {
-        (is_now_occupied ? occupied : freed).push_back(voxel_at(first + voxel));
-      });
+      add_updated(draft, from[i], own_values, marks.free[block], marks.hit[block], odds,
+                  [&](unsigned voxel, bool is_now_occupied) {
+                    (is_now_occupied ? occupied : freed).push_back(voxel_at(block * 64 + voxel));
+                  });
     }
     set(brick, draft);
   }

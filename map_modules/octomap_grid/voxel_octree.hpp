@@ -56,10 +56,10 @@ class VoxelOctree {
   bool is_unknown() const;
   /// Log-odds of a voxel, or null if it is unknown.
   const float* find(LocalVoxel voxel) const;
-  /// True if `apply` would change anything.
-  bool would_change(const Marks& marks, const VoxelOdds& odds) const;
-  /// Updates every marked voxel once; appends those that became occupied, and those that no longer are.
-  void apply(const Marks& marks, const VoxelOdds& odds, std::vector<LocalVoxel>& occupied,
+  /// The blocks of 64 voxels that a scan changes, one bit each.
+  std::uint64_t changing(const Marks& marks, const VoxelOdds& odds) const;
+  /// Updates every marked voxel of these blocks once; appends those that became occupied, and those that no longer are.
+  void apply(const Marks& marks, std::uint64_t changing, const VoxelOdds& odds, std::vector<LocalVoxel>& occupied,
              std::vector<LocalVoxel>& freed);
 
   /// Calls visit(LocalVoxel of the lowest corner, side in voxels, log-odds) for all leaves, in a fixed order. Eight
