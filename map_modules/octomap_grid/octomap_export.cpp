@@ -6,8 +6,8 @@
 #include <bit>
 #include <sstream>
 #include <string>
-#include <string_view>
 
+#include "map_modules/map_formats/octree_bytes.hpp"
 #include "octomap_file.hpp"
 #include "waymark/error.hpp"
 
@@ -46,14 +46,6 @@ class WholeOcTree final : public octomap::OcTree {
   }
 };
 
-/// Written here, since OctoMap's own functions that write it also print to stderr.
-std::string header(std::string_view first_line, const octomap::OcTree& tree) {
-  return fmt::format(
-      "{}\n# (feel free to add / change comments, but leave the first line as it is!)\n#\nid {}\nsize {}\nres {}\n"
-      "data\n",
-      first_line, tree.getTreeType(), tree.size(), tree.getResolution());
-}
-
 }  // namespace
 
 std::vector<MapFile> octomap_files(const VoxelMap& map, double resolution) {
@@ -64,12 +56,12 @@ std::vector<MapFile> octomap_files(const VoxelMap& map, double resolution) {
   tree.updateInnerOccupancy();
   tree.prune();
   std::ostringstream full;
-  full << header("# Octomap OcTree file", tree);
+  full << map_formats::octree_header(false, tree.size(), resolution);
   tree.writeData(full);
   tree.toMaxLikelihood();
   tree.prune();
   std::ostringstream binary;
-  binary << header("# Octomap OcTree binary file", tree);
+  binary << map_formats::octree_header(true, tree.size(), resolution);
   tree.writeBinaryData(binary);
   return {{".bt", std::move(binary).str()}, {".ot", std::move(full).str()}};
 }
