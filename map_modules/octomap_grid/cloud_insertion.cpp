@@ -37,7 +37,7 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
   slots_.assign(window_.rect().size() * levels_, kUntouched);
   n_touched_ = 0;
   constexpr double kTile = kTileSide;
-  const Voxels origin(window_.rect().low.x * kTile, window_.rect().low.y * kTile, low_z_ * kTile);
+  const Voxels origin(window_.origin().x, window_.origin().y, low_z_ * kTile);
   for (auto* points : {&hits_, &clear_to_}) {
     for (Voxels& p : *points) p -= origin;
   }
@@ -45,8 +45,7 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
 
 VoxelOctree::Marks& CloudInsertion::marks(std::int32_t x, std::int32_t y, std::int32_t z) {
   constexpr int kBits = VoxelOctree::kBits;
-  const std::size_t column = static_cast<std::size_t>(y >> kBits) * static_cast<std::size_t>(window_.rect().width()) +
-                             static_cast<std::size_t>(x >> kBits);
+  const std::size_t column = window_.slot(x, y);
   std::int32_t& slot = slots_[column * levels_ + static_cast<std::size_t>(z >> kBits)];
   if (slot == kUntouched) {
     slot = static_cast<std::int32_t>(n_touched_);
@@ -128,13 +127,11 @@ void CloudInsertion::apply(std::size_t touched, const VoxelOdds& odds) {
   tile_occupied_.clear();
   tile_freed_.clear();
   tile.voxels.apply(own.marks, changing, odds, tile_occupied_, tile_freed_);
-  const auto width = static_cast<std::size_t>(window_.rect().width());
-  const auto left = static_cast<std::int32_t>(own.column % width) * kTileSide;
-  const auto bottom = static_cast<std::int32_t>(own.column / width) * kTileSide;
+  const Cell corner = window_.corner(own.column);
   const auto note = [&](const std::vector<LocalVoxel>& changed, bool is_occupied, std::vector<LayerCell>& all) {
     for (const LocalVoxel v : changed) {
       tile.write_slab(v.z).set_occupied(v.x, v.y, is_occupied);
-      all.push_back({own.z * kTileSide + v.z, {left + v.x, bottom + v.y}});
+      all.push_back({own.z * kTileSide + v.z, {corner.x + v.x, corner.y + v.y}});
     }
   };
   note(tile_freed_, false, freed_);

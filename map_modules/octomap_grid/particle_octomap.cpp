@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particle_octomap.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "cloud_insertion.hpp"
@@ -88,10 +86,7 @@ void ParticleOctomap::load(InArchive& in) {
     throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   double resolution = 0.0;
   in.value(resolution);
-  if (resolution != model_->settings.resolution) {
-    throw DataError(fmt::format("checkpoint: the map has voxels of {} m, but resolution_m is {}", resolution,
-                                model_->settings.resolution));
-  }
+  grid::require_resolution(resolution, model_->settings.resolution);
   record_.load(in);
   voxels_.load(in);
 }

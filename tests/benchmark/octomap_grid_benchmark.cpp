@@ -138,6 +138,7 @@ void hall_copy_of_octomaps_tree(benchmark::State& state) {
     benchmark::DoNotOptimize(&copy);
   }
   state.counters["nodes"] = static_cast<double>(tree->size());
+  state.counters["tree_bytes"] = static_cast<double>(tree->memoryUsage());
 }
 BENCHMARK(hall_copy_of_octomaps_tree)->Unit(benchmark::kMicrosecond);
 
