@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grid_view.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 
 #include "cell_entropy.hpp"
 #include "map_modules/map_formats/grid_extent.hpp"
-#include "waymark/error.hpp"
 
 namespace waymark::grid {
 
@@ -63,11 +60,6 @@ std::optional<GridView> view_of(const TileTree& tiles, double resolution) {
     view.cells[extent.place(x, y)] = percent[static_cast<std::uint8_t>(odds)];
   });
   return view;
-}
-
-void require_resolution(double found, double expected) {
-  if (found == expected) return;
-  throw DataError(fmt::format("checkpoint: the grid has cells of {} m, but resolution_m is {}", found, expected));
 }
 
 }  // namespace waymark::grid

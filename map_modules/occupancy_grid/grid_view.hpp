@@ -24,7 +24,4 @@ GridFigures figures_of(const TileTree& tiles);
 /// large to be one picture.
 std::optional<GridView> view_of(const TileTree& tiles, double resolution);
 
-/// Throws DataError: a checkpoint's cells have another size than the YAML says.
-void require_resolution(double found, double expected);
-
 }  // namespace waymark::grid

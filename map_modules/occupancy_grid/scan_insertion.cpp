@@ -48,8 +48,7 @@ void ScanInsertion::mark_beam(double from_x, double from_y, double to_x, double 
 
 void ScanInsertion::apply(std::size_t slot, const OddsSettings& odds) {
   Marks& marks = marks_[slot];
-  const int left = static_cast<int>(slot) % window_.rect().width() * Tile::kSide;
-  const int bottom = static_cast<int>(slot) / window_.rect().width() * Tile::kSide;
+  const Cell corner = window_.corner(slot);
   for (int row = 0; row < Tile::kSide; ++row) {
     const auto r = static_cast<std::size_t>(row);
     const std::uint32_t hit = marks.hit[r];
@@ -61,7 +60,7 @@ void ScanInsertion::apply(std::size_t slot, const OddsSettings& odds) {
       const int after = is_hit ? after_hit(before, odds) : after_miss(before, odds);
       if (after == before) continue;  // at its bound: the tile may stay shared
       window_.writable(slot).odds[place] = static_cast<std::int8_t>(after);
-      if ((before > 0) != (after > 0)) (after > 0 ? occupied_ : freed_).push_back({left + column, bottom + row});
+      if ((before > 0) != (after > 0)) (after > 0 ? occupied_ : freed_).push_back({corner.x + column, corner.y + row});
     }
     marks.hit[r] = marks.free[r] = 0;
   }

@@ -2,10 +2,8 @@
 #include "scan_observation.hpp"
 
 #include <algorithm>
-#include <string>
 
 #include "scan_beams.hpp"
-#include "waymark/error.hpp"
 
 namespace waymark::grid {
 
@@ -22,10 +20,6 @@ ScanObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const 
   for_beams(
       scan, settings, [&](const Eigen::Vector3d& p) { observation.hits.push_back(in_base(p)); },
       [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(in_base(p)); });
-  if (observation.hits.empty() && observation.clear_to.empty()) {
-    throw DataError("none of the scan's " + std::to_string(scan.ranges_m.size()) +
-                    " beams lies between range_min_m and range_max_m");
-  }
   return observation;
 }
 

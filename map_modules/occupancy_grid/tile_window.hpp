@@ -7,31 +7,17 @@
 #include <vector>
 
 #include "tile_tree.hpp"
+#include "tiled_cells.hpp"
 
 namespace waymark::grid {
 
 /// The tiles around one scan, side by side, so that a cell is found without the tree. Cells count from the window's own
 /// lower left corner here. Kept from scan to scan for its storage.
-class TileWindow {
+class TileWindow : public TiledCells<Tile::kBits> {
  public:
-  static constexpr int kSide = Tile::kSide;
-
   /// Looks at all tiles within `reach` [m] of `center` [m]. Throws Error if that is no place for cells of 32 bits.
   void open(const TileTree& tree, const Eigen::Vector2d& center, double reach, double resolution);
 
-  /// The map's cell that is (0, 0) here.
-  Cell origin() const { return {rect_.low.x * Tile::kSide, rect_.low.y * Tile::kSide}; }
-  const TileRect& rect() const { return rect_; }
-  int columns() const { return rect_.width() * Tile::kSide; }  ///< cells
-  int rows() const { return rect_.height() * Tile::kSide; }
-  bool holds(int x, int y) const {
-    return static_cast<unsigned>(x) < static_cast<unsigned>(columns()) &&
-           static_cast<unsigned>(y) < static_cast<unsigned>(rows());
-  }
-  std::size_t slot(int x, int y) const {
-    return static_cast<std::size_t>(y >> Tile::kBits) * static_cast<std::size_t>(rect_.width()) +
-           static_cast<std::size_t>(x >> Tile::kBits);
-  }
   const Tile& tile(std::size_t slot) const { return *tiles_[slot]; }
   /// Distances of a tile, row by row.
   const std::uint8_t* distances(std::size_t slot) const { return tiles_[slot]->distance.data(); }
@@ -40,7 +26,6 @@ class TileWindow {
   std::uint8_t distance(int x, int y) const { return tiles_[slot(x, y)]->distance[Tile::place(x, y)]; }
 
  protected:
-  TileRect rect_;
   std::vector<const Tile*> tiles_;
 };
 
@@ -54,9 +39,7 @@ class WritableWindow : public TileWindow {
   }
   Tile& writable(std::size_t slot) {
     if (own_[slot] == nullptr) {
-      const int column = static_cast<int>(slot) % rect_.width();
-      const int row = static_cast<int>(slot) / rect_.width();
-      own_[slot] = &tree_->write({rect_.low.x + column, rect_.low.y + row});
+      own_[slot] = &tree_->write(tile_index(slot));
       tiles_[slot] = own_[slot];
     }
     return *own_[slot];

@@ -37,7 +37,7 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
   slots_.assign(window_.rect().size() * levels_, kUntouched);
   n_touched_ = 0;
   constexpr double kTile = kTileSide;
-  const Voxels origin(window_.rect().low.x * kTile, window_.rect().low.y * kTile, low_z_ * kTile);
+  const Voxels origin(window_.origin().x, window_.origin().y, low_z_ * kTile);
   for (auto* points : {&hits_, &clear_to_}) {
     for (Voxels& p : *points) p -= origin;
   }
@@ -45,8 +45,7 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
 
 VoxelOctree::Marks& CloudInsertion::marks(std::int32_t x, std::int32_t y, std::int32_t z) {
   constexpr int kBits = VoxelOctree::kBits;
-  const std::size_t column = static_cast<std::size_t>(y >> kBits) * static_cast<std::size_t>(window_.rect().width()) +
-                             static_cast<std::size_t>(x >> kBits);
+  const std::size_t column = window_.slot(x, y);
   std::int32_t& slot = slots_[column * levels_ + static_cast<std::size_t>(z >> kBits)];
   if (slot == kUntouched) {
     slot = static_cast<std::int32_t>(n_touched_);
@@ -90,20 +89,15 @@ void CloudInsertion::mark_beam_along(const Voxels& from, const Voxels& to) {
   const auto step_a = static_cast<std::int32_t>(std::lround(step * slope_a * kOne));
   const auto step_b = static_cast<std::int32_t>(std::lround(step * slope_b * kOne));
   // Beams stay in a tile for several voxels, so its marks are looked up only when the tile changes.
-  std::int32_t tile_major = -1;
-  std::int32_t tile_a = -1;
-  std::int32_t tile_b = -1;
+  std::array<std::int32_t, 3> last{-1, -1, -1};
   VoxelOctree::Bits* free = nullptr;
   for (std::int32_t major = first; major != end; major += step, a += step_a, b += step_b) {
     std::array<std::int32_t, 3> at{};
     at[kMajor] = major;
     at[kA] = a >> kFraction;
     at[kB] = b >> kFraction;
-    constexpr int kBits = VoxelOctree::kBits;
-    if ((major >> kBits) != tile_major || (at[kA] >> kBits) != tile_a || (at[kB] >> kBits) != tile_b) {
-      tile_major = major >> kBits;
-      tile_a = at[kA] >> kBits;
-      tile_b = at[kB] >> kBits;
+    if ((((at[0] ^ last[0]) | (at[1] ^ last[1]) | (at[2] ^ last[2])) >> VoxelOctree::kBits) != 0) {
+      last = at;
       free = &marks(at[0], at[1], at[2]).free;
     }
     const std::size_t place = VoxelOctree::place(at[0], at[1], at[2]);
@@ -126,18 +120,18 @@ void CloudInsertion::apply(std::size_t touched, const VoxelOdds& odds) {
   Touched& own = touched_[touched];
   for (std::size_t i = 0; i < own.marks.free.size(); ++i) own.marks.free[i] &= ~own.marks.hit[i];
   const VoxelTile* there = window_.column(own.column).find(own.z);
-  if (there != nullptr && !there->voxels.would_change(own.marks, odds)) return;  // the tile may stay shared
+  static const VoxelOctree unknown;
+  const std::uint64_t changing = (there == nullptr ? unknown : there->voxels).changing(own.marks, odds);
+  if (changing == 0) return;  // the tile may stay shared
   VoxelTile& tile = window_.writable(own.column).write(own.z);
   tile_occupied_.clear();
   tile_freed_.clear();
-  tile.voxels.apply(own.marks, odds, tile_occupied_, tile_freed_);
-  const auto width = static_cast<std::size_t>(window_.rect().width());
-  const auto left = static_cast<std::int32_t>(own.column % width) * kTileSide;
-  const auto bottom = static_cast<std::int32_t>(own.column / width) * kTileSide;
+  tile.voxels.apply(own.marks, changing, odds, tile_occupied_, tile_freed_);
+  const Cell corner = window_.corner(own.column);
   const auto note = [&](const std::vector<LocalVoxel>& changed, bool is_occupied, std::vector<LayerCell>& all) {
     for (const LocalVoxel v : changed) {
       tile.write_slab(v.z).set_occupied(v.x, v.y, is_occupied);
-      all.push_back({own.z * kTileSide + v.z, {left + v.x, bottom + v.y}});
+      all.push_back({own.z * kTileSide + v.z, {corner.x + v.x, corner.y + v.y}});
     }
   };
   note(tile_freed_, false, freed_);

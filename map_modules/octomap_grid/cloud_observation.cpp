@@ -53,10 +53,6 @@ CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const
   grid::for_beams(
       scan, settings.scan, [&](const Eigen::Vector3d& p) { observation.hits.push_back(in_base(p)); },
       [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(in_base(p)); });
-  if (observation.hits.empty() && observation.clear_to.empty()) {
-    throw DataError(
-        fmt::format("none of the scan's {} beams lies between range_min_m and range_max_m", scan.ranges_m.size()));
-  }
   observation.matched = observation.hits;
   return observation;
 }

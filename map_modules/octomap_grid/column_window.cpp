@@ -33,9 +33,7 @@ void ColumnWindow::open(VoxelMap& map, const Eigen::Vector2d& low, const Eigen::
 
 TileColumn& ColumnWindow::writable(std::size_t slot) {
   if (own_[slot] == nullptr) {
-    const auto width = static_cast<std::size_t>(rect_.width());
-    own_[slot] = &map_->write(
-        {rect_.low.x + static_cast<std::int32_t>(slot % width), rect_.low.y + static_cast<std::int32_t>(slot / width)});
+    own_[slot] = &map_->write(tile_index(slot));
     columns_[slot] = own_[slot];
   }
   return *own_[slot];
@@ -43,7 +41,6 @@ TileColumn& ColumnWindow::writable(std::size_t slot) {
 
 void LayerWindow::open(ColumnWindow& columns, std::int32_t z) {
   columns_ = &columns;
-  width_ = static_cast<std::size_t>(columns.rect().width());
   z_ = z;
   slabs_.assign(columns.rect().size(), nullptr);
   own_.assign(columns.rect().size(), nullptr);

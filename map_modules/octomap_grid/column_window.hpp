@@ -6,23 +6,22 @@
 #include <utility>
 #include <vector>
 
+#include "tiled_cells.hpp"
 #include "voxel_tile.hpp"
 
 namespace waymark::octo {
 
 /// The columns around one scan, for writing: the first write to a column goes through the tree.
-class ColumnWindow {
+class ColumnWindow : public grid::TiledCells<VoxelOctree::kBits> {
  public:
   /// Throws Error if that is no place for a map. [m]
   void open(VoxelMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high, double resolution);
 
-  const TileRect& rect() const { return rect_; }
   const TileColumn& column(std::size_t slot) const { return *columns_[slot]; }
   TileColumn& writable(std::size_t slot);
 
  private:
   VoxelMap* map_ = nullptr;
-  TileRect rect_;
   std::vector<const TileColumn*> columns_;
   std::vector<TileColumn*> own_;
 };
@@ -37,15 +36,11 @@ class LayerWindow {
   void set_distance(int x, int y, std::uint8_t distance);
 
  private:
-  std::size_t slot(int x, int y) const {
-    return static_cast<std::size_t>(y >> VoxelOctree::kBits) * width_ +
-           static_cast<std::size_t>(x >> VoxelOctree::kBits);
-  }
+  std::size_t slot(int x, int y) const { return columns_->slot(x, y); }
   const Slab& slab(std::size_t slot) { return slabs_[slot] == nullptr ? find(slot) : *slabs_[slot]; }
   const Slab& find(std::size_t slot);
 
   ColumnWindow* columns_ = nullptr;
-  std::size_t width_ = 0;
   std::int32_t z_ = 0;
   std::vector<const Slab*> slabs_;  // per column; null: not looked at yet
   std::vector<Slab*> own_;          // those that may be written

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "waymark/error.hpp"
 #include "waymark/so3.hpp"
@@ -46,15 +47,28 @@ void LayeredTarget::open(const VoxelMap& map, const Pose& T_map_base, double rea
     points_.push_back(one.p);
     layers_.back().end = points_.size();
   }
+  find_slabs();
+}
+
+/// Column by column: most have no slab in most of the layers.
+void LayeredTarget::find_slabs() {
   slabs_.assign(layers_.size() * rect_.size(), far_slab());
-  std::size_t at = 0;
-  for (const Layer& layer : layers_) {
-    for (const TileColumn* column : columns_) {
-      const VoxelTile* tile = column->find(tile_of(layer.z));
-      const Slab* slab = tile == nullptr ? nullptr : tile->slab(layer.z);
-      if (slab != nullptr) slabs_[at] = slab->distance.data();
-      ++at;
-    }
+  if (layers_.empty()) return;
+  const std::int32_t lowest = layers_.front().z;
+  const std::int32_t highest = layers_.back().z;
+  constexpr std::size_t kNoLayer = std::numeric_limits<std::size_t>::max();
+  layer_at_.assign(static_cast<std::size_t>(highest - lowest) + 1, kNoLayer);
+  for (std::size_t i = 0; i < layers_.size(); ++i) layer_at_[static_cast<std::size_t>(layers_[i].z - lowest)] = i;
+  for (std::size_t slot = 0; slot < columns_.size(); ++slot) {
+    columns_[slot]->for_all([&](std::int32_t tile_z, const VoxelTile& tile, bool) {
+      const std::int32_t first = tile_z * Slab::kSide;
+      const std::int32_t end = std::min(first + Slab::kSide, highest + 1);
+      for (std::int32_t z = std::max(first, lowest); tile.has_slabs() && z < end; ++z) {
+        const std::size_t layer = layer_at_[static_cast<std::size_t>(z - lowest)];
+        const Slab* slab = layer == kNoLayer ? nullptr : tile.slab(z);
+        if (slab != nullptr) slabs_[layer * rect_.size() + slot] = slab->distance.data();
+      }
+    });
   }
 }
 

@@ -8,35 +8,21 @@
 
 #include "octomap_grid_settings.hpp"
 #include "scan_matching.hpp"
+#include "tiled_cells.hpp"
 #include "voxel_tile.hpp"
 #include "waymark/pose.hpp"
 
 namespace waymark::octo {
 
 /// The distances of one layer of a map around a scan, as a field that points are matched on.
-class LayerField {
+class LayerField : public grid::TiledCells<VoxelOctree::kBits> {
  public:
-  static constexpr int kSide = Slab::kSide;
+  LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : TiledCells(rect), slabs_(slabs) {}
 
-  LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : rect_(&rect), slabs_(slabs) {}
-
-  Cell origin() const { return {rect_->low.x * kSide, rect_->low.y * kSide}; }
-  int columns() const { return rect_->width() * kSide; }
-  int rows() const { return rect_->height() * kSide; }
-  bool holds(int x, int y) const {
-    return static_cast<unsigned>(x) < static_cast<unsigned>(columns()) &&
-           static_cast<unsigned>(y) < static_cast<unsigned>(rows());
-  }
-  std::size_t slot(int x, int y) const {
-    constexpr int kBits = VoxelOctree::kBits;
-    return static_cast<std::size_t>(y >> kBits) * static_cast<std::size_t>(rect_->width()) +
-           static_cast<std::size_t>(x >> kBits);
-  }
   const std::uint8_t* distances(std::size_t slot) const { return slabs_[slot]; }
   std::uint8_t distance(int x, int y) const { return slabs_[slot(x, y)][Slab::place(x, y)]; }
 
  private:
-  const TileRect* rect_;
   std::span<const std::uint8_t* const> slabs_;
 };
 
@@ -65,6 +51,7 @@ class LayeredTarget final : public grid::MatchTarget {
     Eigen::Vector2f p;
   };
 
+  void find_slabs();
   LayerField field(std::size_t layer) const {
     return {rect_, std::span(slabs_).subspan(layer * rect_.size(), rect_.size())};
   }
@@ -75,6 +62,7 @@ class LayeredTarget final : public grid::MatchTarget {
   TileRect rect_;
   double resolution_ = 1.0;
   std::vector<const TileColumn*> columns_;
+  std::vector<std::size_t> layer_at_;       // per height from the lowest on
   std::vector<const std::uint8_t*> slabs_;  // per layer and column
   std::vector<Levelled> levelled_;
   std::vector<Layer> layers_;

@@ -25,7 +25,7 @@ MapFigures figures_of(const VoxelMap& map) {
       figures.nodes += tile.voxels.nodes();
       tile.voxels.for_all([&](LocalVoxel, int side, float odds) {
         const auto voxels = static_cast<std::size_t>(side) * static_cast<std::size_t>(side * side);
-        (VoxelOctree::is_occupied(odds) ? figures.occupied : figures.free) += voxels;
+        (is_occupied(odds) ? figures.occupied : figures.free) += voxels;
         entropy += static_cast<double>(voxels) * grid::entropy_bit(probability(odds));
       });
     });

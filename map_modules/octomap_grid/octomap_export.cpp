@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 #include <octomap/OcTree.h>
 
+#include <bit>
 #include <sstream>
 #include <string>
-#include <string_view>
 
+#include "map_modules/map_formats/octree_bytes.hpp"
 #include "octomap_file.hpp"
 #include "waymark/error.hpp"
 
@@ -14,72 +15,53 @@ namespace waymark::octo {
 
 namespace {
 
-/// An octree into which tiles are put as a whole.
+/// An octree into which leaves are put as they are.
 class WholeOcTree final : public octomap::OcTree {
  public:
   explicit WholeOcTree(double voxel_m) : OcTree(voxel_m) {}
 
-  /// Tiles count from the map's origin.
-  void add(TileIndex index, std::int32_t z, const VoxelOctree& tile) {
-    const auto middle = static_cast<std::int32_t>(tree_max_val) >> VoxelOctree::kBits;
-    for (const std::int32_t i : {index.x, index.y, z}) {
+  /// A leaf of 2^level voxels in each direction around a voxel, which count from the map's origin.
+  void add(Voxel at, int level, float odds) {
+    const auto middle = static_cast<std::int32_t>(tree_max_val);
+    for (const std::int32_t i : {at.x, at.y, at.z}) {
       if (i < -middle || i >= middle) {
         throw Error(fmt::format("the map reaches farther than the {} m from its origin that an OctoMap does",
                                 tree_max_val * resolution));
       }
     }
-    const std::uint32_t x = static_cast<std::uint32_t>(index.x + middle);
-    const std::uint32_t y = static_cast<std::uint32_t>(index.y + middle);
-    const std::uint32_t up = static_cast<std::uint32_t>(z + middle);
+    const std::uint32_t x = static_cast<std::uint32_t>(at.x + middle);
+    const std::uint32_t y = static_cast<std::uint32_t>(at.y + middle);
+    const std::uint32_t z = static_cast<std::uint32_t>(at.z + middle);
     if (root == nullptr) {
       root = new octomap::OcTreeNode;
       ++tree_size;
     }
     octomap::OcTreeNode* node = root;
-    for (int bit = static_cast<int>(tree_depth) - VoxelOctree::kBits - 1; bit >= 0; --bit) {
-      const unsigned child = (x >> bit & 1u) | (y >> bit & 1u) << 1 | (up >> bit & 1u) << 2;
+    for (int bit = static_cast<int>(tree_depth) - 1; bit >= level; --bit) {
+      const unsigned child = (x >> bit & 1u) | (y >> bit & 1u) << 1 | (z >> bit & 1u) << 2;
       node = nodeChildExists(node, child) ? getNodeChild(node, child) : createNodeChild(node, child);
     }
-    copy(*tile.root(), node);
+    node->setLogOdds(odds);
     size_changed = true;
   }
-
- private:
-  void copy(const VoxelNode& from, octomap::OcTreeNode* to) {
-    to->setLogOdds(from.getValue());
-    for (unsigned i = 0; i < 8; ++i) {
-      if (const VoxelNode* child = from.child(i)) copy(*child, createNodeChild(to, i));
-    }
-  }
 };
-
-/// Written here, since OctoMap's own functions that write it also print to stderr.
-std::string header(std::string_view first_line, const octomap::OcTree& tree) {
-  return fmt::format(
-      "{}\n# (feel free to add / change comments, but leave the first line as it is!)\n#\nid {}\nsize {}\nres {}\n"
-      "data\n",
-      first_line, tree.getTreeType(), tree.size(), tree.getResolution());
-}
 
 }  // namespace
 
 std::vector<MapFile> octomap_files(const VoxelMap& map, double resolution) {
   WholeOcTree tree(resolution);
-  map.for_all([&](TileIndex index, const TileColumn& column, bool) {
-    column.for_all([&](std::int32_t z, const VoxelTile& tile, bool) {
-      if (!tile.voxels.is_unknown()) tree.add(index, z, tile.voxels);
-    });
-  });
+  for_all_leaves(
+      map, [&](Voxel at, int side, float odds) { tree.add(at, std::countr_zero(static_cast<unsigned>(side)), odds); });
   if (tree.size() == 0) return {};
   tree.updateInnerOccupancy();
   tree.prune();
   std::ostringstream full;
-  full << header("# Octomap OcTree file", tree);
+  full << map_formats::octree_header(false, tree.size(), resolution);
   tree.writeData(full);
   tree.toMaxLikelihood();
   tree.prune();
   std::ostringstream binary;
-  binary << header("# Octomap OcTree binary file", tree);
+  binary << map_formats::octree_header(true, tree.size(), resolution);
   tree.writeBinaryData(binary);
   return {{".bt", std::move(binary).str()}, {".ot", std::move(full).str()}};
 }

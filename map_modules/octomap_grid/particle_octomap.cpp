@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particle_octomap.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "cloud_insertion.hpp"
@@ -77,20 +75,18 @@ std::optional<GridView> ParticleOctomap::grid() const {
 std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const { return octomap_files(voxels_, model_->settings.resolution); }
 
 void ParticleOctomap::save(OutArchive& out) const {
-  out.section("octomap_grid", 1);
+  out.section("octomap_grid", 2);
   out.value(model_->settings.resolution);
   record_.save(out);
   voxels_.save(out);
 }
 
 void ParticleOctomap::load(InArchive& in) {
-  in.section("octomap_grid", 1);
+  if (in.section("octomap_grid", 2) < 2)
+    throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   double resolution = 0.0;
   in.value(resolution);
-  if (resolution != model_->settings.resolution) {
-    throw DataError(fmt::format("checkpoint: the map has voxels of {} m, but resolution_m is {}", resolution,
-                                model_->settings.resolution));
-  }
+  grid::require_resolution(resolution, model_->settings.resolution);
   record_.load(in);
   voxels_.load(in);
 }

@@ -1,54 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <octomap/OcTreeDataNode.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <set>
 #include <vector>
 
-#include "scan_settings.hpp"
+#include "voxel_brick.hpp"
+#include "voxel_odds.hpp"
 #include "waymark/archive.hpp"
 
 namespace waymark::octo {
-
-struct VoxelOctet;
-
-/// A node of OctoMap's octrees (A. Hornung et al., Autonomous Robots, 2013): natural log-odds of occupancy, and eight
-/// places for children. A leaf above the last level stands for all voxels below it.
-class VoxelNode : public octomap::OcTreeDataNode<float> {
- public:
-  VoxelNode() : OcTreeDataNode(0.0f) {}
-  VoxelNode(const VoxelNode&) = delete;
-  VoxelNode& operator=(const VoxelNode&) = delete;
-
-  bool is_leaf() const { return children == nullptr; }
-  /// Null: that child is unknown, or this is a leaf.
-  const VoxelNode* child(std::size_t i) const {
-    return children == nullptr ? nullptr : static_cast<const VoxelNode*>(children[i]);
-  }
-
- private:
-  friend class VoxelOctree;
-};
-
-/// What all of an octree's voxels are updated by: natural log-odds.
-struct VoxelOdds {
-  explicit VoxelOdds(const grid::OddsSettings& s)
-      : hit(static_cast<float>(s.hit / grid::OddsSettings::kSteps)),
-        miss(static_cast<float>(s.miss / grid::OddsSettings::kSteps)),
-        low(static_cast<float>(s.low / grid::OddsSettings::kSteps)),
-        high(static_cast<float>(s.high / grid::OddsSettings::kSteps)) {}
-  float after_hit(float odds) const { return odds + hit < high ? odds + hit : high; }
-  float after_miss(float odds) const { return odds + miss > low ? odds + miss : low; }
-
-  float hit;
-  float miss;
-  float low;
-  float high;
-};
 
 /// A voxel of one octree, 0 … kSide − 1 in each direction.
 struct LocalVoxel {
@@ -57,9 +20,10 @@ struct LocalVoxel {
   std::uint8_t z = 0;
 };
 
-/// Occupancy of a cube of 16 × 16 × 16 voxels as a shallow octree with OctoMap's nodes. No octomap::OcTree: each of
-/// those holds a buffer for rays of 600 kB, which a copy fills anew. And no node has memory of its own: the eight
-/// children of one lie together, so that a copy takes one allocation where OctoMap takes nine.
+/// Occupancy of a cube of 16 × 16 × 16 voxels: an octree of depth 4 whose voxels are known, each with its natural
+/// log-odds, or not, and in which eight equal leaves count as one, as in OctoMap (A. Hornung et al., Autonomous Robots,
+/// 2013). No octomap::OcTree and none of its nodes: those take 24 bytes a voxel and must be copied one by one. Here the
+/// leaves lie in the octree's order (I. Gargantini, CACM 1982) in eight bricks, which copies share.
 class VoxelOctree {
  public:
   static constexpr int kBits = 4;
@@ -73,47 +37,51 @@ class VoxelOctree {
     Bits free{};
     Bits hit{};
   };
+  /// All voxels one by one.
+  struct Draft {
+    /// Gives the cube of 2^level voxels in each direction around `voxel` one value.
+    void set(LocalVoxel voxel, int level, float odds_of_all);
+
+    Bits known{};
+    std::array<float, kVoxels> odds{};
+  };
   /// Place of a voxel in `Bits`; only the last four bits of each count.
   static std::size_t place(std::int32_t x, std::int32_t y, std::int32_t z) {
     return spread(x) | spread(y) << 1 | spread(z) << 2;
   }
 
   VoxelOctree() = default;
-  VoxelOctree(const VoxelOctree& other);
-  VoxelOctree(VoxelOctree&& other) noexcept;
-  VoxelOctree& operator=(VoxelOctree other) noexcept;
-  ~VoxelOctree();
+  explicit VoxelOctree(const Draft& draft);
 
-  bool is_unknown() const { return !known_; }
-  /// Null if all is unknown.
-  const VoxelNode* root() const { return known_ ? &root_ : nullptr; }
+  bool is_unknown() const;
   /// Log-odds of a voxel, or null if it is unknown.
   const float* find(LocalVoxel voxel) const;
-  /// True if `apply` would change anything.
-  bool would_change(const Marks& marks, const VoxelOdds& odds) const;
-  /// Updates every marked voxel once; appends those that became occupied, and those that no longer are. Eight leaves
-  /// with one value become one.
-  void apply(const Marks& marks, const VoxelOdds& odds, std::vector<LocalVoxel>& occupied,
+  /// The blocks of 64 voxels that a scan changes, one bit each.
+  std::uint64_t changing(const Marks& marks, const VoxelOdds& odds) const;
+  /// Updates every marked voxel of these blocks once; appends those that became occupied, and those that no longer are.
+  void apply(const Marks& marks, std::uint64_t changing, const VoxelOdds& odds, std::vector<LocalVoxel>& occupied,
              std::vector<LocalVoxel>& freed);
-  /// Gives the cube of 2^level voxels in each direction around `voxel` one value. It must be unknown so far.
-  void set(LocalVoxel voxel, int level, float odds);
 
-  /// Calls visit(LocalVoxel of the lowest corner, side in voxels, log-odds) for all leaves, in a fixed order.
+  /// Calls visit(LocalVoxel of the lowest corner, side in voxels, log-odds) for all leaves, in a fixed order. Eight
+  /// leaves with one value are one.
   template <class Visit>
   void for_all(const Visit& visit) const {
-    if (known_) visit_below(root_, kBits, {}, visit);
+    Draft draft;
+    unpack(draft);
+    visit_below(draft, 0, kBits, visit);
   }
+  /// Of the octree, inner ones and leaves.
   std::size_t nodes() const;
-  std::size_t bytes() const { return octets_ * kOctetBytes; }
+  /// Of the bricks that are not in `seen` yet.
+  std::size_t bytes(std::set<const void*>& seen) const;
 
   void save(OutArchive& out) const;
   /// Throws DataError if what is read is no such octree.
   void load(InArchive& in);
 
-  static bool is_occupied(float odds) { return odds > 0.0f; }
-
  private:
-  static const std::size_t kOctetBytes;
+  static constexpr std::size_t kBricks = kVoxels / VoxelBrick::kVoxels;
+
   static std::size_t spread(std::int32_t coordinate) {
     static constexpr std::array<std::uint16_t, kSide> kSpread = [] {
       std::array<std::uint16_t, kSide> table{};
@@ -125,42 +93,31 @@ class VoxelOctree {
     }();
     return kSpread[static_cast<std::size_t>(coordinate & (kSide - 1))];
   }
-  struct Scan;
-  struct Changes;
-
-  void swap(VoxelOctree& other) noexcept;
-  VoxelOctet* octet_of(const VoxelNode& node) const { return reinterpret_cast<VoxelOctet*>(node.children); }
-  VoxelNode& create_child(VoxelNode& node, std::size_t i);
-  void expand(VoxelNode& node);
-  void prune(VoxelNode& node);
-  void copy(const VoxelNode& from, VoxelNode& to);
-  void clear(VoxelNode& node);
-  template <int L>
-  void update(VoxelNode& node, bool is_new, std::size_t first, const Scan& scan, Changes& changed);
-  template <int L>
-  static bool changes(const VoxelNode* node, std::size_t first, const Scan& scan);
-  static void save_below(const VoxelNode& node, OutArchive& out);
-  void load_below(VoxelNode& node, int level, InArchive& in);
+  static LocalVoxel voxel_at(std::size_t place);
+  /// All 8^level voxels from `first` on are known and have one value.
+  static bool is_one(const Draft& draft, std::size_t first, int level);
+  static bool is_unknown(const Draft& draft, std::size_t first, int level);
+  static std::size_t nodes_below(const Draft& draft, std::size_t first, int level);
   template <class Visit>
-  static void visit_below(const VoxelNode& node, int level, LocalVoxel at, const Visit& visit) {
-    if (node.is_leaf()) {
-      visit(at, 1 << level, node.getValue());
+  static void visit_below(const Draft& draft, std::size_t first, int level, const Visit& visit) {
+    if (is_unknown(draft, first, level)) return;
+    if (is_one(draft, first, level)) {
+      visit(voxel_at(first), 1 << level, draft.odds[first]);
       return;
     }
-    const int half = 1 << (level - 1);
-    const auto plus = [](std::uint8_t a, int b) { return static_cast<std::uint8_t>(a + b); };
-    for (std::size_t i = 0; i < 8; ++i) {
-      const VoxelNode* child = node.child(i);
-      if (child == nullptr) continue;
-      const LocalVoxel corner{(i & 1) != 0 ? plus(at.x, half) : at.x, (i & 2) != 0 ? plus(at.y, half) : at.y,
-                              (i & 4) != 0 ? plus(at.z, half) : at.z};
-      visit_below(*child, level - 1, corner, visit);
-    }
+    for (std::size_t i = 0; i < 8; ++i) visit_below(draft, first + (i << (3 * (level - 1))), level - 1, visit);
   }
 
-  VoxelNode root_;
-  bool known_ = false;
-  std::uint32_t octets_ = 0;
+  bool is_whole(std::size_t brick) const { return (whole_ >> brick & 1u) != 0; }
+  void set(std::size_t brick, const BrickDraft& draft);
+  void unpack(Draft& draft) const;
+  /// The blocks of a brick; `room` is where they are put if there is no such brick.
+  const VoxelBrick::Blocks& blocks(std::size_t brick, VoxelBrick::Blocks& room) const;
+  const float* values(std::size_t brick) const { return bricks_[brick] ? bricks_[brick].values() : nullptr; }
+
+  std::array<VoxelBrick, kBricks> bricks_;      // none: unknown, or whole
+  std::array<float, kBricks> whole_odds_ = {};  // of those bricks that are one leaf
+  std::uint8_t whole_ = 0;                      // one bit a brick
 };
 
 }  // namespace waymark::octo

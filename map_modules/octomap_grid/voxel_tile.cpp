@@ -9,38 +9,95 @@
 
 namespace waymark::octo {
 
-Slab& VoxelTile::write_slab(std::int32_t z) {
+namespace {
+
+/// Writes what a handle holds if it was not written yet.
+template <class T, class Save>
+void save_shared(const Cow<T>& handle, OutArchive& out, const Save& save) {
+  if (out.first_sight(handle.identity())) save(handle.read());
+}
+
+/// Reads what `save_shared` wrote.
+template <class T, class Load>
+Cow<T> load_shared(InArchive& in, const Load& load) {
+  std::uint64_t number = 0;
+  if (const auto known = in.shared(number)) return *std::static_pointer_cast<Cow<T>>(known);
+  Cow<T> handle;
+  load(handle.write());
+  in.remember(number, std::make_shared<Cow<T>>(handle));
+  return handle;
+}
+
+}  // namespace
+
+Slab& Layers::write(std::int32_t z) {
   std::int8_t& at = slab_of_[static_cast<std::size_t>(z & (VoxelOctree::kSide - 1))];
   if (at == kNone) {
     at = static_cast<std::int8_t>(slabs_.size());
     slabs_.emplace_back();
   }
-  return slabs_[static_cast<std::size_t>(at)];
+  return slabs_[static_cast<std::size_t>(at)].write();
 }
 
-void VoxelTile::save(OutArchive& out) const {
-  voxels.save(out);
+std::size_t Layers::bytes(std::set<const void*>& seen) const {
+  std::size_t sum = sizeof(Layers) + slabs_.size() * sizeof(Cow<Slab>);
+  for (const Cow<Slab>& slab : slabs_) {
+    if (seen.insert(slab.identity()).second) sum += sizeof(Slab);
+  }
+  return sum;
+}
+
+void Layers::save(OutArchive& out) const {
   out.bytes(slab_of_.data(), slab_of_.size());
   out.value(static_cast<std::uint8_t>(slabs_.size()));
-  for (const Slab& slab : slabs_) {
-    out.bytes(slab.distance.data(), slab.distance.size());
-    out.bytes(slab.occupied.data(), sizeof slab.occupied);
+  for (const Cow<Slab>& one : slabs_) {
+    save_shared(one, out, [&](const Slab& slab) {
+      out.bytes(slab.distance.data(), slab.distance.size());
+      out.bytes(slab.occupied.data(), sizeof slab.occupied);
+    });
   }
 }
 
-void VoxelTile::load(InArchive& in) {
-  voxels.load(in);
+void Layers::load(InArchive& in) {
   in.bytes(slab_of_.data(), slab_of_.size());
   std::uint8_t count = 0;
   in.value(count);
   const bool fits = count <= VoxelOctree::kSide &&
                     std::ranges::all_of(slab_of_, [&](std::int8_t at) { return at >= kNone && at < int{count}; });
   if (!fits) throw DataError("checkpoint: tiles: layers that are not there");
-  slabs_.resize(count);
-  for (Slab& slab : slabs_) {
-    in.bytes(slab.distance.data(), slab.distance.size());
-    in.bytes(slab.occupied.data(), sizeof slab.occupied);
+  slabs_.clear();
+  slabs_.reserve(count);
+  for (unsigned i = 0; i < count; ++i) {
+    slabs_.push_back(load_shared<Slab>(in, [&](Slab& slab) {
+      in.bytes(slab.distance.data(), slab.distance.size());
+      in.bytes(slab.occupied.data(), sizeof slab.occupied);
+    }));
   }
+}
+
+Slab& VoxelTile::write_slab(std::int32_t z) {
+  if (!layers_) layers_.emplace();
+  return layers_->write().write(z);
+}
+
+std::size_t VoxelTile::bytes(std::set<const void*>& seen) const {
+  std::size_t sum = sizeof(VoxelTile) + voxels.bytes(seen);
+  if (layers_ && seen.insert(layers_->identity()).second) sum += layers_->read().bytes(seen);
+  return sum;
+}
+
+void VoxelTile::save(OutArchive& out) const {
+  voxels.save(out);
+  out.value(layers_.has_value());
+  if (layers_) save_shared(*layers_, out, [&](const Layers& layers) { layers.save(out); });
+}
+
+void VoxelTile::load(InArchive& in) {
+  voxels.load(in);
+  bool has_layers = false;
+  in.value(has_layers);
+  layers_.reset();
+  if (has_layers) layers_ = load_shared<Layers>(in, [&](Layers& layers) { layers.load(in); });
 }
 
 const VoxelTile* TileColumn::find(std::int32_t z) const {
@@ -59,7 +116,7 @@ VoxelTile& TileColumn::write(std::int32_t z) {
 std::size_t TileColumn::bytes(std::set<const void*>& seen) const {
   std::size_t sum = sizeof(TileColumn) + tiles_.size() * sizeof(Placed);
   for (const Placed& placed : tiles_) {
-    if (seen.insert(placed.tile.identity()).second) sum += placed.tile->bytes();
+    if (seen.insert(placed.tile.identity()).second) sum += placed.tile->bytes(seen);
   }
   return sum;
 }
@@ -68,7 +125,7 @@ void TileColumn::save(OutArchive& out) const {
   out.value(static_cast<std::uint32_t>(tiles_.size()));
   for (const Placed& placed : tiles_) {
     out.value(placed.z);
-    if (out.first_sight(placed.tile.identity())) placed.tile->save(out);
+    save_shared(placed.tile, out, [&](const VoxelTile& tile) { tile.save(out); });
   }
 }
 
@@ -83,13 +140,7 @@ void TileColumn::load(InArchive& in) {
     in.value(placed.z);
     if (placed.z <= below) throw DataError("checkpoint: tiles: a column out of order");
     below = placed.z;
-    std::uint64_t number = 0;
-    if (const auto known = in.shared(number)) {
-      placed.tile = *std::static_pointer_cast<Cow<VoxelTile>>(known);
-    } else {
-      placed.tile.write().load(in);
-      in.remember(number, std::make_shared<Cow<VoxelTile>>(placed.tile));
-    }
+    placed.tile = load_shared<VoxelTile>(in, [&](VoxelTile& tile) { tile.load(in); });
     tiles_.push_back(std::move(placed));
   }
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -48,31 +49,50 @@ struct Slab {
   }
 };
 
-/// A cube of voxels: occupancy as an octree, and distances of those layers where something occupied is within reach.
-/// Both are cloned together.
-class VoxelTile {
+/// The layers of one cube of which something is kept. Each is shared by itself.
+class Layers {
  public:
-  VoxelTile() { slab_of_.fill(kNone); }
-
-  VoxelOctree voxels;
+  Layers() { slab_of_.fill(kNone); }
 
   /// The slab of a layer, 0 … kSide − 1; null if nothing occupied is near.
-  const Slab* slab(std::int32_t z) const {
+  const Slab* find(std::int32_t z) const {
     const std::int8_t at = slab_of_[static_cast<std::size_t>(z & (VoxelOctree::kSide - 1))];
-    return at == kNone ? nullptr : &slabs_[static_cast<std::size_t>(at)];
+    return at == kNone ? nullptr : &slabs_[static_cast<std::size_t>(at)].read();
   }
-  /// The same for writing; made if it is not there. Valid until a slab is made.
-  Slab& write_slab(std::int32_t z);
+  /// The same for writing: cloned first if others share it, made if it is not there.
+  Slab& write(std::int32_t z);
 
-  std::size_t bytes() const { return sizeof(VoxelTile) + voxels.bytes() + slabs_.size() * sizeof(Slab); }
+  std::size_t bytes(std::set<const void*>& seen) const;
   void save(OutArchive& out) const;
-  /// Throws DataError if what is read is no tile.
+  /// Throws DataError if what is read are no layers.
   void load(InArchive& in);
 
  private:
   static constexpr std::int8_t kNone = -1;
   std::array<std::int8_t, VoxelOctree::kSide> slab_of_;
-  std::vector<Slab> slabs_;
+  std::vector<Cow<Slab>> slabs_;
+};
+
+/// A cube of voxels: occupancy as an octree, and distances of those layers where something occupied is within reach.
+/// Copies share what either holds, and a write clones only the brick or the layer that it changes.
+class VoxelTile {
+ public:
+  VoxelOctree voxels;
+
+  bool has_slabs() const { return layers_.has_value(); }
+  /// The slab of a layer, 0 … kSide − 1; null if nothing occupied is near.
+  const Slab* slab(std::int32_t z) const { return layers_ ? layers_->read().find(z) : nullptr; }
+  /// The same for writing: cloned first if others share it, made if it is not there. Stays where it is until the tile
+  /// is copied.
+  Slab& write_slab(std::int32_t z);
+
+  std::size_t bytes(std::set<const void*>& seen) const;
+  void save(OutArchive& out) const;
+  /// Throws DataError if what is read is no tile.
+  void load(InArchive& in);
+
+ private:
+  std::optional<Cow<Layers>> layers_;  // most cubes have none
 };
 
 /// The tiles above one another. Robots go far, but not high: the tree that particles share branches in the plane.

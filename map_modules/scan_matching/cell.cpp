@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cell.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "waymark/error.hpp"
@@ -16,6 +18,11 @@ TileRect TileRect::around(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
   }
   const auto index = [](double tiles) { return static_cast<std::int32_t>(std::floor(tiles)); };
   return {{index(first.x()), index(first.y())}, {index(last.x()), index(last.y())}};
+}
+
+void require_resolution(double found, double expected) {
+  if (found == expected) return;
+  throw DataError(fmt::format("checkpoint: the map has cells of {} m, but resolution_m is {}", found, expected));
 }
 
 }  // namespace waymark::grid

@@ -40,4 +40,7 @@ struct TileRect {
   static TileRect around(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double side);
 };
 
+/// Throws DataError if the cells of a checkpoint's map have another size than `resolution_m` says [m].
+void require_resolution(double found, double expected);
+
 }  // namespace waymark::grid

@@ -138,6 +138,7 @@ void hall_copy_of_octomaps_tree(benchmark::State& state) {
     benchmark::DoNotOptimize(&copy);
   }
   state.counters["nodes"] = static_cast<double>(tree->size());
+  state.counters["tree_bytes"] = static_cast<double>(tree->memoryUsage());
 }
 BENCHMARK(hall_copy_of_octomaps_tree)->Unit(benchmark::kMicrosecond);
 
@@ -177,6 +178,33 @@ void hall_clone_and_insert(benchmark::State& state) {
   state.counters["own_bytes"] = static_cast<double>(VoxelMap::bytes_of(both) - one);
 }
 BENCHMARK(hall_clone_and_insert)->Unit(benchmark::kMicrosecond);
+
+/// A copy that shares nothing.
+ParticleOctomap deep_copy(const ParticleOctomap& map) {
+  std::stringstream stream;
+  OutArchive out(stream);
+  map.save(out);
+  ParticleOctomap copy(std::make_shared<OctomapModel>(settings("{ resolution_m: 0.1, range_max_m: 40 }")));
+  InArchive in(stream);
+  copy.load(in);
+  return copy;
+}
+
+/// The same scan written into the same map where nothing is shared: what is more above is the price of sharing.
+void hall_first_insert(benchmark::State& state) {
+  const std::size_t at = hall().way.size() / 2;
+  hall().refine(at, 0.0);
+  for (auto _ : state) {
+    state.PauseTiming();
+    auto copy = std::make_unique<ParticleOctomap>(deep_copy(hall().map));
+    state.ResumeTiming();
+    hall().insert(*copy, at);
+    state.PauseTiming();
+    copy.reset();
+    state.ResumeTiming();
+  }
+}
+BENCHMARK(hall_first_insert)->Unit(benchmark::kMicrosecond);
 
 /// The same scan again and again into one map: nothing is shared, and soon nothing changes.
 void hall_insert(benchmark::State& state) {

@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <limits>
 #include <sstream>
 #include <utility>
 
-#include "octree_bytes.hpp"
+#include "map_modules/map_formats/octree_bytes.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::maps {
@@ -18,38 +17,26 @@ namespace {
 
 constexpr int kMiddleKey = 32768;  // of the voxel whose lower corner is the map's origin
 
-// Headers are read and written here, not by liboctomap: it tells standard error what it does, and rounds the resolution
-// to six digits. Calling the template keeps its own debug output switched off.
+// Calling the template keeps its own debug output switched off.
 using Tree = octomap::OccupancyOcTreeBase<octomap::OcTreeNode>;
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in || !std::filesystem::is_regular_file(file))
-    throw DataError(fmt::format("{}: not found, or not readable", file.string()));
-  std::string content(static_cast<std::size_t>(in.tellg()), '\0');
-  in.seekg(0);
-  in.read(content.data(), static_cast<std::streamsize>(content.size()));
-  if (!in) throw DataError(fmt::format("{}: reading failed", file.string()));
-  return content;
-}
 
 }  // namespace
 
 LoadedOctree read_octree(const std::filesystem::path& file) {
-  std::string content = bytes_of(file);
-  const OctreeBytes bytes = inspect_octree(content, file);
+  const map_formats::OctreeBytes bytes = map_formats::OctreeBytes::read(file);
+  bytes.check();
   LoadedOctree loaded;
-  loaded.format = bytes.is_binary ? OctreeFormat::binary : OctreeFormat::full;
-  loaded.tree = std::make_unique<octomap::OcTree>(bytes.resolution_m);
-  if (bytes.nodes == 0) return loaded;
-  std::istringstream in(std::move(content));
-  in.seekg(static_cast<std::streamoff>(bytes.data_begin));
-  if (bytes.is_binary) {
+  loaded.format = bytes.is_binary() ? OctreeFormat::binary : OctreeFormat::full;
+  loaded.tree = std::make_unique<octomap::OcTree>(bytes.resolution_m());
+  if (bytes.nodes() == 0) return loaded;
+  std::istringstream in(bytes.content());
+  in.seekg(static_cast<std::streamoff>(bytes.data_begin()));
+  if (bytes.is_binary()) {
     loaded.tree->Tree::readBinaryData(in);
   } else {
     loaded.tree->Tree::readData(in);
   }
-  if (!in || loaded.tree->size() != bytes.nodes)
+  if (!in || loaded.tree->size() != bytes.nodes())
     throw DataError(fmt::format("{}: liboctomap cannot read it", file.string()));
   return loaded;
 }
@@ -61,10 +48,7 @@ std::string octree_text(octomap::OcTree& tree, OctreeFormat format) {
     tree.prune();
   }
   std::ostringstream out;
-  out << fmt::format(
-      "# Octomap OcTree {}file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
-      "id {}\nsize {}\nres {}\ndata\n",
-      is_binary ? "binary " : "", tree.getTreeType(), tree.size(), tree.getResolution());
+  out << map_formats::octree_header(is_binary, tree.size(), tree.getResolution());
   if (is_binary) {
     tree.Tree::writeBinaryData(out);
   } else {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "apps/waymark/maps/octree_bytes.hpp"
+#include "map_modules/map_formats/octree_bytes.hpp"
 #include "waymark/error.hpp"
 #include "waymark/random.hpp"
 
@@ -119,7 +119,8 @@ TEST_F(OctreeFile, NoBeginningOfAFileIsTakenForTheWhole) {
   for (const OctreeFormat format : {OctreeFormat::full, OctreeFormat::binary}) {
     const std::string text = octree_text(*small_room(), format);
     for (std::size_t length = 0; length < text.size(); ++length)
-      ASSERT_THROW(inspect_octree(text.substr(0, length), "cut.bt"), DataError) << length << " of " << text.size();
+      ASSERT_THROW(map_formats::OctreeBytes(text.substr(0, length), "cut.bt").check(), DataError)
+          << length << " of " << text.size();
     EXPECT_THAT(message(text.substr(0, text.size() - 1)), HasSubstr("truncated"));
     EXPECT_THAT(message(text + "x"), HasSubstr("1 bytes follow the last node"));
   }

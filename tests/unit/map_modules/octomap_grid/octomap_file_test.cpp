@@ -118,31 +118,31 @@ TEST_F(OctomapFile, TellsWhatIsWrong) {
   const std::string& ot = files_[1].content;
   EXPECT_EQ(message(bt), "none");
   EXPECT_EQ(message(ot), "none");
-  EXPECT_THAT(message("P5\n4 3\n255\n"), HasSubstr("map: no octree: it must begin with"));
+  EXPECT_THAT(message("P5\n4 3\n255\n"), HasSubstr("map: no octree of OctoMap: the first line must be"));
   EXPECT_THAT(message(""), HasSubstr("no octree"));
-  EXPECT_THAT(message(bt.substr(0, 60)), HasSubstr("no line \"data\""));
-  EXPECT_THAT(message(bt.substr(0, bt.size() - 7)), HasSubstr("nodes"));
-  EXPECT_THAT(message(bt + "x"), HasSubstr("more behind the last node"));
-  EXPECT_THAT(message(ot.substr(0, ot.size() - 7)), HasSubstr("bytes, but"));
-  EXPECT_THAT(message(ot + "x"), HasSubstr("bytes, but"));
+  EXPECT_THAT(message(bt.substr(0, 60)), HasSubstr("the line \"data\" is missing"));
+  EXPECT_THAT(message(bt.substr(0, bt.size() - 7)), HasSubstr("truncated"));
+  EXPECT_THAT(message(bt + "x"), HasSubstr("1 bytes follow the last node"));
+  EXPECT_THAT(message(ot.substr(0, ot.size() - 7)), HasSubstr("truncated"));
+  EXPECT_THAT(message(ot + "x"), HasSubstr("1 bytes follow the last node"));
   EXPECT_THAT(message(with(bt, "id OcTree", "id ColorOcTree")),
-              HasSubstr("id is \"ColorOcTree\"; OcTree was expected"));
+              HasSubstr("id is ColorOcTree; only trees of the id OcTree are read"));
   EXPECT_THAT(message(with(bt, "res 0.1", "res 0.2")), HasSubstr("its voxels have 0.2 m, but resolution_m is 0.1"));
   EXPECT_THAT(message(with(bt, "res 0.1", "res wide")), HasSubstr("res is \"wide\""));
-  EXPECT_THAT(message(with(bt, "size ", "size 99999")), HasSubstr("nodes"));
+  EXPECT_THAT(message(with(bt, "size ", "size 99")), HasSubstr("are there"));
   EXPECT_THAT(message(with(bt, "size ", "size 99999999")), HasSubstr("a map has at most"));
-  EXPECT_THAT(message(with(bt, "size ", "size -")), HasSubstr("from 0 on was expected"));
+  EXPECT_THAT(message(with(bt, "size ", "size -")), HasSubstr("a number was expected"));
   EXPECT_THROW(load_octomap(folder_ / "none.bt", settings_), DataError);
 
   // Odds that are no number, and a file of inner nodes only, deeper than an octree is.
   const std::string head = "# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n";
-  EXPECT_THAT(message(head + std::string("\x00\x00\xc0\x7f\x00", 5)), HasSubstr("log-odds of nan"));
+  EXPECT_THAT(message(head + std::string("\x00\x00\xc0\x7f\x00", 5)), HasSubstr("log-odds are nan"));
   EXPECT_EQ(message(head + std::string("\x00\x00\x00\x40\x00", 5)).find("none"), std::string::npos);
   const std::string deep = "# Octomap OcTree binary file\nid OcTree\nsize 40\nres 0.1\ndata\n";
-  EXPECT_THAT(message(deep + std::string(80, '\x03')), HasSubstr("nodes below depth 16"));
+  EXPECT_THAT(message(deep + std::string(80, '\x03')), HasSubstr("below the 16 levels"));
   std::string chain = "# Octomap OcTree file\nid OcTree\nsize 40\nres 0.1\ndata\n";
   for (int i = 0; i < 40; ++i) chain += std::string("\0\0\x80\x3f\x01", 5);
-  EXPECT_THAT(message(chain), HasSubstr("nodes below depth 16"));
+  EXPECT_THAT(message(chain), HasSubstr("below the 16 levels"));
 }
 
 /// One leaf high up in the octree stands for more voxels than fit into memory.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_modules/octomap_grid/particle_octomap.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -166,6 +167,41 @@ TEST_F(InTheHall, ComesBackFromACheckpointAsAFamily) {
   InArchive wrong_in(wrong_stream);
   ParticleOctomap coarse(std::make_shared<OctomapModel>(settings("{ resolution_m: 0.2 }")));
   EXPECT_THROW(coarse.load(wrong_in), DataError);
+}
+
+/// Maps of the first version held nodes of OctoMap.
+TEST_F(InTheHall, RefusesACheckpointOfTheFirstVersion) {
+  std::stringstream stream;
+  OutArchive(stream).section("octomap_grid", 1);
+  InArchive in(stream);
+  ParticleOctomap map(model_);
+  try {
+    map.load(in);
+    FAIL() << "was read";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("maps are not read any more"));
+  }
+}
+
+/// What a copy writes, and that it goes again, is nothing to the map that it was copied from.
+TEST_F(InTheHall, ACopysWritesAreItsOwn) {
+  const ParticleOctomap parent = mapped();
+  const auto bytes = [](const ParticleMap& map) {
+    std::ostringstream stream;
+    OutArchive out(stream);
+    map.save(out);
+    return stream.str();
+  };
+  const std::string before = bytes(parent);
+  for (std::uint32_t seed = 0; seed < 3; ++seed) {
+    const std::unique_ptr<ParticleMap> child = parent.clone();
+    const std::unique_ptr<ParticleMap> grandchild = child->clone();
+    const Pose elsewhere = Pose::planar(1.0 + seed, -1.5, 1.0);
+    insert(*child, elsewhere, seen_from(elsewhere, 30 + seed));
+    EXPECT_NE(bytes(*child), before);
+    EXPECT_EQ(bytes(*grandchild), before);
+  }
+  EXPECT_EQ(bytes(parent), before);
 }
 
 TEST_F(InTheHall, TellsWhatItsCloudsLack) {
