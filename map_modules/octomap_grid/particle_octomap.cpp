@@ -35,8 +35,8 @@ OctomapModel::OctomapModel(OctomapGridSettings s)
 void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                              Refinement& out) const {
   grid::MatchAssociation& association = grid::MatchAssociation::of(out);
-  out.writes = model_->settings.load.use != grid::MapUse::localize;
   const auto& cloud = static_cast<const CloudObservation&>(observation);
+  out.writes = model_->settings.load.use != grid::MapUse::localize && !cloud.hits.empty();
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
 
   const grid::MatchPrior own = grid::planar_prior(prior, start);
@@ -50,6 +50,8 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const grid::MatchAssociation&>(*association));
   if (model_->settings.load.use == grid::MapUse::localize) return;
+  // As in the flat grid: where nothing comes back, nothing ties the pose to the map.
+  if (static_cast<const CloudObservation&>(observation).hits.empty()) return;
   storage().insertion.insert(voxels_, pose.T_map_base, static_cast<const CloudObservation&>(observation),
                              model_->settings);
 }
@@ -72,7 +74,9 @@ std::optional<GridView> ParticleOctomap::grid() const {
   return slice_of(voxels_, model_->settings.resolution, model_->settings.slice);
 }
 
-std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const { return octomap_files(voxels_, model_->settings.resolution); }
+std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const {
+  return octomap_files(voxels_, model_->settings.resolution);
+}
 
 void ParticleOctomap::save(OutArchive& out) const {
   out.section("octomap_grid", 2);
