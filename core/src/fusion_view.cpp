@@ -2,6 +2,9 @@
 #include "fusion_view.hpp"
 
 #include <cmath>
+#include <utility>
+
+#include "waymark/grid_mixture.hpp"
 
 namespace waymark {
 
@@ -38,11 +41,22 @@ std::vector<MapDescription> FusionView::best_maps(MapDetail detail) const {
       for (const Particle& particle : filter_.particles()) of_all.push_back(particle.maps[i].get());
       maps_[i].module->describe(of_all, shown.figures);
     }
-    if (detail == MapDetail::with_grids) shown.grid = map->grid();
+    if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) shown.grid = map->grid();
+    if (detail == MapDetail::with_mixtures) shown.mixture = mixture_of(i);
     if (detail == MapDetail::with_files) shown.files = map->files(filter_.T_enu_map(best()));
     if (filter_.georeference()) place_on_earth(shown);
   }
   return result;
+}
+
+std::optional<GridView> FusionView::mixture_of(std::size_t map) const {
+  std::vector<WeightedGrid> grids;
+  grids.reserve(filter_.particles().size());
+  for (const Particle& particle : filter_.particles()) {
+    if (!particle.maps[map]) continue;
+    if (auto grid = particle.maps[map]->grid()) grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
+  }
+  return mix_grids(grids);
 }
 
 /// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that is
@@ -53,6 +67,7 @@ void FusionView::place_on_earth(MapDescription& map) const {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
   if (map.grid) map.grid->T_map_grid = T_enu_map * map.grid->T_map_grid;
+  if (map.mixture) map.mixture->T_map_grid = T_enu_map * map.mixture->T_map_grid;
   for (LandmarkView& landmark : map.landmarks) {
     landmark.P = turn * landmark.P * turn.transpose();
     landmark.P.topLeftCorner<2, 2>() += georeference.point_covariance(best().belief, landmark.p_map);

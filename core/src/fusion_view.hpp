@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "waymark/fusion_settings.hpp"
@@ -30,6 +31,7 @@ class FusionView final : public Snapshot {
 
  private:
   const Particle& best() const { return filter_.particles()[static_cast<std::size_t>(filter_.best())]; }
+  std::optional<GridView> mixture_of(std::size_t map) const;
   void place_on_earth(MapDescription& map) const;
 
   const ParticleFilter& filter_;

@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Dense maps on logs of CARMEN over seeds: error of all relations, CPU, memory, as a table.
+"""Dense maps on logs of CARMEN over seeds: error of all relations, CPU, memory of the maps, as a table.
 
-Example:
+The memory is that of all particles' maps over the run, looked at every `--every` seconds of the log: its peak, the peak of
+what as many copies would take that share nothing, and the ratio of the two.
+
+Examples:
   tests/results/dense.py --waymark build/release/bin/waymark --log intel --particles 1,10,30 --seeds 10
+  tests/results/dense.py --waymark build/release/bin/waymark --log fr079 --maps occupancy_grid,octomap_grid --jobs 1
 """
 import argparse
+import csv
 import json
 import os
 import statistics
@@ -26,9 +31,20 @@ def tempering(particles):
     return min(0.1, max(0.02, 1 / particles))
 
 
-def run(arguments, config, relations, sensor, particles, seed):
+def peaks(file):
+    """Largest value of every figure over the run [MB], of those that are bytes."""
+    largest = {}
+    with open(file) as rows:
+        for row in csv.DictReader(rows):
+            if row["figure"].startswith("memory"):
+                largest[row["figure"]] = max(largest.get(row["figure"], 0), float(row["value"]) / 1e6)
+    return largest
+
+
+def run(arguments, config, relations, sensor, particles, plugin, seed):
     with tempfile.TemporaryDirectory() as out:
-        settings = {"filter.particles": particles, "maps.building.match.evidence_tempering": tempering(particles)}
+        settings = {"filter.particles": particles, "maps.building.match.evidence_tempering": tempering(particles),
+                    "maps.building.plugin": plugin, "sinks.diagnostics.map_figures_every_s": arguments.every}
         command = [arguments.waymark, "run", config, "--quiet", "--out", out, "--seed", str(seed)]
         for override in [f"{key}={value}" for key, value in settings.items()] + arguments.set:
             command += ["--set", override]
@@ -39,11 +55,8 @@ def run(arguments, config, relations, sensor, particles, seed):
         command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/path.txt", "--relations", relations,
                    f"--relations-sensor={sensor}"]
         scored = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["relations"]["all"]
-        with open(f"{out}/diagnostics.json") as file:
-            figures = json.load(file)["landmarks"][0]["figures"]
         return {"translation": scored["translation_mean_m"], "rotation": scored["rotation_mean_rad"] * 57.29577951308232,
-                "cpu": usage.ru_utime + usage.ru_stime, "peak": usage.ru_maxrss / 1024,
-                **{key: value / 1e6 for key, value in figures.items() if key.startswith("memory")}}
+                "cpu": usage.ru_utime + usage.ru_stime, "process": usage.ru_maxrss / 1024, **peaks(f"{out}/map_figures.csv")}
 
 
 def main():
@@ -52,23 +65,29 @@ def main():
     parser.add_argument("--log", choices=LOGS, default="intel")
     parser.add_argument("--particles", default="10", help="numbers, comma-separated")
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
+    parser.add_argument("--maps", default="occupancy_grid", help="map modules, comma-separated; their runs alternate")
+    parser.add_argument("--every", type=float, default=5, help="how often the maps' memory is looked at [s of the log] (default 5)")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], help="override of the YAML")
     arguments = parser.parse_args()
     config, relations, sensor = LOGS[arguments.log]
     relations = os.path.join(os.environ["WAYMARK_DATA"], relations)
-    print("| log | particles | seeds | translation [m] | rotation [deg] | CPU [s] | process, peak [MB] | maps at the end: shared / deep copies [MB] |")
-    print("|---|---|---|---|---|---|---|---|")
+    plugins = arguments.maps.split(",")
+    seeds = range(1, arguments.seeds + 1)
+    print("| log | maps | particles | seeds | translation [m] | rotation [deg] | CPU [s] | process, peak [MB] "
+          "| maps, peak [MB] | as deep copies, peak [MB] | ratio of the peaks |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for particles in (int(number) for number in arguments.particles.split(",")):
-            results = list(pool.map(lambda seed: run(arguments, config, relations, sensor, particles, seed), range(1, arguments.seeds + 1)))
-            of = lambda key: [result.get(key) for result in results]
-            memory = "–"
-            if results[0].get("memory_all_bytes") is not None:
-                shared, deep = (statistics.median(of(key)) for key in ("memory_all_bytes", "memory_deep_bytes"))
-                memory = f"{shared:.2f} / {deep:.2f} ({shared / deep:.2f})"
-            print(f"| {arguments.log} | {particles} | {arguments.seeds} | {cell(of('translation'), 4)} | {cell(of('rotation'), 3)} "
-                  f"| {cell(of('cpu'), 1)} | {max(of('peak')):.0f} | {memory} |", flush=True)
+            runs = [(plugin, seed) for seed in seeds for plugin in plugins]
+            all_results = list(pool.map(lambda each: run(arguments, config, relations, sensor, particles, *each), runs))
+            for index, plugin in enumerate(plugins):
+                results = all_results[index::len(plugins)]
+                of = lambda key: [result[key] for result in results]
+                shared, deep = of("memory_all_bytes"), of("memory_deep_bytes")
+                ratio = [one / other for one, other in zip(shared, deep)]
+                print(f"| {arguments.log} | {plugin} | {particles} | {arguments.seeds} | {cell(of('translation'), 4)} | {cell(of('rotation'), 3)} "
+                      f"| {cell(of('cpu'), 1)} | {max(of('process')):.0f} | {cell(shared)} | {cell(deep)} | {cell(ratio)} |", flush=True)
 
 
 if __name__ == "__main__":

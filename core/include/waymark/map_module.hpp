@@ -96,7 +96,9 @@ struct MapDescription {
   std::vector<MapFigure> figures = {};
   std::vector<Sighting> sightings = {};  ///< of the particle and its ancestors, if the map keeps them
   std::optional<GridView> grid = {};     ///< of a dense map; only if asked for
-  std::vector<MapFile> files = {};       ///< only if asked for
+  /// What the maps of all particles make of each cell (`mix_grids`); only if asked for.
+  std::optional<GridView> mixture = {};
+  std::vector<MapFile> files = {};  ///< only if asked for
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.

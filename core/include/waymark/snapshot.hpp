@@ -52,9 +52,10 @@ enum class Fate {
 
 /// How much of the maps a sink asks for.
 enum class MapDetail {
-  summary,     ///< landmarks, figures, sightings: cheap
-  with_grids,  ///< dense maps seen from above, too
-  with_files   ///< what the maps write as files, too; without grids
+  summary,       ///< landmarks, figures, sightings: cheap
+  with_grids,    ///< dense maps seen from above, too
+  with_files,    ///< what the maps write as files, too; without grids
+  with_mixtures  ///< with grids, and with what all particles together make of them; as long as a grid of each particle
 };
 
 /// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made when asked for.

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "health_log.hpp"
+#include "map_figures_log.hpp"
 #include "thinned_series.hpp"
 #include "waymark/nav_state.hpp"
 #include "waymark/output_file.hpp"
@@ -110,14 +112,25 @@ Json count_landmarks(const Snapshot& last) {
 /// How the run went, as JSON.
 class Diagnostics : public Sink {
  public:
-  explicit Diagnostics(const Config& config) : name_(config.text("file", "diagnostics.json")) {}
+  explicit Diagnostics(const Config& config)
+      : name_(config.text("file", "diagnostics.json")),
+        map_figures_name_(config.text("map_figures_file", "map_figures.csv")),
+        map_figures_every_(from_seconds(config.non_negative("map_figures_every_s", 0.0))) {
+    if (map_figures_name_ == name_)
+      config.fail("map_figures_file", fmt::format("'{}' is also the file of the diagnostics", name_));
+  }
 
-  void start(const RunInfo& info) override { path_ = info.out_dir / name_; }
+  void start(const RunInfo& info) override {
+    path_ = info.out_dir / name_;
+    if (map_figures_every_ > Duration::zero())
+      map_figures_.emplace(info.out_dir / map_figures_name_, map_figures_every_);
+  }
 
   void write(const Snapshot& snapshot) override {
     if (!snapshot.started()) return;
     const double t = to_seconds(snapshot.stamp().time_since_epoch());
     health_.look(t, snapshot.health());
+    if (map_figures_) map_figures_->look(snapshot);
     const double n_eff = snapshot.effective_sample_size();
     if (std::isfinite(n_eff)) smallest_n_eff_ = std::min(smallest_n_eff_, n_eff);
     n_eff_.add({t, n_eff});
@@ -133,6 +146,7 @@ class Diagnostics : public Sink {
 
   void finish(const Snapshot* last, const RunReport& report) override {
     const bool started = last != nullptr && last->started();
+    if (map_figures_) map_figures_->finish(started ? last : nullptr);
     Json sensors = Json::array();
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
     const Json document = {
@@ -161,6 +175,9 @@ class Diagnostics : public Sink {
   }
 
   std::string name_;
+  std::string map_figures_name_;
+  Duration map_figures_every_;  // zero: not written
+  std::optional<MapFiguresLog> map_figures_;
   std::filesystem::path path_;
   HealthLog health_;
   double smallest_n_eff_ = std::numeric_limits<double>::infinity();

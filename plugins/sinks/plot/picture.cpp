@@ -31,6 +31,7 @@ constexpr Color kLandmark{28, 128, 120};
 constexpr Color kLandmarkEllipse{132, 190, 184};
 constexpr Color kProvisional{172, 186, 190};
 constexpr Color kFreeCell{244, 243, 238};
+constexpr Color kDisputedCell{226, 88, 34};
 constexpr Color kOccupiedCell{58, 60, 66};
 constexpr Color kParticle{232, 150, 46};
 constexpr Color kRobot{20, 48, 98};
@@ -109,8 +110,10 @@ class Painter {
                                              shade(kFreeCell.green, kOccupiedCell.green, p),
                                              shade(kFreeCell.blue, kOccupiedCell.blue, p)};
     }
+    if (style_.disagreement) std::fill(colors.begin() + 1, colors.begin() + 100, kDisputedCell);
     for (const MapDescription& map : content_.end->maps) {
-      if (map.grid) canvas_.cells(view_, *map.grid, colors);
+      const auto& shown = style_.disagreement ? map.mixture : map.grid;
+      if (shown) canvas_.cells(view_, *shown, colors);
     }
   }
 
@@ -390,6 +393,9 @@ void Painter::draw_panel() {
     const Rect area{a.x() + px(10), a.y() - px(6), b.x() - px(10), b.y() + px(6)};
     canvas_.box(area, kFreeCell);
     canvas_.frame(area, px(1), kFrame);
+  });
+  entry(dense && style_.disagreement, "particles differ", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+    canvas_.box({a.x() + px(10), a.y() - px(6), b.x() - px(10), b.y() + px(6)}, kDisputedCell);
   });
   entry(confirmed > 0, fmt::format("landmark ({})", confirmed), blob(5.0, kLandmark));
   entry(confirmed > 0, "its " + ellipse_name, oval(1.3, kLandmarkEllipse));

@@ -17,8 +17,9 @@ struct Style {
   int width_px = 1600;
   int height_px = 1200;
   Labels landmark_labels = Labels::automatic;
-  double sigma = 3.0;    ///< of every ellipse
-  bool ellipses = true;  ///< of the estimate along the way
+  double sigma = 3.0;         ///< of every ellipse
+  bool ellipses = true;       ///< of the estimate along the way
+  bool disagreement = false;  ///< dense maps of all particles together: where they differ is coloured
   /// The part that is shown, in the picture's axes, counted from the map's origin [m]; absent: everything.
   struct Window {
     Eigen::Vector2d low;

@@ -70,6 +70,7 @@ class Plot : public Sink {
     style_.height_px = static_cast<int>(config.integer_in("height_px", 360, 10000, style_.height_px));
     style_.sigma = config.positive("sigma", style_.sigma);
     style_.ellipses = config.boolean("ellipses", style_.ellipses);
+    style_.disagreement = config.boolean("disagreement", style_.disagreement);
     if (config.has("window_m")) style_.window = read_window(config);
     if (config.has("utm_origin_deg")) origin_ = read_origin(config);
     const std::string labels = config.choice("landmark_labels", {"auto", "on", "off"}, "auto");
@@ -117,8 +118,9 @@ class Plot : public Sink {
     content.log_duration_s = to_seconds(last_ - first_);
     content.interrupted = report.interrupted;
     if (last != nullptr && last->started()) {
-      content.end = Content::End{last->belief().mean.T_map_base, pose_covariance(last->belief(), last->layout()),
-                                 last->particles(), last->best_path(), last->best_maps(MapDetail::with_grids)};
+      content.end = Content::End{
+          last->belief().mean.T_map_base, pose_covariance(last->belief(), last->layout()), last->particles(),
+          last->best_path(), last->best_maps(style_.disagreement ? MapDetail::with_mixtures : MapDetail::with_grids)};
     }
     if (origin_) to_utm(content, *origin_);
     write_file(out_dir_ / file_, draw(content, style_));

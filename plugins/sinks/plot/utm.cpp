@@ -76,6 +76,7 @@ void to_utm(Content& content, const Origin& origin) {
     for (StampedPose& node : end.best_path) node.T_map_base = utm.pose(node.T_map_base);
     for (MapDescription& map : end.maps) {
       if (map.grid) map.grid->T_map_grid = utm.pose(map.grid->T_map_grid);
+      if (map.mixture) map.mixture->T_map_grid = utm.pose(map.mixture->T_map_grid);
       for (LandmarkView& landmark : map.landmarks) {
         landmark.p_map = utm.point(landmark.p_map);
         landmark.P.topLeftCorner<2, 2>() = utm.covariance(landmark.P.topLeftCorner<2, 2>());

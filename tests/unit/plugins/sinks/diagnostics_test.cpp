@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -222,6 +224,41 @@ TEST_F(DiagnosticsSink, ShowsTheFiguresOfEachMap) {
   EXPECT_EQ(document["landmarks"][0]["figures"]["merged"], 3.0);
   EXPECT_EQ(document["landmarks"][0]["figures"]["share"], 0.25);
   EXPECT_TRUE(document["landmarks"][1]["figures"].empty());
+}
+
+TEST_F(DiagnosticsSink, WritesTheFiguresOfTheMapsOverTime) {
+  sink_ = make_sink("diagnostics", "map_figures_every_s: 5");
+  sink_->start({out_.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  snapshot.started_ = false;
+  sink_->write(snapshot.at(0, Pose()));
+  snapshot.started_ = true;
+  snapshot.maps_ = {{"trees", {}}, {"a \"b\", c", {}}};
+  for (int t = 1; t <= 13; ++t) {
+    snapshot.maps_[0].figures = {{"merged", 1.0 * t},
+                                 {"share", t == 6 ? std::numeric_limits<double>::quiet_NaN() : 0.25}};
+    snapshot.maps_[1].figures = {{"memory_bytes", 1e6}};
+    sink_->write(snapshot.at(t, Pose()));
+  }
+  sink_->finish(&snapshot, {});
+  std::string expected = "t_s,map,figure,value\n";
+  for (const auto& [time, merged, share] : {std::array{"1", "1", "0.25"}, std::array{"6", "6", ""},
+                                            std::array{"11", "11", "0.25"}, std::array{"13", "13", "0.25"}}) {
+    const std::string t = std::string(time) + ".000000000,";
+    expected += t + "trees,merged," + merged + "\n" + t + "trees,share," + share + "\n" + t +
+                "\"a \"\"b\"\", c\",memory_bytes,1000000\n";
+  }
+  EXPECT_EQ(out_.read("map_figures.csv"), expected);
+}
+
+TEST_F(DiagnosticsSink, WritesNoFiguresOverTimeUnlessAsked) {
+  write(20);
+  finish(nullptr, {});
+  EXPECT_FALSE(std::filesystem::exists(out_.path() / "map_figures.csv"));
+}
+
+TEST_F(DiagnosticsSink, TheFiguresOverTimeNeedAFileOfTheirOwn) {
+  EXPECT_THROW(make_sink("diagnostics", "map_figures_file: diagnostics.json"), ConfigError);
 }
 
 TEST_F(DiagnosticsSink, EqualRunsGiveEqualBytes) {

@@ -167,6 +167,27 @@ TEST_F(PlotSink, LeavesTheEllipsesOutIfAsked) {
   EXPECT_GT(counts[0], counts[1] + 500);
 }
 
+TEST_F(PlotSink, ColoursCellsInWhichParticlesDisagreeIfAsked) {
+  for (const bool asked : {false, true}) {
+    const auto sink = make_sink("plot", std::string("{width_px: 800, height_px: 600, ellipses: false, disagreement: ") +
+                                            (asked ? "true}" : "false}"));
+    sink->start({out_.path(), nullptr, nullptr});
+    FakeSnapshot snapshot;
+    snapshot.maps_ = {{"hall", {}}};
+    snapshot.maps_[0].grid = GridView{Pose::planar(-10, -10, 0.0), 10.0, 2, 2, {0, 100, 0, 100}};
+    snapshot.maps_[0].mixture = GridView{Pose::planar(-10, -10, 0.0), 10.0, 2, 2, {0, 100, 0, 60}};
+    sink->write(snapshot.at(0, Pose()));
+    sink->finish(&snapshot, {});
+    const cv::Mat image = picture();
+    int orange = 0;  // in the map's area: the legend has a sample of it
+    for (int y = 36; y < 571; ++y) {
+      for (int x = 39; x < 635; ++x) orange += image.at<cv::Vec3b>(y, x) == cv::Vec3b(34, 88, 226) ? 1 : 0;
+    }
+    // A quarter of the square of 20 m.
+    EXPECT_EQ(orange > 10000, asked) << orange;
+  }
+}
+
 TEST_F(PlotSink, SaysNoDataWithoutASnapshot) {
   const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
   sink->start({out_.path(), nullptr, nullptr});

@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Dense maps on the logs of CARMEN that have no relations: distance to the poses that another particle filter gave to their scans, as a table over seeds.
+
+Those poses are an estimate, good to about 0.05 m, not the truth. The noise of the wheels belongs to the log (NOISE below); all else is as the YAML says.
+
+Example:
+  tests/results/places.py --waymark build/release/bin/waymark --places freiburg-101,fhw --seeds 5
+"""
+import argparse
+import gzip
+import json
+import math
+import os
+import subprocess
+import tempfile
+
+from faults import cell
+
+# Place: time of its lines, x of the laser [m], noise of the wheels (`--steps` measures it): along [m/√s], across [m/√s], yaw [rad/√s].
+PLACES = {
+    "freiburg-101": ("ipc", -0.04, (0.03, 0.02, 0.05)),
+    "fhw": ("ipc", 0, (0.05, 0.03, 0.05)),
+    "belgioioso": ("lines", -0.04, (0.05, 0.05, 0.09)),
+    "csail": ("lines", 0, (0.12, 0.11, 0.18)),
+    "infinite-corridor": ("lines", 0, (0.05, 0.03, 0.01)),
+    "freiburg-campus": ("lines", -0.04, (0.08, 0.11, 0.06)),
+    "mit-csail": ("ipc", 0, (0.12, 0.11, 0.18)),
+}
+LINE_INTERVAL_S = 0.1
+
+
+def scans(place):
+    """Stamp and pose of odometry of every scan, in the order of the lines."""
+    times = PLACES[place][0]
+    folder = "carmen_mit_csail/mit-csail.clf.gz" if place == "mit-csail" else f"carmen_rbpf_corrected/{place}.log.gz"
+    found, line = [], 0
+    with gzip.open(os.path.join(os.environ["WAYMARK_DATA"], folder), "rt") as log:
+        for words in map(str.split, log):
+            if not words or words[0].startswith("#") or words[0] == "PARAM":
+                continue
+            line += 1
+            if words[0] == "FLASER":
+                pose = [float(word) for word in words[2 + int(words[1]):5 + int(words[1])]]
+                found.append((line * LINE_INTERVAL_S if times == "lines" else float(words[-3]), pose))
+    return found
+
+
+def reference(place):
+    """Stamp and pose that the other filter gave to scans."""
+    name = "carmen_mit_csail/mit-csail.rbpf.txt" if place == "mit-csail" else f"carmen_rbpf_corrected/{place}.rbpf.txt"
+    with open(os.path.join(os.environ["WAYMARK_DATA"], name)) as file:
+        rows = [[float(word) for word in line.split()] for line in file if not line.startswith("#")]
+    if place == "mit-csail":
+        return [(row[0], row[1:]) for row in rows]
+    stamps = [stamp for stamp, _ in scans(place)]
+    if len(stamps) != len(rows):
+        raise SystemExit(f"{place}: {len(stamps)} scans, but {len(rows)} poses")
+    return [(stamp, row[1:]) for stamp, row in zip(stamps, rows)]
+
+
+def motion(begin, end):
+    x, y = end[0] - begin[0], end[1] - begin[1]
+    c, s = math.cos(begin[2]), math.sin(begin[2])
+    return x * c + y * s, y * c - x * s, math.remainder(end[2] - begin[2], 2 * math.pi)
+
+
+def steps(place):
+    """How far odometry and the other filter's poses differ from one scan to the next, per square root of the time between: RMS along, across, yaw."""
+    poses = dict(reference(place))
+    both = [(stamp, odometry, poses[stamp]) for stamp, odometry in scans(place) if stamp in poses]
+    squares = [0.0, 0.0, 0.0]
+    for (t0, o0, p0), (t1, o1, p1) in zip(both, both[1:]):
+        for axis, (one, other) in enumerate(zip(motion(o0, o1), motion(p0, p1))):
+            squares[axis] += math.remainder(one - other, 2 * math.pi) ** 2 / max(t1 - t0, 0.1) if axis == 2 else (one - other) ** 2 / max(t1 - t0, 0.1)
+    return [math.sqrt(square / (len(both) - 1)) for square in squares]
+
+
+def run(arguments, place, seed, more=()):
+    times, laser, (along, across, yaw) = PLACES[place]
+    settings = {"sensors.wheels.speed_noise_m_per_sqrt_s": f"[{along}, 0]", "sensors.wheels.lateral_noise_m_per_sqrt_s": f"[{across}, 0]",
+                "sensors.wheels.yaw_noise_rad_per_sqrt_s": f"[{yaw}, 0, 0]"}
+    config = "config/carmen_mit_csail.yaml"
+    if place != "mit-csail":
+        config = "config/carmen_sparse.yaml"
+        settings |= {"variables.place": place, "variables.times": times, "variables.laser_x_m": laser}
+    with tempfile.TemporaryDirectory() as out:
+        out = os.path.join(arguments.keep, f"{place}_{seed}") if arguments.keep and not more else out
+        command = [arguments.waymark, "run", config, "--quiet", "--out", out, "--seed", str(seed)]
+        for override in [f"{key}={value}" for key, value in settings.items()] + list(more) + arguments.set:
+            command += ["--set", override]
+        process = subprocess.Popen(command)
+        _, status, usage = os.wait4(process.pid, 0)
+        if status != 0:
+            raise SystemExit(" ".join(command) + " failed")
+        with open(f"{out}/other.txt", "w") as file:
+            for stamp, (x, y, heading) in reference(place):
+                file.write(f"{stamp:.6f} {x} {y} 0 0 0 {math.sin(heading / 2)} {math.cos(heading / 2)}\n")
+        command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/path.txt", "--reference", f"{out}/other.txt", "--align", "se2",
+                   "--max-time-gap", "100", "--lever-arm", f"{laser},0,0"]
+        scored = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["trajectory"]
+        with open(f"{out}/diagnostics.json") as file:
+            maps = json.load(file)["landmarks"]
+        figures = maps[0]["figures"] if maps else {}
+        return {"rms": scored["ate_rms_m"], "median": scored["ate_median_m"], "max": scored["ate_max_m"], "scored": scored["scored"],
+                "failed": figures.get("failed_matches"), "matches": figures.get("matches"), "cpu": usage.ru_utime + usage.ru_stime}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--waymark", default="build/release/bin/waymark")
+    parser.add_argument("--places", default=",".join(PLACES), help="comma-separated")
+    parser.add_argument("--seeds", type=int, default=5, help="seeds 1..N (default 5)")
+    parser.add_argument("--keep", help="folder for the results of every run")
+    parser.add_argument("--one-noise", help="instead of the noise of each log: along,across,yaw")
+    parser.add_argument("--steps", action="store_true", help="only show what odometry and the other filter's poses differ by")
+    parser.add_argument("--set", action="append", default=[], help="override of the YAML")
+    arguments = parser.parse_args()
+    places = arguments.places.split(",")
+    if arguments.steps:
+        for place in places:
+            print(place, *(f"{value:.3f}" for value in steps(place)))
+        return
+    if arguments.one_noise:
+        noise = tuple(float(value) for value in arguments.one_noise.split(","))
+        for place, (times, laser, _) in PLACES.items():
+            PLACES[place] = (times, laser, noise)
+    print("| place | poses | wheels alone, RMS [m] | RMS [m] | median [m] | largest [m] | failed of all matches, median | CPU [s] |")
+    print("|---|---|---|---|---|---|---|---|")
+    for place in places:
+        wheels = run(arguments, place, 1, ["maps=[]"])
+        results = [run(arguments, place, seed) for seed in range(1, arguments.seeds + 1)]
+        of = lambda key: sorted(result[key] for result in results)
+        middle = lambda key: of(key)[len(results) // 2]
+        print(f"| {place} | {results[0]['scored']} | {wheels['rms']:.2f} | {cell(of('rms'), 3)} | {cell(of('median'), 3)} | {cell(of('max'))} "
+              f"| {middle('failed'):.0f} of {middle('matches') + middle('failed'):.0f} | {cell(of('cpu'), 1)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
