@@ -57,7 +57,9 @@ Signature read_signature(const Config& config) {
 
 Landmark read_landmark(const Config& config, const FeatureMapSettings& settings) {
   Landmark landmark;
-  landmark.mean << config.number("east_m"), config.number("north_m"), config.non_negative("radius_m", 0.0);
+  // Not with commas: what they begin must be finished, and reading may throw.
+  landmark.mean =
+      Eigen::Vector3d(config.number("east_m"), config.number("north_m"), config.non_negative("radius_m", 0.0));
   const double variance = kSurveyedSigma * kSurveyedSigma;
   landmark.P = read_covariance(config, false, variance * Eigen::Matrix3d::Identity());
   landmark.P_floor =
