@@ -51,9 +51,8 @@ struct Weakest {
 
 Weakest weakest(const MatchTarget& target, const LikelihoodTable& wide, const Eigen::Vector3d& at,
                 const Eigen::Matrix3d& information, double shift) {
-  constexpr double kWeak = 0.5;     // of the strongest direction's information: above, nothing is in doubt
-  constexpr double kNoise = 0.2;    // of what the scan misses at its best place
-  constexpr double kLeast = 0.005;  // of the likelihood; less is rounding of the field
+  constexpr double kWeak = 0.5;    // of the strongest direction's information: above, nothing is in doubt
+  constexpr double kRough = 0.01;  // of the likelihood: what roughness makes of it, at most
   Weakest result;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> planar(information.topLeftCorner<2, 2>());
   if (planar.eigenvalues().x() > kWeak * planar.eigenvalues().y()) return result;
@@ -61,8 +60,7 @@ Weakest weakest(const MatchTarget& target, const LikelihoodTable& wide, const Ei
   const Eigen::Vector3d step(shift * result.direction.x(), shift * result.direction.y(), 0.0);
   const double best = target.fit(wide, at).score;
   const double fall = best - std::max(target.fit(wide, at + step).score, target.fit(wide, at - step).score);
-  const double noise = std::max(kLeast, kNoise * (1.0 - best));
-  result.share = std::clamp(fall / noise - 1.0, 0.0, 1.0);
+  result.share = std::clamp(fall / (kRough * best) - 1.0, 0.0, 1.0);
   return result;
 }
 
