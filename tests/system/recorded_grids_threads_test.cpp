@@ -27,6 +27,9 @@ class SparseLogs : public testing::TestWithParam<Place> {
  protected:
   void SetUp() override {
     if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+#if defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "one thread: nothing for the thread sanitizer";
+#endif
   }
 };
 
