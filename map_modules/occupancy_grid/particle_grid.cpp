@@ -10,7 +10,6 @@
 #include "grid_view.hpp"
 #include "map_file.hpp"
 #include "scan_insertion.hpp"
-#include "scan_observation.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::grid {
@@ -45,7 +44,7 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
                           Refinement& out) const {
   MatchAssociation& association = MatchAssociation::of(out);
   const auto& scan = static_cast<const ScanObservation&>(observation);
-  out.writes = model_->settings.use != MapUse::localize && !scan.hits.empty();
+  out.writes = writes(scan);
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
   const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
@@ -61,11 +60,9 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const MatchAssociation&>(*association));
-  if (model_->settings.use == MapUse::localize) return;
-  // Where nothing comes back, nothing ties the pose to the map: the free space would be written at a guess.
-  if (static_cast<const ScanObservation&>(observation).hits.empty()) return;
-  scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), static_cast<const ScanObservation&>(observation),
-                             model_->settings);
+  const auto& scan = static_cast<const ScanObservation&>(observation);
+  if (!writes(scan)) return;
+  scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
 }
 
 void ParticleGrid::describe(MapDescription& out) const {

@@ -7,6 +7,7 @@
 #include "match_record.hpp"
 #include "occupancy_grid_settings.hpp"
 #include "scan_matching.hpp"
+#include "scan_observation.hpp"
 #include "tile_tree.hpp"
 #include "waymark/map_module.hpp"
 
@@ -40,6 +41,10 @@ class ParticleGrid final : public ParticleMap {
   const TileTree& tiles() const { return tiles_; }
 
  private:
+  /// Where nothing comes back, nothing ties the pose to the map: the free space would be written at a guess.
+  bool writes(const ScanObservation& scan) const {
+    return model_->settings.use != MapUse::localize && !scan.hits.empty();
+  }
   /// x, y from the corner of cell (0, 0) [m], and yaw, along the cells.
   Eigen::Vector3d in_grid(const Pose& T_map_base) const {
     const Pose T_grid_base = model_->T_map_grid.inverse() * T_map_base;

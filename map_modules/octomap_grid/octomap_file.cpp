@@ -117,10 +117,8 @@ void compute_distances(VoxelMap& map) {
   for (const Placed& placed : all) {
     const Eigen::Vector2d corner(placed.index.x * kSide, placed.index.y * kSide);  // in voxels
     window.open(map, corner.array() - kSide, corner.array() + 1.5 * kSide, 1.0);
-    const Cell from{(placed.index.x - window.rect().low.x) * kSide, (placed.index.y - window.rect().low.y) * kSide};
-    const std::int32_t row = placed.index.y - window.rect().low.y;
-    const std::int32_t slot_in_rect = row * window.rect().width() + (placed.index.x - window.rect().low.x);
-    const auto slot = static_cast<std::size_t>(slot_in_rect);
+    const Cell from{placed.index.x * kSide - window.origin().x, placed.index.y * kSide - window.origin().y};
+    const std::size_t slot = window.slot(from.x, from.y);
     cells.clear();
     for (const Voxel v : placed.occupied) {
       window.writable(slot).write(tile_of(v.z)).write_slab(v.z).set_occupied(v.x, v.y, true);

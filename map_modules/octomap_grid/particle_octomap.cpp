@@ -4,7 +4,6 @@
 #include <array>
 
 #include "cloud_insertion.hpp"
-#include "cloud_observation.hpp"
 #include "layered_field.hpp"
 #include "map_view.hpp"
 #include "octomap_file.hpp"
@@ -36,7 +35,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
                              Refinement& out) const {
   grid::MatchAssociation& association = grid::MatchAssociation::of(out);
   const auto& cloud = static_cast<const CloudObservation&>(observation);
-  out.writes = model_->settings.load.use != grid::MapUse::localize && !cloud.hits.empty();
+  out.writes = writes(cloud);
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
 
   const grid::MatchPrior own = grid::planar_prior(prior, start);
@@ -49,11 +48,9 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const grid::MatchAssociation&>(*association));
-  if (model_->settings.load.use == grid::MapUse::localize) return;
-  // As in the flat grid: where nothing comes back, nothing ties the pose to the map.
-  if (static_cast<const CloudObservation&>(observation).hits.empty()) return;
-  storage().insertion.insert(voxels_, pose.T_map_base, static_cast<const CloudObservation&>(observation),
-                             model_->settings);
+  const auto& cloud = static_cast<const CloudObservation&>(observation);
+  if (!writes(cloud)) return;
+  storage().insertion.insert(voxels_, pose.T_map_base, cloud, model_->settings);
 }
 
 void ParticleOctomap::describe(MapDescription& out) const {

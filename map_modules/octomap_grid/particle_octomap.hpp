@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cloud_observation.hpp"
 #include "match_record.hpp"
 #include "octomap_grid_settings.hpp"
 #include "scan_matching.hpp"
@@ -40,6 +41,11 @@ class ParticleOctomap final : public ParticleMap {
   const VoxelMap& voxels() const { return voxels_; }
 
  private:
+  /// As in the flat grid: where nothing comes back, nothing ties the pose to the map.
+  bool writes(const CloudObservation& cloud) const {
+    return model_->settings.load.use != grid::MapUse::localize && !cloud.hits.empty();
+  }
+
   std::shared_ptr<const OctomapModel> model_;
   VoxelMap voxels_;
   grid::MatchRecord record_;

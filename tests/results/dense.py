@@ -41,20 +41,30 @@ def peaks(file):
     return largest
 
 
+def timed_run(arguments, config, out, seed, settings):
+    """One run into the folder `out`: what it used of CPU and memory."""
+    command = [arguments.waymark, "run", config, "--quiet", "--out", out, "--seed", str(seed)]
+    for override in [f"{key}={value}" for key, value in settings.items()] + arguments.set:
+        command += ["--set", override]
+    process = subprocess.Popen(command)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        raise SystemExit(" ".join(command) + " failed")
+    return usage
+
+
+def evaluate_path(arguments, out, *more):
+    """What `waymark evaluate` says of the best particle's path of the run in `out`."""
+    command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/path.txt", *more]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+
+
 def run(arguments, config, relations, sensor, particles, plugin, seed):
     with tempfile.TemporaryDirectory() as out:
         settings = {"filter.particles": particles, "maps.building.match.evidence_tempering": tempering(particles),
                     "maps.building.plugin": plugin, "sinks.diagnostics.map_figures_every_s": arguments.every}
-        command = [arguments.waymark, "run", config, "--quiet", "--out", out, "--seed", str(seed)]
-        for override in [f"{key}={value}" for key, value in settings.items()] + arguments.set:
-            command += ["--set", override]
-        process = subprocess.Popen(command)
-        _, status, usage = os.wait4(process.pid, 0)
-        if status != 0:
-            raise SystemExit(" ".join(command) + " failed")
-        command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/path.txt", "--relations", relations,
-                   f"--relations-sensor={sensor}"]
-        scored = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["relations"]["all"]
+        usage = timed_run(arguments, config, out, seed, settings)
+        scored = evaluate_path(arguments, out, "--relations", relations, f"--relations-sensor={sensor}")["relations"]["all"]
         return {"translation": scored["translation_mean_m"], "rotation": scored["rotation_mean_rad"] * 57.29577951308232,
                 "cpu": usage.ru_utime + usage.ru_stime, "process": usage.ru_maxrss / 1024, **peaks(f"{out}/map_figures.csv")}
 

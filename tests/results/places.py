@@ -12,9 +12,9 @@ import gzip
 import json
 import math
 import os
-import subprocess
 import tempfile
 
+from dense import evaluate_path, timed_run
 from faults import cell
 
 # Place: time of its lines, x of the laser [m], noise of the wheels (`--steps` measures it): along [m/√s], across [m/√s], yaw [rad/√s].
@@ -76,7 +76,7 @@ def steps(place):
     return [math.sqrt(square / (len(both) - 1)) for square in squares]
 
 
-def run(arguments, place, seed, more=()):
+def run(arguments, place, seed, more={}):
     times, laser, (along, across, yaw) = PLACES[place]
     settings = {"sensors.wheels.speed_noise_m_per_sqrt_s": f"[{along}, 0]", "sensors.wheels.lateral_noise_m_per_sqrt_s": f"[{across}, 0]",
                 "sensors.wheels.yaw_noise_rad_per_sqrt_s": f"[{yaw}, 0, 0]"}
@@ -86,19 +86,12 @@ def run(arguments, place, seed, more=()):
         settings |= {"variables.place": place, "variables.times": times, "variables.laser_x_m": laser}
     with tempfile.TemporaryDirectory() as out:
         out = os.path.join(arguments.keep, f"{place}_{seed}") if arguments.keep and not more else out
-        command = [arguments.waymark, "run", config, "--quiet", "--out", out, "--seed", str(seed)]
-        for override in [f"{key}={value}" for key, value in settings.items()] + list(more) + arguments.set:
-            command += ["--set", override]
-        process = subprocess.Popen(command)
-        _, status, usage = os.wait4(process.pid, 0)
-        if status != 0:
-            raise SystemExit(" ".join(command) + " failed")
+        usage = timed_run(arguments, config, out, seed, settings | more)
         with open(f"{out}/other.txt", "w") as file:
             for stamp, (x, y, heading) in reference(place):
                 file.write(f"{stamp:.6f} {x} {y} 0 0 0 {math.sin(heading / 2)} {math.cos(heading / 2)}\n")
-        command = [arguments.waymark, "evaluate", "--json", "--estimate", f"{out}/path.txt", "--reference", f"{out}/other.txt", "--align", "se2",
-                   "--max-time-gap", "100", "--lever-arm", f"{laser},0,0"]
-        scored = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["trajectory"]
+        scored = evaluate_path(arguments, out, "--reference", f"{out}/other.txt", "--align", "se2", "--max-time-gap", "100",
+                               "--lever-arm", f"{laser},0,0")["trajectory"]
         with open(f"{out}/diagnostics.json") as file:
             maps = json.load(file)["landmarks"]
         figures = maps[0]["figures"] if maps else {}
@@ -128,7 +121,7 @@ def main():
     print("| place | poses | wheels alone, RMS [m] | RMS [m] | median [m] | largest [m] | failed of all matches, median | CPU [s] |")
     print("|---|---|---|---|---|---|---|---|")
     for place in places:
-        wheels = run(arguments, place, 1, ["maps=[]"])
+        wheels = run(arguments, place, 1, {"maps": "[]"})
         results = [run(arguments, place, seed) for seed in range(1, arguments.seeds + 1)]
         of = lambda key: sorted(result[key] for result in results)
         middle = lambda key: of(key)[len(results) // 2]
