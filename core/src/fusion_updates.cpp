@@ -160,7 +160,7 @@ void Fusion::Impl::reacquire(const Measurement& m, std::size_t index, const Mixt
 
 Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
   const Belief& mixture = late ? filter_.recalled_mixture() : filter_.mixture();
-  const MotionWindow motion{mixture.mean.v_base, mixture.mean.w_base};
+  const MotionWindow motion{mixture.mean.v_base, mixture.mean.w_base, mixture.mean.T_map_base};
   std::vector<MappingInput> inputs;
   std::vector<std::shared_ptr<const Observation>> observations;  // keeps them alive
   std::vector<Companion> companions;

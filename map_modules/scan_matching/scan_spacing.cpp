@@ -3,35 +3,36 @@
 
 #include <cmath>
 
+#include "waymark/error.hpp"
+#include "waymark/so3.hpp"
+
 namespace waymark::grid {
 
 bool ScanSpacing::takes(Time stamp, const MotionWindow& motion, const ScanSettings& settings) {
   if (last_ && stamp < *last_) return true;
-  const double dt = last_ ? to_seconds(stamp - *last_) : 0.0;
-  distance_ += motion.v_base.head<2>().norm() * dt;
-  angle_ += std::abs(motion.w_base.z()) * dt;
   last_ = stamp;
+  const Eigen::Vector3d at(motion.T_map_base.p.x(), motion.T_map_base.p.y(), motion.T_map_base.yaw());
+  const double distance = (at - at_taken_).head<2>().norm();
+  const double angle = std::abs(so3::wrap(at.z() - at_taken_.z()));
   const bool is_due = settings.update_after > Duration::zero() && taken_ && stamp - *taken_ >= settings.update_after;
-  if (taken_ && !is_due && distance_ < settings.update_distance && angle_ < settings.update_angle) return false;
+  if (taken_ && !is_due && distance < settings.update_distance && angle < settings.update_angle) return false;
   taken_ = stamp;
-  distance_ = angle_ = 0.0;
+  at_taken_ = at;
   return true;
 }
 
 void ScanSpacing::save(OutArchive& out) const {
-  out.section("scan_spacing", 1);
+  out.section("scan_spacing", 2);
   out.value(last_);
   out.value(taken_);
-  out.value(distance_);
-  out.value(angle_);
+  out.value(at_taken_);
 }
 
 void ScanSpacing::load(InArchive& in) {
-  in.section("scan_spacing", 1);
+  if (in.section("scan_spacing", 2) < 2) throw DataError("the checkpoint is of an older kind");
   in.value(last_);
   in.value(taken_);
-  in.value(distance_);
-  in.value(angle_);
+  in.value(at_taken_);
 }
 
 }  // namespace waymark::grid

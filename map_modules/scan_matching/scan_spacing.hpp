@@ -8,7 +8,8 @@
 
 namespace waymark::grid {
 
-/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
+/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time. Distance and angle
+/// are those between two places, so a belief that trembles on the spot takes none.
 class ScanSpacing {
  public:
   /// True if this scan is taken; `motion` is the robot's at its stamp. Scans that come late are taken.
@@ -18,10 +19,9 @@ class ScanSpacing {
   void load(InArchive& in);
 
  private:
-  std::optional<Time> last_;   // scan, taken or not
-  std::optional<Time> taken_;  // the last one that was
-  double distance_ = 0.0;      // since then [m]
-  double angle_ = 0.0;         // [rad]
+  std::optional<Time> last_;                            // scan, taken or not
+  std::optional<Time> taken_;                           // the last one that was
+  Eigen::Vector3d at_taken_ = Eigen::Vector3d::Zero();  // x, y [m], yaw [rad] of the base then
 };
 
 }  // namespace waymark::grid

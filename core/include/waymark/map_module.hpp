@@ -131,10 +131,12 @@ struct Companion {
   const Measurement* measurement;  ///< null: none that is fresh enough; a case, not an error
 };
 
-/// The filter's view of how the robot moved around a measurement, for de-skewing and pairing.
+/// The filter's view of where the robot was and how it moved around a measurement, for de-skewing, pairing and spacing:
+/// the mixture mean at the trigger's stamp.
 struct MotionWindow {
-  Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s], of the mixture mean at the trigger's stamp
+  Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]
+  Pose T_map_base = {};
   /// Motion of the base over a short time before or after the stamp, at constant twist: T_base(t)_base(t + dt).
   Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }
 };
