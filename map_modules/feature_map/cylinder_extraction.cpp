@@ -73,6 +73,13 @@ Signature reflectivity(const LaserScan& scan, int first, int last, const Extract
   return bright ? Signature{f, 1.0f - f} : Signature{1.0f - f, f};
 }
 
+/// Of the candidate's middle, with what the sensor moved across the beam since the stamp.
+double bearing_at_stamp(const ScanView& view, const Candidate& candidate) {
+  const double beam = 0.5 * (candidate.first_beam + candidate.last_beam);
+  const Eigen::Vector2d across(-std::sin(candidate.bearing), std::cos(candidate.bearing));
+  return candidate.bearing + beam * view.way_per_beam.dot(across) / (candidate.surface_range + candidate.radius);
+}
+
 }  // namespace
 
 Detection make_detection(double surface_range, double bearing, double radius, const Pose& T_base_sensor,
@@ -99,8 +106,20 @@ Detection make_detection(double surface_range, double bearing, double radius, co
   return detection;
 }
 
-ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& s) {
+ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& s,
+                 const MotionWindow& motion) {
   if (scan.ranges_m.empty()) throw DataError("a scan without beams");
+  ScanView view{.p_base_sensor = T_base_sensor.p.head<2>(),
+                .yaw_base_sensor = T_base_sensor.yaw(),
+                .start = scan.start_rad,
+                .step = scan.step_rad,
+                .ranges = {}};
+  if (scan.beam_interval_s != 0.0) {
+    const Eigen::Matrix3d R_sensor_base = T_base_sensor.q.toRotationMatrix().transpose();
+    const Eigen::Vector3d v = R_sensor_base * (motion.v_base + motion.w_base.cross(T_base_sensor.p));
+    view.way_per_beam = scan.beam_interval_s * v.head<2>();
+    view.step += scan.beam_interval_s * (R_sensor_base * motion.w_base).z();
+  }
   std::vector<float> ranges(scan.ranges_m.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     const float r = scan.ranges_m[i];
@@ -108,7 +127,17 @@ ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const Extract
                     ? kFree
                     : (r >= static_cast<float>(s.range_min) ? r : kBlind);  // NaN is blind, too
   }
-  return {T_base_sensor.p.head<2>(), T_base_sensor.yaw(), scan.start_rad, scan.step_rad, std::move(ranges)};
+  if (!view.way_per_beam.isZero(0.0)) {
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      if (ranges[i] == kFree || ranges[i] == kBlind) continue;
+      const auto beam = static_cast<double>(i);
+      const double bearing = view.start + beam * view.step;
+      const double along = beam * view.way_per_beam.dot(Eigen::Vector2d(std::cos(bearing), std::sin(bearing)));
+      ranges[i] = std::max(ranges[i] + static_cast<float>(along), std::numeric_limits<float>::min());
+    }
+  }
+  view.ranges = std::move(ranges);
+  return view;
 }
 
 std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& s) {
@@ -170,8 +199,8 @@ FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vect
     // Without the radius as an attribute its noise is none of the landmark's, but the centre still lies a radius behind
     // the surface.
     if (!settings.use_radius) noise.radius = 0.0;
-    Detection detection =
-        make_detection(candidate.surface_range, candidate.bearing, candidate.radius, T_base_sensor, noise);
+    Detection detection = make_detection(candidate.surface_range, bearing_at_stamp(observation.view, candidate),
+                                         candidate.radius, T_base_sensor, noise);
     detection.first_beam = candidate.first_beam;
     detection.last_beam = candidate.last_beam;
     if (look == nullptr) {

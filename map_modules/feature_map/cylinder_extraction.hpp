@@ -45,8 +45,10 @@ struct Candidate {
   Verdict verdict = Verdict::accepted;
 };
 
-/// The scan with its ranges cleaned: blind, free or measured. Throws DataError if the scan has no beams.
-ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& settings);
+/// The scan with its ranges cleaned: blind, free or measured; as seen at the stamp, if its beams have times of their
+/// own. Throws DataError if the scan has no beams.
+ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& settings,
+                 const MotionWindow& motion = {});
 
 /// All segments of a scan in the order of its beams, each with the verdict of the criteria.
 std::vector<Candidate> examine(const ScanView& view, const ExtractionSettings& settings);

@@ -34,7 +34,7 @@ class FeatureMap final : public MapModule {
     if (trigger.payload->type() == LandmarkObservations::kType)
       return ready_made(trigger.stamp, trigger.as<LandmarkObservations>());
     const auto& scan = trigger.as<LaserScan>();
-    ScanView view = view_of(scan, T_base_sensor_, settings_->extraction);
+    ScanView view = view_of(scan, T_base_sensor_, settings_->extraction, motion);
     std::vector<Candidate> candidates = examine(view, settings_->extraction);
     std::optional<ImageLook> look;
     if (camera_) {

@@ -74,6 +74,9 @@ struct ScanView {
   double yaw_base_sensor = 0.0;
   double start = 0.0;  ///< bearing of beam 0 [rad]
   double step = 0.0;
+  /// From one beam to the next the sensor moved so far [m], in its own frame, while the scan was taken. Its turn is in
+  /// `step`, its way along each beam in the ranges: the rest shifts what is near by a little.
+  Eigen::Vector2d way_per_beam = Eigen::Vector2d::Zero();
   /// Cleaned ranges: +inf where nothing came back (free), 0 where the beam tells nothing (the robot itself).
   std::vector<float> ranges;
 };

@@ -26,7 +26,7 @@ class OccupancyGrid final : public MapModule {
                                              const MotionWindow& motion) override {
     const auto& scan = trigger.as<LaserScan>();
     if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
-    return std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, model_->settings.scan));
+    return std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, motion, model_->settings.scan));
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {

@@ -18,7 +18,9 @@ struct ScanObservation final : Observation {
   double reach = 0.0;  ///< of the points and the sensor from the base's origin, at most [m]
 };
 
-/// The points of a scan that are used. Throws DataError if there is none, and nothing that is free either.
-ScanObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const ScanSettings& settings);
+/// The points of a scan that are used, seen from where the base was at the stamp. Throws DataError if there is none,
+/// and nothing that is free either.
+ScanObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
+                        const ScanSettings& settings);
 
 }  // namespace waymark::grid

@@ -40,19 +40,20 @@ std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points,
 
 }  // namespace
 
-CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const OctomapGridSettings& settings) {
+CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
+                         const OctomapGridSettings& settings) {
   CloudObservation observation;
   observation.p_base_sensor = T_base_sensor.p;
   observation.reach = T_base_sensor.p.norm();
-  const auto in_base = [&](const Eigen::Vector3d& p_sensor) {
-    const Eigen::Vector3d p_base = T_base_sensor * p_sensor;
+  const auto kept = [&](const Eigen::Vector3d& p_base) {
     observation.reach = std::max(observation.reach, p_base.norm());
     return Eigen::Vector3f(p_base.cast<float>());
   };
   observation.hits.reserve(scan.ranges_m.size());
   grid::for_beams(
-      scan, settings.scan, [&](const Eigen::Vector3d& p) { observation.hits.push_back(in_base(p)); },
-      [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(in_base(p)); });
+      scan, T_base_sensor, motion, settings.scan,
+      [&](const Eigen::Vector3d& p) { observation.hits.push_back(kept(p)); },
+      [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(kept(p)); });
   observation.matched = observation.hits;
   return observation;
 }

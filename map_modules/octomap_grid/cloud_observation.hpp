@@ -22,7 +22,8 @@ struct CloudObservation final : Observation {
 
 /// The points of a scan that are used; all of them are matched. Throws DataError if there is none, and nothing that is
 /// free either.
-CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const OctomapGridSettings& settings);
+CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
+                         const OctomapGridSettings& settings);
 
 /// The points of a cloud that are used, moved to where they were seen from the base at the cloud's stamp, if the cloud
 /// tells when each was measured. Matched are one in a voxel, and of those every n-th. Throws DataError if there is

@@ -30,7 +30,7 @@ class OctomapGrid final : public MapModule {
     if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
     return std::make_shared<octo::CloudObservation>(
         is_cloud ? octo::observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
-                 : octo::observe(*scan, T_base_sensor_, model_->settings));
+                 : octo::observe(*scan, T_base_sensor_, motion, model_->settings));
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {

@@ -7,19 +7,26 @@
 
 #include "scan_settings.hpp"
 #include "waymark/error.hpp"
+#include "waymark/map_module.hpp"
 #include "waymark/payloads.hpp"
 
 namespace waymark::grid {
 
-/// Calls hit(p_sensor) for the end points of a scan that are used, and clear(p_sensor) for where beams without return
-/// say that it is free up to [m]. Throws DataError if there is none of either.
+/// Calls hit(p_base) for the end points of a scan that are used, and clear(p_base) for where beams without return say
+/// that it is free up to [m], all as seen from the base at the stamp: beams that were measured later are taken back
+/// there. Throws DataError if there is none of either.
 template <class Hit, class Clear>
-void for_beams(const LaserScan& scan, const ScanSettings& settings, const Hit& hit, const Clear& clear) {
+void for_beams(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
+               const ScanSettings& settings, const Hit& hit, const Clear& clear) {
   bool is_used = false;
   for (std::size_t k = 0; k < scan.ranges_m.size(); ++k) {
     const auto range = static_cast<double>(scan.ranges_m[k]);
-    const double bearing = scan.start_rad + static_cast<double>(k) * scan.step_rad;
-    const auto at = [&](double r) { return Eigen::Vector3d(r * std::cos(bearing), r * std::sin(bearing), 0.0); };
+    const auto beam = static_cast<double>(k);
+    const double bearing = scan.start_rad + beam * scan.step_rad;
+    const auto at = [&](double r) -> Eigen::Vector3d {
+      const Eigen::Vector3d p = T_base_sensor * Eigen::Vector3d(r * std::cos(bearing), r * std::sin(bearing), 0.0);
+      return scan.beam_interval_s == 0.0 ? p : motion.relative(beam * scan.beam_interval_s) * p;
+    };
     if (!(range >= settings.range_min)) continue;  // NaN, too
     if (range >= settings.no_return) {
       if (settings.no_return_clears <= 0.0) continue;

@@ -58,7 +58,7 @@ Drive<grid::ParticleGrid> flat_drive() {
       grid::ParticleGrid(std::make_shared<grid::GridModel>(grid_test::settings())), kPlanarWay, {}};
   for (std::size_t i = 0; i < kPlanarWay.size(); ++i) {
     drive.scans.push_back(
-        std::make_shared<grid::ScanObservation>(grid::observe(planar_scan(i), Pose{}, grid_test::settings().scan)));
+        std::make_shared<grid::ScanObservation>(grid::observe(planar_scan(i), Pose{}, {}, grid_test::settings().scan)));
   }
   drive.drive(5);
   return drive;
@@ -68,7 +68,7 @@ Drive<ParticleOctomap> octomap_drive() {
   const OctomapGridSettings s = settings("{ resolution_m: 0.05 }");
   Drive<ParticleOctomap> drive{ParticleOctomap(std::make_shared<OctomapModel>(s)), kPlanarWay, {}};
   for (std::size_t i = 0; i < kPlanarWay.size(); ++i)
-    drive.scans.push_back(std::make_shared<CloudObservation>(observe(planar_scan(i), Pose{}, s)));
+    drive.scans.push_back(std::make_shared<CloudObservation>(observe(planar_scan(i), Pose{}, {}, s)));
   drive.drive(5);
   return drive;
 }

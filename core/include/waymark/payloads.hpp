@@ -72,6 +72,7 @@ struct LaserScan : PayloadOf<LaserScan> {
   static constexpr std::string_view kType = "waymark/LaserScan@1";
   double start_rad = 0.0;
   double step_rad = 0.0;
+  double beam_interval_s = 0.0;    ///< time from one beam to the next; beam 0 is at the stamp. 0: all are
   std::vector<float> ranges_m;     ///< as the scanner gives them; what is no return, the YAML of the map module says
   std::vector<float> intensities;  ///< empty, or one per beam; unit of the scanner
 };

@@ -117,6 +117,7 @@ class ScanWriter final : public RowWriter {
   explicit ScanWriter(const LaserScan& first)
       : start_rad_(first.start_rad),
         step_rad_(first.step_rad),
+        beam_interval_s_(first.beam_interval_s),
         ranges_(first.ranges_m.size()),
         intensities_(first.intensities.size()) {
     if (ranges_ == 0) throw Error("a scan without beams cannot be a row");
@@ -126,8 +127,8 @@ class ScanWriter final : public RowWriter {
 
   bool fits(const Measurement& measurement) const override {
     const auto& scan = measurement.as<LaserScan>();
-    return scan.start_rad == start_rad_ && scan.step_rad == step_rad_ && scan.ranges_m.size() == ranges_ &&
-           scan.intensities.size() == intensities_;
+    return scan.start_rad == start_rad_ && scan.step_rad == step_rad_ && scan.beam_interval_s == beam_interval_s_ &&
+           scan.ranges_m.size() == ranges_ && scan.intensities.size() == intensities_;
   }
 
   std::string header() const override {
@@ -150,8 +151,9 @@ class ScanWriter final : public RowWriter {
   }
 
   std::string yaml(std::string_view indent) const override {
-    std::string text = fmt::format("{}scan: {{ start_rad: {}, step_rad: {}, allow_non_finite: true }}\n", indent,
-                                   start_rad_, step_rad_);
+    std::string text =
+        fmt::format("{}scan: {{ start_rad: {}, step_rad: {}, beam_interval_s: {}, allow_non_finite: true }}\n", indent,
+                    start_rad_, step_rad_, beam_interval_s_);
     text += fmt::format("{}columns:\n{}  ranges_m: {{ first: r0, count: {} }}\n", indent, indent, ranges_);
     if (intensities_ > 0) text += fmt::format("{}  intensities: {{ first: i0, count: {} }}\n", indent, intensities_);
     return text;
@@ -160,6 +162,7 @@ class ScanWriter final : public RowWriter {
  private:
   double start_rad_;
   double step_rad_;
+  double beam_interval_s_;
   std::size_t ranges_;
   std::size_t intensities_;
 };

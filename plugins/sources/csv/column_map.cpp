@@ -106,6 +106,11 @@ double NumberColumn::read(Row row) const {
   return value;
 }
 
+double NumberColumn::growth(double before, double after, double wraps_at) const {
+  const double growth = after - before;
+  return wraps_at > 0.0 ? std::remainder(growth, wraps_at * std::abs(scale_)) : growth;
+}
+
 int NumberColumn::read_integer(Row row) const {
   const double value = read(row);
   if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {

@@ -71,6 +71,9 @@ class NumberColumn {
   bool is_unknown(Row row) const { return may_be_empty_ && row[column_.index].empty(); }
   void allow_empty() { may_be_empty_ = true; }
   const Column& column() const { return column_; }
+  /// From `before` to `after`, two values of `read`. If raw numbers start over at `wraps_at` (0: they do not), it is
+  /// less than half of that.
+  double growth(double before, double after, double wraps_at) const;
 
  private:
   Column column_;

@@ -42,6 +42,11 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
     changing_.push_back(finder_.find(entry, "only_changes_of", name, "only_changes_of"));
   if (group_by_time_ && !changing_.empty()) entry.fail("only_changes_of", "cannot be combined with group_by_time");
   if (group_by_time_ && min_step_ > Duration{}) entry.fail("min_step_s", "cannot be combined with group_by_time");
+  is_cumulative_ = holds_totals(entry);
+  if (is_cumulative_ && entry.is_mapping("cumulative")) wraps_at_ = entry.child("cumulative").positive("wraps_at");
+  if (is_cumulative_ && builder_->totals() == PayloadBuilder::Totals::none) {
+    entry.fail("cumulative", "totals say nothing of this payload; only of WheelSpeeds, BodyTwist and PoseIncrement");
+  }
   entry.reject_unread();
 }
 
@@ -54,6 +59,7 @@ void CsvFile::restart() {
   newest_.reset();
   last_taken_.reset();
   last_values_.clear();
+  total_ = {};
   fields_of_first_row_ = 0;
   group_ = {};
   group_set_.reset();
@@ -107,11 +113,27 @@ std::optional<Measurement> CsvFile::take_row() {
   newest_ = read.arrival;
   last_taken_ = read.stamp;
   read.payload = payload;
+  if (is_cumulative_ && !make_growth(read)) return std::nullopt;
   if (!group_by_time_) return read;
   std::swap(read, group_);
   std::swap(payload, group_set_);
   if (!read.payload) return std::nullopt;
   return read;
+}
+
+/// Turns the totals of a row into what became of those of the row before, known at the end. False: there was no row
+/// before.
+bool CsvFile::make_growth(Measurement& read) {
+  if (!total_.payload) {
+    total_ = read;
+    return false;
+  }
+  const Duration passed = read.stamp - total_.stamp;
+  if (passed <= Duration{}) throw BadRow("no time has passed since the row before: nothing can grow in none");
+  const Measurement before = std::exchange(total_, read);
+  read.payload = builder_->growth(*before.payload, *total_.payload, to_seconds(passed), wraps_at_);
+  read.stamp = builder_->totals() == PayloadBuilder::Totals::speed ? before.stamp + passed / 2 : before.stamp;
+  return true;
 }
 
 /// True if the row says in the columns of `only_changes_of` what the last one said.

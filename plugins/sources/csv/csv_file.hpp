@@ -41,6 +41,7 @@ class CsvFile {
   std::optional<Measurement> take_row();
   void check_order(Time stamp, Time arrival) const;
   bool is_repetition(Row row);
+  bool make_growth(Measurement& read);
 
   std::string sensor_;
   std::string_view type_;
@@ -59,6 +60,9 @@ class CsvFile {
   std::optional<Time> last_taken_;  // stamp of the last measurement, for min_step_
   std::string last_values_;         // of the changing columns
   std::size_t fields_of_first_row_ = 0;
+  bool is_cumulative_ = false;
+  double wraps_at_ = 0.0;
+  Measurement total_;                   // of `cumulative`, the row before; no payload: none
   Measurement group_;                   // the set that rows are added to; no payload: none
   std::shared_ptr<Payload> group_set_;  // its payload, writable
 };

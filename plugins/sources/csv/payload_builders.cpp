@@ -11,6 +11,7 @@
 
 #include "image_builder.hpp"
 #include "inertial_builders.hpp"
+#include "motion_builder.hpp"
 #include "number_text.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/source_config.hpp"
@@ -42,7 +43,10 @@ struct Field {
 template <class T>
 class NumbersBuilder final : public PayloadBuilder {
  public:
-  NumbersBuilder(const Config& columns, std::initializer_list<Field<T>> fields, ColumnFinder& finder) {
+  /// `per_second`: every field is something per second, so that a log may hold its total instead.
+  NumbersBuilder(const Config& columns, std::initializer_list<Field<T>> fields, ColumnFinder& finder,
+                 bool per_second = false)
+      : per_second_(per_second) {
     std::vector<std::string_view> valid;
     std::vector<std::string_view> required;
     for (const Field<T>& field : fields) {
@@ -66,8 +70,22 @@ class NumbersBuilder final : public PayloadBuilder {
     return payload;
   }
 
+  Totals totals() const override { return per_second_ ? Totals::speed : Totals::none; }
+
+  std::shared_ptr<Payload> growth(const Payload& before, const Payload& after, double seconds,
+                                  double wraps_at) const override {
+    auto payload = std::make_shared<T>();
+    for (const auto& [column, member] : columns_) {
+      const double first = static_cast<const T&>(before).*member;
+      const double last = static_cast<const T&>(after).*member;
+      (*payload).*member = column.growth(first, last, wraps_at) / seconds;
+    }
+    return payload;
+  }
+
  private:
   std::vector<std::pair<NumberColumn, double T::*>> columns_;
+  bool per_second_;
 };
 
 class GnssBuilder final : public PayloadBuilder {
@@ -172,6 +190,7 @@ class ScanBuilder final : public PayloadBuilder {
       scan.fail(scan.has("step_rad") ? "step_rad" : "step_deg",
                 "0 lets all beams point the same way; a number other than 0 is expected");
     }
+    beam_interval_s_ = scan.number_in("beam_interval_s", -1.0, 1.0, 0.0);
     allow_non_finite_ = scan.boolean("allow_non_finite", false);
   }
 
@@ -179,6 +198,7 @@ class ScanBuilder final : public PayloadBuilder {
     auto scan = std::make_shared<LaserScan>();
     scan->start_rad = start_rad_;
     scan->step_rad = step_rad_;
+    scan->beam_interval_s = beam_interval_s_;
     const auto instead = [this](float value) { return allow_non_finite_ ? std::optional<float>(value) : std::nullopt; };
     ranges_->read(row, scan->ranges_m, instead(std::numeric_limits<float>::infinity()));
     if (intensities_) intensities_->read(row, scan->intensities, instead(0.0F));
@@ -199,6 +219,7 @@ class ScanBuilder final : public PayloadBuilder {
   std::optional<ColumnRange> intensities_;
   double start_rad_ = 0.0;
   double step_rad_ = 0.0;
+  double beam_interval_s_ = 0.0;
   bool allow_non_finite_ = false;
 };
 
@@ -248,6 +269,11 @@ class LandmarksBuilder final : public PayloadBuilder {
 
 void PayloadBuilder::append(Row, Payload&) const { assert(false && "only a builder with can_append() forms sets"); }
 
+std::shared_ptr<Payload> PayloadBuilder::growth(const Payload&, const Payload&, double, double) const {
+  assert(false && "only a builder that knows totals() is asked");
+  return nullptr;
+}
+
 std::string_view payload_type(const Config& entry) {
   const std::string name = entry.text("payload");
   std::vector<std::string_view> names;
@@ -258,6 +284,8 @@ std::string_view payload_type(const Config& entry) {
   entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
 }
 
+bool holds_totals(const Config& entry) { return entry.is_mapping("cumulative") || entry.boolean("cumulative", false); }
+
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder) {
   const Config columns = entry.child("columns");
   if (type == WheelSpeeds::kType) {
@@ -265,7 +293,7 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
         columns,
         std::initializer_list<Field<WheelSpeeds>>{{"left_mps", &WheelSpeeds::left_mps},
                                                   {"right_mps", &WheelSpeeds::right_mps}},
-        finder);
+        finder, true);
   }
   if (type == WheelSteering::kType) {
     return std::make_unique<NumbersBuilder<WheelSteering>>(
@@ -280,9 +308,10 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
         std::initializer_list<Field<BodyTwist>>{{"v_x_mps", &BodyTwist::v_x_mps},
                                                 {"v_y_mps", &BodyTwist::v_y_mps, false},
                                                 {"w_z_radps", &BodyTwist::w_z_radps}},
-        finder);
+        finder, true);
   }
   if (type == PoseIncrement::kType) {
+    if (holds_totals(entry)) return std::make_unique<MotionBuilder>(entry, columns, finder);
     return std::make_unique<NumbersBuilder<PoseIncrement>>(
         columns,
         std::initializer_list<Field<PoseIncrement>>{{"interval_s", &PoseIncrement::interval_s},

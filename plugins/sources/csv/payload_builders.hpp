@@ -21,6 +21,15 @@ class PayloadBuilder {
   /// Adds one row to what `build` made, if rows can form a set. Throws BadRow, and leaves the payload alone then.
   virtual void append(Row row, Payload& payload) const;
   virtual bool can_append() const { return false; }
+
+  /// What rows of totals say: nothing; a speed, true in the middle between two rows; a motion, from the first of two
+  /// on.
+  enum class Totals { none, speed, motion };
+  virtual Totals totals() const { return Totals::none; }
+  /// What became of the totals `before`, which `build` made, in `seconds` > 0. A total that starts over at `wraps_at`
+  /// (raw, before scale; 0: none does) grew by less than half of that. Throws BadRow.
+  virtual std::shared_ptr<Payload> growth(const Payload& before, const Payload& after, double seconds,
+                                          double wraps_at) const;
   /// True if every row must have as many fields as the file's first.
   virtual bool wants_equal_rows() const { return false; }
 };
@@ -28,6 +37,9 @@ class PayloadBuilder {
 /// The full type of a name in the YAML: "LaserScan" or "waymark/LaserScan@1". Throws ConfigError at `payload` of the
 /// entry.
 std::string_view payload_type(const Config& entry);
+
+/// The key `cumulative`: its columns hold totals. Throws ConfigError.
+bool holds_totals(const Config& entry);
 
 /// The builder for that type from `columns` (and `scan`) of the entry. Throws ConfigError.
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder);

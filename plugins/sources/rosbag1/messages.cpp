@@ -175,12 +175,14 @@ std::shared_ptr<Payload> laser_scan(Wire& wire) {
   scan->start_rad = static_cast<double>(wire.value<float>());
   wire.value<float>();  // the last angle
   scan->step_rad = static_cast<double>(wire.value<float>());
-  for (int i = 0; i < 4; ++i) wire.value<float>();  // times and limits
+  scan->beam_interval_s = static_cast<double>(wire.value<float>());
+  for (int i = 0; i < 3; ++i) wire.value<float>();  // time of a turn, limits
   scan->ranges_m = floats(wire);
   scan->intensities = floats(wire);
   if (!std::isfinite(scan->start_rad) || !std::isfinite(scan->step_rad) || scan->step_rad == 0.0)
     throw Unusable(fmt::format("a scan from {} rad in steps of {} rad", scan->start_rad, scan->step_rad));
   if (scan->ranges_m.empty()) throw Unusable("a scan without beams");
+  if (!std::isfinite(scan->beam_interval_s)) throw Unusable("a scan whose time_increment is not finite");
   if (!scan->intensities.empty() && scan->intensities.size() != scan->ranges_m.size()) {
     throw Unusable(
         fmt::format("a scan of {} ranges, but {} intensities", scan->ranges_m.size(), scan->intensities.size()));

@@ -26,6 +26,7 @@ SimulatedLidar::SimulatedLidar(const Config& config, const Rig& rig)
       start_rad_(kDegree * config.number_in("start_deg", -360.0, 360.0, -135.0)),
       step_rad_(kDegree * config.positive("step_deg", 0.5)),
       beams_(static_cast<int>(config.integer_in("beams", 1, 100000, 541))),
+      beam_interval_s_(config.number_in("sweep_s", 0.0, 10.0, 0.0) / beams_),
       sigma_m_(config.positive("sigma_m", 0.02)),
       miss_probability_(config.number_in("miss_probability", 0.0, 1.0, 0.0)),
       clutter_per_scan_(config.number_in("clutter_per_scan", 0.0, 1000.0, 0.0)),
@@ -89,7 +90,7 @@ double SimulatedLidar::measured(const World& world, const Eigen::Vector3d& origi
 }
 
 std::shared_ptr<Payload> SimulatedLidar::sample(const Truth& truth, Duration time) {
-  const Pose T_map_sensor = truth.trajectory.at(time).pose() * T_base_sensor_;
+  Pose T_map_sensor = truth.trajectory.at(time).pose() * T_base_sensor_;
   const bool as_it_is = miss_probability_ == 0.0 && clutter_per_scan_ == 0.0;
   const World disturbed = as_it_is ? World{} : seen(truth, time, T_map_sensor);
   const World& world = as_it_is ? truth.world : disturbed;
@@ -98,9 +99,12 @@ std::shared_ptr<Payload> SimulatedLidar::sample(const Truth& truth, Duration tim
   auto scan = std::make_shared<LaserScan>();
   scan->start_rad = start_rad_;
   scan->step_rad = step_rad_;
+  scan->beam_interval_s = beam_interval_s_;
   scan->ranges_m.reserve(static_cast<std::size_t>(beams_));
   for (int beam = 0; beam < beams_; ++beam) {
     const double noise = sigma_m_ * random.normal();
+    if (beam_interval_s_ > 0.0)
+      T_map_sensor = truth.trajectory.at(time + from_seconds(beam * beam_interval_s_)).pose() * T_base_sensor_;
     const double range = measured(world, T_map_sensor.p, T_map_sensor.yaw() + start_rad_ + beam * step_rad_, mixing);
     const double shown = range > range_max_m_ ? range_max_m_ + 1.0 : std::clamp(range + noise, 0.0, range_max_m_);
     scan->ranges_m.push_back(static_cast<float>(shown));

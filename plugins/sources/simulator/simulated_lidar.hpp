@@ -10,9 +10,9 @@
 
 namespace waymark::simulator {
 
-/// A horizontal laser scanner that sees the cylinders, all beams at one instant. In each scan a cylinder may be
-/// missing, and things may stand there that the next scan does not see again. A beam has a width, so at an edge it
-/// meets fore- and background at once.
+/// A horizontal laser scanner that sees the cylinders, all beams at one instant or one after the other. In each scan a
+/// cylinder may be missing, and things may stand there that the next scan does not see again. A beam has a width, so at
+/// an edge it meets fore- and background at once.
 class SimulatedLidar : public SimulatedSensor {
  public:
   SimulatedLidar(const Config& config, const Rig& rig);
@@ -27,6 +27,7 @@ class SimulatedLidar : public SimulatedSensor {
   double start_rad_;
   double step_rad_;
   int beams_;
+  double beam_interval_s_;
   double sigma_m_;
   double miss_probability_;
   double clutter_per_scan_;

@@ -135,6 +135,36 @@ TEST(CylinderExtraction, TheExtrinsicsTakeDetectionsToTheBase) {
   EXPECT_NEAR(in_base.detections[0].R(0, 0), in_sensor.detections[0].R(1, 1), 1e-12);
 }
 
+/// Beams that are measured one after the other, from a robot that drives and turns, say where the cylinder is seen from
+/// where the scan began.
+TEST(CylinderExtraction, ASweepIsSeenFromWhereItBegan) {
+  const MotionWindow motion{{1.5, 0.2, 0.0}, {0.0, 0.0, 1.2}};
+  const Pose T_base_sensor = Pose::planar(0.5, 0.1, 0.3);
+  const Eigen::Vector3d cylinder(4.0, 2.5, 0.0);  // in the base's frame at the stamp
+  LaserScan scan;
+  scan.start_rad = -90.0 * kDegree;
+  scan.step_rad = 0.25 * kDegree;
+  scan.beam_interval_s = 1e-4;
+  for (int k = 0; k <= 720; ++k) {
+    const Pose T_base_now = motion.relative(k * scan.beam_interval_s) * T_base_sensor;
+    const World world{{{(T_base_now.inverse() * cylinder).head<2>(), 0.2}}, {}};
+    const double range = world.cast(scan.start_rad + k * scan.step_rad);
+    scan.ranges_m.push_back(range < 60.0 ? static_cast<float>(range) : 81.0f);
+  }
+  const FeatureMapSettings settings = settings_of(kExtraction);
+  const auto error = [&](const MotionWindow& known) {
+    ScanView view = view_of(scan, T_base_sensor, settings.extraction, known);
+    const auto candidates = examine(view, settings.extraction);
+    const auto found = observe(scan, std::move(view), candidates, nullptr, T_base_sensor, settings);
+    EXPECT_EQ(found.detections.size(), 1u);
+    return (found.detections.at(0).xyr.head<2>() - cylinder.head<2>()).norm();
+  };
+  EXPECT_LT(error(motion), 0.03);
+  EXPECT_GT(error({}), 0.15);
+  scan.beam_interval_s = 0.0;
+  EXPECT_EQ(error(motion), error({}));
+}
+
 TEST(CylinderExtraction, AGlintMakesABrightSignature) {
   LaserScan scan = scan_of(World{{{{6.0, -2.0}, 0.2}, {{6.0, 2.0}, 0.2}}, {}});
   scan.intensities.assign(scan.ranges_m.size(), 0.0f);

@@ -136,10 +136,10 @@ TEST(ScanInsertion, BeamsWithoutReturnClearOnlyIfAsked) {
   LaserScan nothing;
   nothing.step_rad = 0.01;
   nothing.ranges_m.assign(10, 81.0f);
-  EXPECT_THROW(observe(nothing, Pose{}, settings().scan), DataError);
+  EXPECT_THROW(observe(nothing, Pose{}, {}, settings().scan), DataError);
   const OccupancyGridSettings clears = settings("{ no_return_clears_m: 2 }");
   TileTree tiles;
-  ScanInsertion().insert(tiles, Eigen::Vector3d::Zero(), observe(nothing, Pose{}, clears.scan), clears);
+  ScanInsertion().insert(tiles, Eigen::Vector3d::Zero(), observe(nothing, Pose{}, {}, clears.scan), clears);
   EXPECT_EQ(odds_at(tiles, {20, 1}), -8);
   tiles.for_all([&](TileIndex, const Tile& tile, bool) {
     for (const std::int8_t odds : tile.odds) EXPECT_LE(odds, 0);

@@ -80,7 +80,7 @@ inline OccupancyGridSettings settings(const char* yaml = "{}") {
 
 inline ScanObservation observed(const std::vector<Wall>& walls, const Eigen::Vector3d& xyyaw, double sigma_m = 0.0,
                                 std::uint32_t seed = 1, const char* yaml = "{}") {
-  return observe(scan_of(walls, xyyaw, sigma_m, seed), Pose{}, settings(yaml).scan);
+  return observe(scan_of(walls, xyyaw, sigma_m, seed), Pose{}, {}, settings(yaml).scan);
 }
 
 /// A map of the walls as a robot makes it that stands at these poses and knows them.

@@ -49,8 +49,8 @@ TEST(CloudInsertion, OfAPlanarScanIsThatOfTheFlatGrid) {
     const Eigen::Vector3d& pose = poses[static_cast<std::size_t>(i) % poses.size()];
     const LaserScan scan = grid_test::scan_of(grid_test::room(), pose, 0.02, static_cast<std::uint32_t>(i));
     const Eigen::Vector3d at = pose + Eigen::Vector3d(0.05 * error(random), 0.05 * error(random), 0.01 * error(random));
-    flat_insertion.insert(flat, at, grid::observe(scan, Pose{}, flat_settings.scan), flat_settings);
-    insertion.insert(map, Pose::planar(at.x(), at.y(), at.z()), observe(scan, Pose{}, s), s);
+    flat_insertion.insert(flat, at, grid::observe(scan, Pose{}, {}, flat_settings.scan), flat_settings);
+    insertion.insert(map, Pose::planar(at.x(), at.y(), at.z()), observe(scan, Pose{}, {}, s), s);
   }
   const std::map<Voxel, float> voxels = voxels_of(map);
   std::size_t known = 0;

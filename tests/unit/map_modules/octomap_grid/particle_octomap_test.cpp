@@ -42,8 +42,8 @@ TEST(ParticleOctomap, MatchesAPlanarScanAsTheFlatGridDoes) {
   for (int round = 0; round < 3; ++round) {
     for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 0), {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}}) {
       const LaserScan seen = scan(p, ++seed);
-      insert(flat, Pose::planar(p.x(), p.y(), p.z()), grid::observe(seen, none, grid_test::settings().scan));
-      insert(octomap, Pose::planar(p.x(), p.y(), p.z()), observe(seen, none, s));
+      insert(flat, Pose::planar(p.x(), p.y(), p.z()), grid::observe(seen, none, {}, grid_test::settings().scan));
+      insert(octomap, Pose::planar(p.x(), p.y(), p.z()), observe(seen, none, {}, s));
     }
   }
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
@@ -54,8 +54,8 @@ TEST(ParticleOctomap, MatchesAPlanarScanAsTheFlatGridDoes) {
     const LaserScan seen = scan(truth, 99);
     Refinement of_flat;
     Refinement of_octomap;
-    flat.refine({prior, kPrior}, prior, grid::observe(seen, none, grid_test::settings().scan), of_flat);
-    octomap.refine({prior, kPrior}, prior, observe(seen, none, s), of_octomap);
+    flat.refine({prior, kPrior}, prior, grid::observe(seen, none, {}, grid_test::settings().scan), of_flat);
+    octomap.refine({prior, kPrior}, prior, observe(seen, none, {}, s), of_octomap);
     EXPECT_LT((mean_of(of_octomap, kPrior) - offset).head<2>().norm(), 0.025);
     EXPECT_LT((mean_of(of_octomap, kPrior) - mean_of(of_flat, kPrior)).norm(), 1e-3);
     EXPECT_NEAR(of_octomap.log_evidence, of_flat.log_evidence, 0.01 * std::abs(of_flat.log_evidence));

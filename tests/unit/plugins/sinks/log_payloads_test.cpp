@@ -36,11 +36,13 @@ TEST_F(LogPayloads, ScansComeBackBitForBit) {
   start();
   LaserScan one = scan({0.1F, 16777217.0F, 1e-38F, kInfinity}, -2.356194490192345);
   one.intensities = {0.0F, 1.0F / 3.0F, 3e38F, 7.0F};
+  one.beam_interval_s = 1.0 / 10240.0;
   arrive(1, one, 5);
   const auto got = same_order<LaserScan>();
   ASSERT_EQ(got.size(), 1u);
   EXPECT_EQ(got[0].start_rad, one.start_rad);
   EXPECT_EQ(got[0].step_rad, one.step_rad);
+  EXPECT_EQ(got[0].beam_interval_s, one.beam_interval_s);
   EXPECT_EQ(got[0].ranges_m, one.ranges_m);
   EXPECT_EQ(got[0].intensities, one.intensities);
   EXPECT_TRUE(out_.has("log/front_lidar.csv")) << "a blank does not belong into the name of a file";

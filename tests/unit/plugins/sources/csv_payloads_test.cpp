@@ -117,6 +117,93 @@ TEST_F(CsvPayloads, RepeatedFixesAreOne) {
               HasSubstr("the header has no column \"long\""));
 }
 
+TEST_F(CsvPayloads, TotalsBecomeSpeeds) {
+  write("a.csv", "t,l,r\n10,100,200\n10.5,150,200\n10.9,130,240\n");
+  const std::string wheels =
+      "payload: WheelSpeeds, columns: { left_mps: { column: l, scale: 0.01, offset: 7 },"
+      " right_mps: { column: r, scale: 0.02 } }, cumulative: true";
+  const auto speeds = read_all(*source(wheels));
+  ASSERT_EQ(speeds.size(), 2u);
+  EXPECT_NEAR(speeds[0].as<WheelSpeeds>().left_mps, 1.0, 1e-12);
+  EXPECT_NEAR(speeds[0].as<WheelSpeeds>().right_mps, 0.0, 1e-12);
+  EXPECT_NEAR(speeds[1].as<WheelSpeeds>().left_mps, -0.5, 1e-12);
+  EXPECT_NEAR(speeds[1].as<WheelSpeeds>().right_mps, 2.0, 1e-12);
+  EXPECT_EQ(speeds[1].stamp.time_since_epoch().count(), 10'700'000'000);
+  EXPECT_EQ(speeds[1].arrival.time_since_epoch().count(), 10'900'000'000);
+}
+
+TEST_F(CsvPayloads, TicksOfTwoWheelsBecomeMotions) {
+  write("a.csv", "t,l,r\n1,1000,500\n1.25,1000,700\n1.5,1100,800\n");
+  const auto motions =
+      read_all(*source("payload: PoseIncrement, cumulative: yes, track_m: 0.5,"
+                       " columns: { left_m: { column: l, scale: 1e-3 }, right_m: { column: r, scale: 1e-3 } }"));
+  ASSERT_EQ(motions.size(), 2u);
+  const auto& turn = motions[0].as<PoseIncrement>();  // about the left wheel
+  EXPECT_NEAR(turn.yaw_rad, 0.4, 1e-12);
+  EXPECT_NEAR(turn.x_m, 0.25 * std::sin(0.4), 1e-12);
+  EXPECT_NEAR(turn.y_m, 0.25 * (1.0 - std::cos(0.4)), 1e-12);
+  EXPECT_NEAR(turn.interval_s, 0.25, 1e-12);
+  EXPECT_EQ(motions[0].stamp.time_since_epoch().count(), 1'000'000'000);
+  EXPECT_EQ(motions[0].arrival.time_since_epoch().count(), 1'250'000'000);
+  const auto& straight = motions[1].as<PoseIncrement>();
+  EXPECT_NEAR(straight.x_m, 0.1, 1e-12);
+  EXPECT_NEAR(straight.y_m, 0.0, 1e-12);
+  EXPECT_NEAR(straight.yaw_rad, 0.0, 1e-12);
+}
+
+TEST_F(CsvPayloads, PosesOfOdometryBecomeMotions) {
+  write("a.csv", "t,x,y,a\n0,5,5,3\n2,5,6,-3\n");
+  const auto motions =
+      read_all(*source("payload: PoseIncrement, cumulative: true, columns: { x_m: x, y_m: y, yaw_rad: a }"));
+  ASSERT_EQ(motions.size(), 1u);
+  const auto& motion = motions[0].as<PoseIncrement>();
+  EXPECT_NEAR(motion.x_m, std::sin(3.0), 1e-12);
+  EXPECT_NEAR(motion.y_m, std::cos(3.0), 1e-12);
+  EXPECT_NEAR(motion.yaw_rad, 2.0 * M_PI - 6.0, 1e-12);
+  EXPECT_NEAR(motion.interval_s, 2.0, 1e-12);
+}
+
+TEST_F(CsvPayloads, RefusesHalfTurnsAndHalfAPairOfWheels) {
+  write("a.csv", "t,l,r\n0,0,0\n1,0,1\n2,0,1.1\n");
+  const std::string wheels = "payload: PoseIncrement, cumulative: true, columns: { left_m: l, right_m: r }";
+  const auto spins = source(wheels + ", track_m: 0.3", "max_bad_rows: 1\n");
+  EXPECT_EQ(read_all(*spins).size(), 1u);
+  EXPECT_THAT(construction_error<ConfigError>(entry(wheels)), HasSubstr("track_m"));
+  EXPECT_THAT(
+      construction_error<ConfigError>(entry("payload: PoseIncrement, cumulative: true, columns: { left_m: l }")),
+      HasSubstr("needs the column \"right_m\""));
+}
+
+TEST_F(CsvPayloads, TotalsMayStartOver) {
+  write("a.csv", "t,l,r\n0,65530,3\n1,4,65533\n");
+  const std::string wheels = "payload: WheelSpeeds, columns: { left_mps: { column: l, scale: -0.5 }, right_mps: r }";
+  const auto wrapped = read_all(*source(wheels + ", cumulative: { wraps_at: 65536 }"));
+  ASSERT_EQ(wrapped.size(), 1u);
+  EXPECT_NEAR(wrapped[0].as<WheelSpeeds>().left_mps, -5.0, 1e-9);
+  EXPECT_NEAR(wrapped[0].as<WheelSpeeds>().right_mps, -6.0, 1e-9);
+}
+
+TEST_F(CsvPayloads, TotalsOfOneTimeAreNoSpeed) {
+  write("a.csv", "t,v,w\n0,1,0\n0,2,0\n1,3,0.5\n");
+  const auto twists =
+      source("payload: BodyTwist, columns: { v_x_mps: v, w_z_radps: w }, cumulative: true", "max_bad_rows: 1\n");
+  const auto good = read_all(*twists);
+  ASSERT_EQ(good.size(), 1u);
+  EXPECT_NEAR(good[0].as<BodyTwist>().v_x_mps, 2.0, 1e-12);
+  EXPECT_NEAR(good[0].as<BodyTwist>().w_z_radps, 0.5, 1e-12);
+  const auto strict = source("payload: BodyTwist, columns: { v_x_mps: v, w_z_radps: w }, cumulative: true");
+  EXPECT_THAT(reading_error(*strict), HasSubstr("a.csv:3: no time has passed since the row before"));
+}
+
+TEST_F(CsvPayloads, NotEveryPayloadHasTotals) {
+  write("a.csv", "t,h\n0,1\n");
+  EXPECT_THAT(construction_error<ConfigError>(entry("payload: Height, columns: { height_m: h }, cumulative: true")),
+              HasSubstr("cumulative: totals say nothing of this payload"));
+  EXPECT_THAT(construction_error<ConfigError>(
+                  entry("payload: WheelSpeeds, columns: { left_mps: h, right_mps: h }, cumulative: { wraps_at: 0 }")),
+              HasSubstr("wraps_at"));
+}
+
 TEST_F(CsvPayloads, AnOrientationIsAUnitQuaternionOrUnknown) {
   write("a.csv", "t,x,y,z,w\n0,0,0.6,0,0.8\n1,0,0,0,0\n2,,,,\n3,0,0,0.7071,0.7071\n4,0,0,0,0.5\n");
   const std::string columns =
@@ -227,6 +314,15 @@ TEST_F(CsvPayloads, TakesTheAnglesOfAScanInRadians) {
               HasSubstr("not both"));
   EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_rad: 1, step_rad: 0 }")), HasSubstr("step_rad: 0"));
   EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_rad: 1, step_rad: 90 }")), HasSubstr("step_rad"));
+}
+
+TEST_F(CsvPayloads, BeamsMayHaveTimesOfTheirOwn) {
+  write("a.csv", "t,r0,r1\n0,1,2\n");
+  const std::string scan =
+      "payload: LaserScan, columns: { ranges_m: { first: r0, last: r1 } }, scan: { start_deg: 0, step_deg: 1";
+  EXPECT_EQ(source(scan + " }")->next()->as<LaserScan>().beam_interval_s, 0.0);
+  EXPECT_EQ(source(scan + ", beam_interval_s: 1e-4 }")->next()->as<LaserScan>().beam_interval_s, 1e-4);
+  EXPECT_THAT(construction_error<ConfigError>(entry(scan + ", beam_interval_s: 2 }")), HasSubstr("beam_interval_s"));
 }
 
 TEST_F(CsvPayloads, TheReferenceMayNotKnowEverything) {

@@ -124,13 +124,14 @@ TEST_F(Rosbag1, ReadsAScan) {
     const auto list = [](std::initializer_list<float> v) {
       return bytes_of(static_cast<std::uint32_t>(v.size())) + packed(v);
     };
-    return header(1) + packed({-1.5f, 1.5f, 0.5f, 0.0f, 0.1f, 0.2f, 30.0f}) + list(ranges) + list(intensities);
+    return header(1) + packed({-1.5f, 1.5f, 0.5f, 0.25f, 0.1f, 0.2f, 30.0f}) + list(ranges) + list(intensities);
   };
   const auto all =
       one(kScan, scan({1.0f, kInfinity, -kInfinity, static_cast<float>(kNaN), 40.0f}, {1.0f, 2.0f, 3.0f, 4.0f, 5.0f}));
   const auto& got = all.at(0).as<LaserScan>();
   EXPECT_EQ(got.start_rad, -1.5);
   EXPECT_EQ(got.step_rad, 0.5);
+  EXPECT_EQ(got.beam_interval_s, 0.25);
   EXPECT_THAT(got.ranges_m, ElementsAre(1.0f, kInfinity, 0.0f, kInfinity, 40.0f));
   EXPECT_THAT(got.intensities, SizeIs(5));
   EXPECT_THAT(one(kScan, scan({1.0f, 2.0f}, {1.0f})), IsEmpty());

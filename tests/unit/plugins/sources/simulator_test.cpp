@@ -121,7 +121,8 @@ TEST(Simulator, ReadsEveryKeyOfItsReadme) {
       "         dead_s: [1, 2], nan_s: [1, 2], nan_probability: 0.1, outlier_probability: 0.1, outlier_max_m: 9,"
       "         frozen_s: [1, 2], drift_s: [1, 2], drift_mps: 1, speed_sigma_mps: 0.1 },"
       "  magnetism: { disturbances_s: [1, 2], disturbance_t: [1e-6, 0, 0], disturbance_frame: map },"
-      "  lidar: { sensor: lidar, range_max_m: 20, start_deg: -90, step_deg: 1, beams: 181, sigma_m: 0.01 } }");
+      "  lidar: { sensor: lidar, range_max_m: 20, start_deg: -90, step_deg: 1, beams: 181, sigma_m: 0.01,"
+      "           sweep_s: 0.1 } }");
   PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("simulator", config, rig_with({}));
   EXPECT_NO_THROW(config.reject_unread());
 }
@@ -235,6 +236,26 @@ TEST(Simulator, ScansShowCylindersAsGeometrySays) {
   }
   EXPECT_GT(hits, 20);
   EXPECT_LT(hits, 200);
+}
+
+TEST(Simulator, WithASweepEveryBeamIsSeenFromWhereTheRobotThenWas) {
+  const auto source = make(
+      "{ duration_s: 4, acceleration_mps2: 1000, course: { waypoints_m: [0, 0, 20, 0] }, walls_m: [30, -50, 30, 50],"
+      " lidar: { sensor: lidar, rate_hz: 5, sigma_m: 1e-9, start_deg: -30, step_deg: 1, beams: 61, sweep_s: 0.1,"
+      " range_max_m: 60 } }");
+  const auto all = read_all(*source);
+  ASSERT_GT(all.size(), 15u);
+  for (const Measurement& m : all) {
+    const auto& scan = m.as<LaserScan>();
+    ASSERT_NEAR(scan.beam_interval_s, 0.1 / 61.0, 1e-12);
+    const double start = to_seconds(m.stamp.time_since_epoch());
+    if (start > 3.9) continue;  // where it stands at the end
+    for (std::size_t k = 0; k < 61; ++k) {
+      const auto beam = static_cast<double>(k);
+      const double ahead = static_cast<double>(scan.ranges_m[k]) * std::cos(scan.start_rad + beam * scan.step_rad);
+      ASSERT_NEAR(ahead, 30.0 - (start + beam * scan.beam_interval_s), 6e-3);  // 1 m/s in steps of 5 ms
+    }
+  }
 }
 
 TEST(Simulator, ACylinderBeyondTheRangeIsNotSeen) {

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion_builder.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "waymark/payloads.hpp"
+
+namespace waymark::csv {
+namespace {
+
+/// What a row holds: two ways, or x, y and yaw.
+struct MotionTotals : PayloadOf<MotionTotals> {
+  static constexpr std::string_view kType = "csv/MotionTotals@1";
+  std::array<double, 3> values{};
+};
+
+/// Along an arc.
+PoseIncrement by_wheels(double left_m, double right_m, double track_m) {
+  PoseIncrement motion;
+  motion.yaw_rad = (right_m - left_m) / track_m;
+  const double way = 0.5 * (left_m + right_m);
+  const double half = 0.5 * motion.yaw_rad;
+  const double chord = std::abs(half) < 1e-6 ? way : way * std::sin(half) / half;
+  motion.x_m = chord * std::cos(half);
+  motion.y_m = chord * std::sin(half);
+  return motion;
+}
+
+PoseIncrement between(const std::array<double, 3>& before, const std::array<double, 3>& after) {
+  const double x = after[0] - before[0];
+  const double y = after[1] - before[1];
+  const double c = std::cos(before[2]);
+  const double s = std::sin(before[2]);
+  PoseIncrement motion;
+  motion.x_m = c * x + s * y;
+  motion.y_m = c * y - s * x;
+  motion.yaw_rad = std::remainder(after[2] - before[2], 2.0 * std::numbers::pi);
+  return motion;
+}
+
+}  // namespace
+
+MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
+  using Names = std::vector<std::string_view>;
+  const bool by_wheels = columns.has("left_m") || columns.has("right_m");
+  const Names names = by_wheels ? Names{"left_m", "right_m"} : Names{"x_m", "y_m", "yaw_rad"};
+  check_fields(columns, names, names, "PoseIncrement out of totals");
+  for (const std::string_view name : names) columns_.emplace_back(columns, name, finder);
+  if (by_wheels) track_m_ = entry.positive("track_m");
+}
+
+std::shared_ptr<Payload> MotionBuilder::build(Row row) const {
+  auto totals = std::make_shared<MotionTotals>();
+  for (std::size_t i = 0; i < columns_.size(); ++i) totals->values[i] = columns_[i].read(row);
+  return totals;
+}
+
+std::shared_ptr<Payload> MotionBuilder::growth(const Payload& before, const Payload& after, double seconds,
+                                               double wraps_at) const {
+  const auto& first = static_cast<const MotionTotals&>(before).values;
+  const auto& last = static_cast<const MotionTotals&>(after).values;
+  auto motion = std::make_shared<PoseIncrement>(
+      track_m_ > 0.0 ? by_wheels(columns_[0].growth(first[0], last[0], wraps_at),
+                                 columns_[1].growth(first[1], last[1], wraps_at), track_m_)
+                     : between(first, last));
+  if (!(std::abs(motion->yaw_rad) < std::numbers::pi)) {
+    throw BadRow("the wheels turned the robot by half a turn or more since the row before");
+  }
+  motion->interval_s = seconds;
+  return motion;
+}
+
+}  // namespace waymark::csv
