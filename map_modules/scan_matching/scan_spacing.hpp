@@ -9,7 +9,7 @@
 namespace waymark::grid {
 
 /// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time. Distance and angle
-/// are those between two places, so a belief that trembles on the spot takes none.
+/// are summed up from scan to scan, as the places lie apart: logs whose times are useless have useless speeds, too.
 class ScanSpacing {
  public:
   /// True if this scan is taken; `motion` is the robot's at its stamp. Scans that come late are taken.
@@ -19,9 +19,11 @@ class ScanSpacing {
   void load(InArchive& in);
 
  private:
-  std::optional<Time> last_;                            // scan, taken or not
-  std::optional<Time> taken_;                           // the last one that was
-  Eigen::Vector3d at_taken_ = Eigen::Vector3d::Zero();  // x, y [m], yaw [rad] of the base then
+  std::optional<Time> last_;                           // scan, taken or not
+  std::optional<Time> taken_;                          // the last one that was
+  Eigen::Vector3d at_last_ = Eigen::Vector3d::Zero();  // x, y [m], yaw [rad] of the base at the last scan
+  double distance_ = 0.0;                              // since the last one that was taken [m]
+  double angle_ = 0.0;                                 // [rad]
 };
 
 }  // namespace waymark::grid

@@ -121,7 +121,8 @@ def main():
     print("| place | poses | wheels alone, RMS [m] | RMS [m] | median [m] | largest [m] | failed of all matches, median | CPU [s] |")
     print("|---|---|---|---|---|---|---|---|")
     for place in places:
-        wheels = run(arguments, place, 1, {"maps": "[]"})
+        without_maps = argparse.Namespace(**vars(arguments) | {"set": [one for one in arguments.set if not one.startswith("maps.")]})
+        wheels = run(without_maps, place, 1, {"maps": "[]"})
         results = [run(arguments, place, seed) for seed in range(1, arguments.seeds + 1)]
         of = lambda key: sorted(result[key] for result in results)
         middle = lambda key: of(key)[len(results) // 2]

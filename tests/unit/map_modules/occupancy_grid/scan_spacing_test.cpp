@@ -20,7 +20,7 @@ class SpacingOfScans : public ::testing::Test {
   ScanSpacing spacing_;
 };
 
-TEST_F(SpacingOfScans, CountsTheWayBetweenTwoPlaces) {
+TEST_F(SpacingOfScans, CountsTheWayFromPlaceToPlace) {
   EXPECT_TRUE(takes(0.0, 0.0));
   EXPECT_FALSE(takes(0.1, 0.4));
   EXPECT_TRUE(takes(0.2, 0.6));
@@ -34,10 +34,14 @@ TEST_F(SpacingOfScans, CountsTurnsThroughHalfACircle) {
   EXPECT_TRUE(takes(0.2, 0.0, 0.0, -3.0));
 }
 
-/// A belief that trembles while the robot stands drives no way.
-TEST_F(SpacingOfScans, TremblingIsNoWay) {
+/// To and fro, or round a corner: what was driven counts.
+TEST_F(SpacingOfScans, SumsUpTheWay) {
   EXPECT_TRUE(takes(0.0, 0.0));
-  for (int k = 1; k < 1000; ++k) EXPECT_FALSE(takes(0.1 * k, k % 2 == 0 ? 0.01 : -0.01));
+  EXPECT_FALSE(takes(0.1, 0.3));
+  EXPECT_FALSE(takes(0.2, 0.15));
+  EXPECT_TRUE(takes(0.3, 0.15, 0.1));
+  EXPECT_FALSE(takes(0.4, 0.15, 0.1, 0.1));
+  EXPECT_TRUE(takes(0.5, 0.15, 0.1, 0.0));
 }
 
 /// A log whose times are useless has speeds that are, too: the way does not ask for them.
