@@ -175,7 +175,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
     Match searched;
     descend(target, prior, search(target, prior), searched);
     searched.evaluations += match.evaluations;
-    if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
+    if (match.failed || (!searched.failed && searched.log_evidence > match.log_evidence)) match = searched;
     match.searched = true;
   }
   if (!match.failed) return match;
