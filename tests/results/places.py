@@ -17,14 +17,14 @@ import tempfile
 from dense import evaluate_path, timed_run
 from faults import cell
 
-# Place: time of its lines, x of the laser [m], noise of the wheels (`--steps` measures it): along [m/√s], across [m/√s], yaw [rad/√s].
+# Place: time of its lines, x of the laser [m], noise of the wheels (`--steps` measures it): along [m/√s], across [m/√s], yaw [rad/√s]; outdoors other lengths, as in the YAML.
 PLACES = {
     "freiburg-101": ("ipc", -0.04, (0.03, 0.02, 0.05)),
     "fhw": ("ipc", 0, (0.05, 0.03, 0.05)),
     "belgioioso": ("lines", -0.04, (0.05, 0.05, 0.09)),
     "csail": ("lines", 0, (0.12, 0.11, 0.18)),
     "infinite-corridor": ("lines", 0, (0.05, 0.03, 0.01)),
-    "freiburg-campus": ("lines", -0.04, (0.08, 0.11, 0.06)),
+    "freiburg-campus": ("lines", -0.04, (0.08, 0.11, 0.06), {"cell_m": 0.1, "range_max_m": 80, "wide_sigma_m": 0.24, "narrow_sigma_m": 0.1, "search_m": 0.56}),
     "mit-csail": ("ipc", 0, (0.12, 0.11, 0.18)),
 }
 LINE_INTERVAL_S = 0.1
@@ -77,13 +77,13 @@ def steps(place):
 
 
 def run(arguments, place, seed, more={}):
-    times, laser, (along, across, yaw) = PLACES[place]
+    times, laser, (along, across, yaw), *outdoors = PLACES[place]
     settings = {"sensors.wheels.speed_noise_m_per_sqrt_s": f"[{along}, 0]", "sensors.wheels.lateral_noise_m_per_sqrt_s": f"[{across}, 0]",
                 "sensors.wheels.yaw_noise_rad_per_sqrt_s": f"[{yaw}, 0, 0]"}
     config = "config/carmen_mit_csail.yaml"
     if place != "mit-csail":
         config = "config/carmen_sparse.yaml"
-        settings |= {"variables.place": place, "variables.times": times, "variables.laser_x_m": laser}
+        settings |= {"variables.place": place, "variables.times": times, "variables.laser_x_m": laser, **{f"variables.{key}": value for key, value in dict(*outdoors).items()}}
     with tempfile.TemporaryDirectory() as out:
         out = os.path.join(arguments.keep, f"{place}_{seed}") if arguments.keep and not more else out
         usage = timed_run(arguments, config, out, seed, settings | more)
@@ -116,8 +116,8 @@ def main():
         return
     if arguments.one_noise:
         noise = tuple(float(value) for value in arguments.one_noise.split(","))
-        for place, (times, laser, _) in PLACES.items():
-            PLACES[place] = (times, laser, noise)
+        for place, (times, laser, _, *outdoors) in PLACES.items():
+            PLACES[place] = (times, laser, noise, *outdoors)
     print("| place | poses | wheels alone, RMS [m] | RMS [m] | median [m] | largest [m] | failed of all matches, median | CPU [s] |")
     print("|---|---|---|---|---|---|---|---|")
     for place in places:
