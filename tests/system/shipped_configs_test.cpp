@@ -92,6 +92,30 @@ TEST(CarPark, StaysWithinItsErrorAgainstHeldOutFixes) {
   EXPECT_LE(report.at("trajectory").at("ate_rms_m").get<double>(), 0.20) << score.out;
 }
 
+TEST(LegoCylinders, LandmarksAndGridFindTheSixCylindersOnceEach) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  for (const char* seed : {"1", "2", "3"}) {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = folder / "out";
+    const Outcome run = waymark(
+        {"run", WAYMARK_SOURCE_DIR "/config/lego_cylinders.yaml", "--out", out.string(), "--quiet", "--seed", seed});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Outcome score =
+        waymark({"evaluate", "--estimate", (out / "trajectory.txt").string(), "--reference",
+                 (out / "reference.txt").string(), "--align", "se2", "--landmarks", (out / "landmarks.csv").string(),
+                 "--survey", (out / "reference_landmarks.csv").string(), "--match-radius-m", "0.3", "--json"});
+    ASSERT_EQ(score.exit_code, 0) << score.err;
+    const nlohmann::json report = nlohmann::json::parse(score.out);
+    EXPECT_GT(report.at("trajectory").at("scored").get<int>(), 270) << score.out;
+    // docs/results/hybrid.md: 0.07 m and 0.05 m.
+    EXPECT_LE(report.at("trajectory").at("ate_rms_m").get<double>(), 0.12) << score.out;
+    EXPECT_EQ(report.at("landmarks").at("matched"), 6) << score.out;
+    EXPECT_EQ(report.at("landmarks").at("duplicates"), 0) << score.out;
+    EXPECT_EQ(report.at("landmarks").at("others"), 0) << score.out;
+    EXPECT_LE(report.at("landmarks").at("landmark_rms_m").get<double>(), 0.1) << score.out;
+  }
+}
+
 /// Runs a configuration and gives the RMS error of its held-out fixes in the plane [m].
 double error_in_plane(const std::string& name, const std::vector<std::string>& overrides, const std::string& datum,
                       const std::string& align) {
