@@ -39,7 +39,6 @@ class LayeredTarget final : public grid::MatchTarget {
 
   grid::FieldFit fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
   double sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
-  double reach() const override { return grid::reach_of(points_); }
 
  private:
   struct Layer {

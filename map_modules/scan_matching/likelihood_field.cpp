@@ -14,12 +14,6 @@ LikelihoodTable::LikelihoodTable(double sigma, double resolution) {
   }
 }
 
-double reach_of(std::span<const Eigen::Vector2f> points) {
-  double sum = 0.0;
-  for (const Eigen::Vector2f& p : points) sum += static_cast<double>(p.squaredNorm());
-  return points.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(points.size()));
-}
-
 FieldFit FieldSums::fit(double resolution) const {
   FieldFit fit;
   fit.log_likelihood = log_likelihood + std::log(product);

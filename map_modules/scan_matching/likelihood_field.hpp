@@ -127,9 +127,6 @@ FieldFit fit_points(const Field& field, const LikelihoodTable& table, std::span<
   return add_points({}, field, table, points, xyyaw, resolution).fit(resolution);
 }
 
-/// How far the points are from the base, root mean square [m]; 0 without points.
-double reach_of(std::span<const Eigen::Vector2f> points);
-
 /// Σ L without interpolation or derivatives, for the coarse search.
 template <class Field>
 double sum_likelihood(const Field& field, const LikelihoodTable& table, std::span<const Eigen::Vector2f> points,

@@ -19,7 +19,7 @@ namespace {
 // Steps below these end a stage: the wide one need only lead into the narrow one's basin.
 const Eigen::Vector3d kWideStep(3e-3, 3e-3, 1e-3);
 const Eigen::Vector3d kNarrowStep(2e-4, 2e-4, 1e-4);
-constexpr double kSearchYawStep = 0.03;  // rad, at most
+constexpr double kSearchYawStep = 0.03;  // rad
 constexpr double kSpreadSigmas = 4.0;    // no draw is farther away than this, but for one in 3000
 
 bool is_small(const Eigen::Vector3d& step, const Eigen::Vector3d& bound) {
@@ -147,15 +147,13 @@ void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Ei
 Eigen::Vector3d ScanMatcher::search(const MatchTarget& target, const MatchPrior& prior) const {
   const double step = std::max(resolution_, 0.75 * settings_.wide_sigma);
   const int shifts = static_cast<int>(settings_.coarse_distance / step);
-  // A turn moves the far end points: by no more than the wide field is wide, or no turn that is tried fits them.
-  const double yaw_step = std::min(kSearchYawStep, settings_.wide_sigma / std::max(target.reach(), resolution_));
-  const int turns = static_cast<int>(settings_.coarse_angle / yaw_step);
+  const int turns = static_cast<int>(settings_.coarse_angle / kSearchYawStep);
   Eigen::Vector3d best = prior.start;
   double best_sum = -1.0;
   for (int turn = -turns; turn <= turns; ++turn) {
     for (int y = -shifts; y <= shifts; ++y) {
       for (int x = -shifts; x <= shifts; ++x) {
-        const Eigen::Vector3d d = prior.start + Eigen::Vector3d(x * step, y * step, turn * yaw_step);
+        const Eigen::Vector3d d = prior.start + Eigen::Vector3d(x * step, y * step, turn * kSearchYawStep);
         const double sum = target.sum_likelihood(wide_, prior.mean + d);
         if (sum <= best_sum) continue;
         best_sum = sum;
@@ -175,7 +173,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
     Match searched;
     descend(target, prior, search(target, prior), searched);
     searched.evaluations += match.evaluations;
-    if (match.failed || (!searched.failed && searched.log_evidence > match.log_evidence)) match = searched;
+    if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
     match.searched = true;
   }
   if (!match.failed) return match;

@@ -35,8 +35,6 @@ class MatchTarget {
   /// With the base at `xyyaw`.
   virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
   virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
-  /// How far the end points are from the base, root mean square [m].
-  virtual double reach() const = 0;
 };
 
 /// End points over one field.
@@ -51,7 +49,6 @@ class PlanarTarget final : public MatchTarget {
   double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
     return grid::sum_likelihood(field_, table, points_, xyyaw, resolution_);
   }
-  double reach() const override { return reach_of(points_); }
 
  private:
   const Field& field_;
