@@ -118,7 +118,9 @@ ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const Extract
     const Eigen::Matrix3d R_sensor_base = T_base_sensor.q.toRotationMatrix().transpose();
     const Eigen::Vector3d v = R_sensor_base * (motion.v_base + motion.w_base.cross(T_base_sensor.p));
     view.way_per_beam = scan.beam_interval_s * v.head<2>();
-    view.step += scan.beam_interval_s * (R_sensor_base * motion.w_base).z();
+    const double turn = scan.beam_interval_s * (R_sensor_base * motion.w_base).z();
+    if (!(std::abs(turn) < 0.5 * std::abs(scan.step_rad))) throw DataError("the robot turns as fast as its scanner");
+    view.step += turn;
   }
   std::vector<float> ranges(scan.ranges_m.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) {

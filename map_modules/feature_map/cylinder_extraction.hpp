@@ -46,7 +46,7 @@ struct Candidate {
 };
 
 /// The scan with its ranges cleaned: blind, free or measured; as seen at the stamp, if its beams have times of their
-/// own. Throws DataError if the scan has no beams.
+/// own. Throws DataError if the scan has no beams, or if the robot turns about as fast as the scanner.
 ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const ExtractionSettings& settings,
                  const MotionWindow& motion = {});
 

@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
+
+#include "waymark/pose_increment.hpp"
 
 namespace waymark::carmen {
 namespace {
@@ -14,19 +15,7 @@ namespace {
 constexpr double kReversing = -0.01;  // [m/s]: below this the robot drives backward
 constexpr double kShortest = 0.1;     // [s]: stamps jitter, so a shorter interval may stand for a longer one
 
-/// The end in the frame of the begin.
-PoseIncrement between(const PlanarPose& begin, const PlanarPose& end, double interval_s) {
-  const double dx = end.x - begin.x;
-  const double dy = end.y - begin.y;
-  const double c = std::cos(begin.theta);
-  const double s = std::sin(begin.theta);
-  PoseIncrement increment;
-  increment.interval_s = interval_s;
-  increment.x_m = c * dx + s * dy;
-  increment.y_m = c * dy - s * dx;
-  increment.yaw_rad = std::remainder(end.theta - begin.theta, 2.0 * std::numbers::pi);
-  return increment;
-}
+Eigen::Vector3d vector(const PlanarPose& pose) { return {pose.x, pose.y, pose.theta}; }
 
 /// The speed whose stamp is nearest; `speeds` are in order of their stamps.
 std::optional<double> speed_near(const std::vector<OdometrySpeed>& speeds, Time at) {
@@ -51,7 +40,8 @@ OdometrySteps make_steps(const std::vector<OdometryPose>& poses, const std::vect
     const OdometryPose& end = poses[i];
     last = i;
     const double interval_s = to_seconds(end.stamp - begin.stamp);
-    auto increment = std::make_shared<PoseIncrement>(between(begin.T_odom_base, end.T_odom_base, interval_s));
+    auto increment =
+        std::make_shared<PoseIncrement>(pose_increment(vector(begin.T_odom_base), vector(end.T_odom_base), interval_s));
     const double length = std::hypot(increment->x_m, increment->y_m);
     if (length > options.max_speed_mps * std::max(interval_s, kShortest)) {
       bad.add(end.place, fmt::format("odometry jumps by {:.3f} m in {:.3f} s; at most {} m/s are expected", length,

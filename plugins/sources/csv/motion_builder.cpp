@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "waymark/payloads.hpp"
+#include "waymark/pose_increment.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 /// What a row holds: two ways, or x, y and yaw.
 struct MotionTotals : PayloadOf<MotionTotals> {
   static constexpr std::string_view kType = "csv/MotionTotals@1";
-  std::array<double, 3> values{};
+  Eigen::Vector3d values = Eigen::Vector3d::Zero();
 };
 
 /// Along an arc.
@@ -27,18 +27,6 @@ PoseIncrement by_wheels(double left_m, double right_m, double track_m) {
   return motion;
 }
 
-PoseIncrement between(const std::array<double, 3>& before, const std::array<double, 3>& after) {
-  const double x = after[0] - before[0];
-  const double y = after[1] - before[1];
-  const double c = std::cos(before[2]);
-  const double s = std::sin(before[2]);
-  PoseIncrement motion;
-  motion.x_m = c * x + s * y;
-  motion.y_m = c * y - s * x;
-  motion.yaw_rad = std::remainder(after[2] - before[2], 2.0 * std::numbers::pi);
-  return motion;
-}
-
 }  // namespace
 
 MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
@@ -48,11 +36,14 @@ MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnF
   check_fields(columns, names, names, "PoseIncrement out of totals");
   for (const std::string_view name : names) columns_.emplace_back(columns, name, finder);
   if (by_wheels) track_m_ = entry.positive("track_m");
+  if (!by_wheels && entry.is_mapping("cumulative"))
+    entry.fail("cumulative", "poses do not start over, ticks do; true is expected");
 }
 
 std::shared_ptr<Payload> MotionBuilder::build(Row row) const {
   auto totals = std::make_shared<MotionTotals>();
-  for (std::size_t i = 0; i < columns_.size(); ++i) totals->values[i] = columns_[i].read(row);
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    totals->values[static_cast<Eigen::Index>(i)] = columns_[i].read(row);
   return totals;
 }
 
@@ -63,7 +54,7 @@ std::shared_ptr<Payload> MotionBuilder::growth(const Payload& before, const Payl
   auto motion = std::make_shared<PoseIncrement>(
       track_m_ > 0.0 ? by_wheels(columns_[0].growth(first[0], last[0], wraps_at),
                                  columns_[1].growth(first[1], last[1], wraps_at), track_m_)
-                     : between(first, last));
+                     : pose_increment(first, last, seconds));
   if (!(std::abs(motion->yaw_rad) < std::numbers::pi)) {
     throw BadRow("the wheels turned the robot by half a turn or more since the row before");
   }

@@ -161,6 +161,8 @@ TEST(CylinderExtraction, ASweepIsSeenFromWhereItBegan) {
   };
   EXPECT_LT(error(motion), 0.03);
   EXPECT_GT(error({}), 0.15);
+  scan.beam_interval_s = 0.005;
+  EXPECT_THROW(error(motion), DataError);
   scan.beam_interval_s = 0.0;
   EXPECT_EQ(error(motion), error({}));
 }

@@ -172,6 +172,9 @@ TEST_F(CsvPayloads, RefusesHalfTurnsAndHalfAPairOfWheels) {
   EXPECT_THAT(
       construction_error<ConfigError>(entry("payload: PoseIncrement, cumulative: true, columns: { left_m: l }")),
       HasSubstr("needs the column \"right_m\""));
+  EXPECT_THAT(construction_error<ConfigError>(entry("payload: PoseIncrement, cumulative: { wraps_at: 9 }, columns: {"
+                                                    " x_m: l, y_m: r, yaw_rad: r }")),
+              HasSubstr("poses do not start over"));
 }
 
 TEST_F(CsvPayloads, TotalsMayStartOver) {
