@@ -8,8 +8,7 @@
 
 namespace waymark::grid {
 
-/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time. Distance and angle
-/// are summed up from scan to scan, as the places lie apart: logs whose times are useless have useless speeds, too.
+/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
 class ScanSpacing {
  public:
   /// True if this scan is taken; `motion` is the robot's at its stamp. Scans that come late are taken.
@@ -19,11 +18,10 @@ class ScanSpacing {
   void load(InArchive& in);
 
  private:
-  std::optional<Time> last_;                           // scan, taken or not
-  std::optional<Time> taken_;                          // the last one that was
-  Eigen::Vector3d at_last_ = Eigen::Vector3d::Zero();  // x, y [m], yaw [rad] of the base at the last scan
-  double distance_ = 0.0;                              // since the last one that was taken [m]
-  double angle_ = 0.0;                                 // [rad]
+  std::optional<Time> last_;   // scan, taken or not
+  std::optional<Time> taken_;  // the last one that was
+  double distance_ = 0.0;      // since then [m]
+  double angle_ = 0.0;         // [rad]
 };
 
 }  // namespace waymark::grid
