@@ -127,6 +127,10 @@ void score_against_reference(const Arguments& arguments, const Trajectory& estim
   report.trajectory = score_trajectory(estimate, reference, options);
   std::vector<PoseCovariance> covariances;
   if (!arguments.covariance.empty()) {
+    if (reference.orientation == Orientation::none && !options.lever_arm_m.isZero()) {
+      throw Error("evaluate: --covariance is that of the base, not of the point at --lever-arm, whose positions " +
+                  reference.name + " holds; leave out one of the two");
+    }
     covariances = read_covariances(arguments.covariance);
     report.consistency = score_consistency(covariances, estimate, reference, report.trajectory->T_reference_estimate,
                                            options.max_time_gap_s);
@@ -189,7 +193,9 @@ void add_command(CLI::App& app, int& exit_code) {
       "      --covariance out/run/covariance.csv --diagnostics out/run/diagnostics.json --outage 30:45 --outage 80:90");
   command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
   command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
-  command->add_option("--covariance", a.covariance, "covariance.csv of the tum sink: adds the NEES of x, y, yaw");
+  command->add_option(
+      "--covariance", a.covariance,
+      "covariance.csv of the tum sink: adds the NEES of x, y, yaw (of x, y if the reference has no yaw)");
   command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
   command
       ->add_option("--outage", a.outages, "begin:end [s] of a span without the sensor that holds the pose; repeatable")

@@ -32,14 +32,11 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) 
 
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
                               const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s) {
-  if (estimate.orientation == Orientation::none || reference.orientation == Orientation::none) {
-    throw Error("consistency: " + (reference.orientation == Orientation::none ? reference.name : estimate.name) +
-                " has no orientation");
-  }
+  if (estimate.orientation == Orientation::none) throw Error("consistency: " + estimate.name + " has no orientation");
+  const int dimensions = reference.orientation == Orientation::none ? 2 : 3;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
-  constexpr int kDimensions = 3;
-  const double bound = gaussian::chi_squared_quantile(0.95, kDimensions);
+  const double bound = gaussian::chi_squared_quantile(0.95, dimensions);
   std::vector<double> nees;
   std::size_t within = 0;
   for (const PoseCovariance& covariance : covariances) {
@@ -53,21 +50,23 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
                                 so3::wrap(estimated.yaw() - truth.yaw()));
     constexpr double kCertain = 1e-4;  // [m]
     if (covariance.P(0, 0) + covariance.P(1, 1) < kCertain * kCertain) continue;
-    const Eigen::LDLT<Eigen::Matrix3d> factor(turn * covariance.P * turn.transpose());
+    const Eigen::Matrix3d P = turn * covariance.P * turn.transpose();
+    const Eigen::LDLT<Eigen::MatrixXd> factor(P.topLeftCorner(dimensions, dimensions));
     if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
-    nees.push_back(error.dot(factor.solve(error)));
+    nees.push_back(error.head(dimensions).dot(factor.solve(error.head(dimensions))));
     within += nees.back() <= bound ? 1 : 0;
   }
   if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
   Consistency out;
+  out.dimensions = dimensions;
   out.scored = nees.size();
   out.share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
   const auto count = static_cast<double>(nees.size());
-  out.low_95 = gaussian::chi_squared_quantile(0.025, kDimensions);
-  out.high_95 = gaussian::chi_squared_quantile(0.975, kDimensions);
+  out.low_95 = gaussian::chi_squared_quantile(0.025, dimensions);
+  out.high_95 = gaussian::chi_squared_quantile(0.975, dimensions);
   out.share_below = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n < out.low_95; })) / count;
   out.share_above = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n > out.high_95; })) / count;
-  const int dof = kDimensions * static_cast<int>(nees.size());
+  const int dof = dimensions * static_cast<int>(nees.size());
   out.mean_low_95 = gaussian::chi_squared_quantile(0.025, dof) / count;
   out.mean_high_95 = gaussian::chi_squared_quantile(0.975, dof) / count;
   for (std::size_t q = 0; q < 4; ++q) {

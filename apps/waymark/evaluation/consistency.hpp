@@ -17,12 +17,14 @@ struct PoseCovariance {
 };
 
 /// The normalised estimation error squared of (x, y, yaw), eᵀ P⁻¹ e: 3 on the average and 2.4 at the median if the
-/// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4).
+/// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4). Of (x, y) alone if the reference tells no
+/// orientation: 2 and 1.4.
 struct Consistency {
+  int dimensions = 3;  ///< 3, or 2: degrees of freedom of one NEES
   std::size_t scored = 0;
   ErrorStatistics nees;
-  double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with 3 degrees of freedom
-  /// Two-sided 95 % bounds of χ² with 3 degrees of freedom, for one time: 2.5 % should lie below, 2.5 % above. Below
+  double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with so many degrees of freedom
+  /// Two-sided 95 % bounds of that χ², for one time: 2.5 % should lie below, 2.5 % above. Below
   /// them the covariance is too large, above them too small.
   double low_95 = 0.0;
   double high_95 = 0.0;
@@ -41,7 +43,7 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
 /// Scores the covariances' stamps at which both trajectories are known and the position is not held for certain (σ
 /// above 0.1 mm: the files are written to micrometres, and a start that is the map's gauge has no uncertainty).
 /// `T_reference_estimate` is the alignment; it takes degrees of freedom out of the error, so honest NEES is taken
-/// without. Throws Error if the reference has no orientation, or if there is no common time.
+/// without. Throws Error if the estimate has no orientation, or if there is no common time.
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
                               const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s);
 

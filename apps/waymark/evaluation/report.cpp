@@ -73,10 +73,10 @@ void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options,
 }
 
 void consistency_text(const Consistency& c, std::string& out) {
-  line(
-      out, "NEES of x, y, yaw",
-      fmt::format("mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean 3)",
-                  c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored));
+  line(out, c.dimensions == 3 ? "NEES of x, y, yaw" : "NEES of x, y",
+       fmt::format(
+           "mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean {})",
+           c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored, c.dimensions));
   line(out, "  two-sided 95 %",
        fmt::format("{:.2f} to {:.2f}: {:.1f} % below, {:.1f} % above (right: 2.5 % each)", c.low_95, c.high_95,
                    100.0 * c.share_below, 100.0 * c.share_above));
@@ -207,6 +207,7 @@ Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options)
 
 Json consistency_json(const Consistency& c) {
   Json out{{"nees_scored", c.scored},
+           {"nees_dimensions", c.dimensions},
            {"nees_mean", c.nees.mean},
            {"nees_median", c.nees.median},
            {"nees_max", c.nees.max},

@@ -74,10 +74,23 @@ TEST(Consistency, HasTwoSidedBounds) {
   EXPECT_NEAR(result.mean_high_95, 43.195 / 9.0, 1e-3);
 }
 
-TEST(Consistency, NeedsOrientations) {
+TEST(Consistency, OfPositionsAloneHasTwoDegreesOfFreedom) {
   Trajectory points = line(0.0, 0.0);
   points.orientation = Orientation::none;
-  EXPECT_THROW(score_consistency(covariances({1.0, 1.0, 1.0}), line(0.0, 0.0), points, Pose{}, 1.0), Error);
+  auto some = covariances({1.0, 0.5, 0.1});
+  for (PoseCovariance& one : some) one.P(1, 2) = one.P(2, 1) = 0.04;  // says nothing about positions alone
+  const auto result = score_consistency(some, line(1.0, 0.2), points, Pose{}, 1.0);
+  EXPECT_EQ(result.dimensions, 2);
+  EXPECT_NEAR(result.nees.mean, 4.0, 1e-9);
+  EXPECT_EQ(result.share_within_95, 1.0) << "the 95 % quantile is 5.99";
+  EXPECT_NEAR(result.low_95, 0.0506, 1e-4);
+  EXPECT_NEAR(result.high_95, 7.3778, 1e-4);
+}
+
+TEST(Consistency, NeedsTheEstimatesOrientation) {
+  Trajectory points = line(0.0, 0.0);
+  points.orientation = Orientation::none;
+  EXPECT_THROW(score_consistency(covariances({1.0, 1.0, 1.0}), points, line(0.0, 0.0), Pose{}, 1.0), Error);
 }
 
 TEST(Consistency, WithoutCommonTimesIsAnError) {
