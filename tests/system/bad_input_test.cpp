@@ -200,6 +200,38 @@ TEST(Evaluate, EstimateAndReferenceWithoutCommonTimes) {
       tells(waymark({"evaluate", "--estimate", estimate, "--reference", reference}), 1, {estimate, reference, "time"}));
 }
 
+/// Positions of a point of the robot say nothing about the covariance of its base.
+TEST(Evaluate, CovarianceOfTheBaseAgainstPositionsOfAnotherPoint) {
+  const TemporaryFolder folder;
+  std::string poses;
+  std::string positions = "t_s,x_m,y_m\n";
+  std::string covariances = "t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n";
+  for (int i = 0; i < 20; ++i) {
+    poses += fmt::format("{} {} 0 0 0 0 0.6 0.8\n", i, i);
+    positions += fmt::format("{},{},0.1\n", i, i);
+    covariances += fmt::format("{},0.01,0,0,0.01,0,0.01\n", i);
+  }
+  const auto file = [&](const char* name, const std::string& text) {
+    write_text(folder / name, text);
+    return (folder / name).string();
+  };
+  const std::vector<std::string> score{"evaluate",
+                                       "--estimate",
+                                       file("poses.txt", poses),
+                                       "--reference",
+                                       file("positions.csv", positions),
+                                       "--covariance",
+                                       file("covariance.csv", covariances)};
+  const Outcome outcome = waymark(score);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::HasSubstr("NEES of x, y  "));
+  EXPECT_THAT(outcome.out, testing::HasSubstr("mean 1.00"));
+  EXPECT_THAT(outcome.out, testing::HasSubstr("right: mean 2"));
+  std::vector<std::string> antenna = score;
+  antenna.insert(antenna.end(), {"--lever-arm", "1,0,0"});
+  EXPECT_TRUE(tells(waymark(antenna), 1, {"--covariance is that of the base", "--lever-arm", "positions.csv"}));
+}
+
 TEST(Evaluate, MissingFile) {
   const TemporaryFolder folder;
   const std::string missing = (folder / "missing.txt").string();
