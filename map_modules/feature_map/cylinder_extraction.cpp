@@ -122,23 +122,21 @@ ScanView view_of(const LaserScan& scan, const Pose& T_base_sensor, const Extract
     if (!(std::abs(turn) < 0.5 * std::abs(scan.step_rad))) throw DataError("the robot turns as fast as its scanner");
     view.step += turn;
   }
-  std::vector<float> ranges(scan.ranges_m.size());
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
+  const bool moves = !view.way_per_beam.isZero(0.0);
+  const auto at_stamp = [&](float range, std::size_t i) {
+    if (!moves || range == kBlind) return range;
+    const auto beam = static_cast<double>(i);
+    const double bearing = view.start + beam * view.step;
+    const double along = beam * view.way_per_beam.dot(Eigen::Vector2d(std::cos(bearing), std::sin(bearing)));
+    return std::max(range + static_cast<float>(along), std::numeric_limits<float>::min());
+  };
+  view.ranges.resize(scan.ranges_m.size());
+  for (std::size_t i = 0; i < view.ranges.size(); ++i) {
     const float r = scan.ranges_m[i];
-    ranges[i] = r >= static_cast<float>(s.no_return)
-                    ? kFree
-                    : (r >= static_cast<float>(s.range_min) ? r : kBlind);  // NaN is blind, too
+    view.ranges[i] = r >= static_cast<float>(s.no_return)
+                         ? kFree
+                         : (r >= static_cast<float>(s.range_min) ? at_stamp(r, i) : kBlind);  // NaN is blind, too
   }
-  if (!view.way_per_beam.isZero(0.0)) {
-    for (std::size_t i = 0; i < ranges.size(); ++i) {
-      if (ranges[i] == kFree || ranges[i] == kBlind) continue;
-      const auto beam = static_cast<double>(i);
-      const double bearing = view.start + beam * view.step;
-      const double along = beam * view.way_per_beam.dot(Eigen::Vector2d(std::cos(bearing), std::sin(bearing)));
-      ranges[i] = std::max(ranges[i] + static_cast<float>(along), std::numeric_limits<float>::min());
-    }
-  }
-  view.ranges = std::move(ranges);
   return view;
 }
 

@@ -16,8 +16,9 @@ struct MotionTotals : PayloadOf<MotionTotals> {
 };
 
 /// Along an arc.
-PoseIncrement by_wheels(double left_m, double right_m, double track_m) {
+PoseIncrement by_wheels(double left_m, double right_m, double track_m, double interval_s) {
   PoseIncrement motion;
+  motion.interval_s = interval_s;
   motion.yaw_rad = (right_m - left_m) / track_m;
   const double way = 0.5 * (left_m + right_m);
   const double half = 0.5 * motion.yaw_rad;
@@ -53,12 +54,11 @@ std::shared_ptr<Payload> MotionBuilder::growth(const Payload& before, const Payl
   const auto& last = static_cast<const MotionTotals&>(after).values;
   auto motion = std::make_shared<PoseIncrement>(
       track_m_ > 0.0 ? by_wheels(columns_[0].growth(first[0], last[0], wraps_at),
-                                 columns_[1].growth(first[1], last[1], wraps_at), track_m_)
+                                 columns_[1].growth(first[1], last[1], wraps_at), track_m_, seconds)
                      : pose_increment(first, last, seconds));
   if (!(std::abs(motion->yaw_rad) < std::numbers::pi)) {
     throw BadRow("the wheels turned the robot by half a turn or more since the row before");
   }
-  motion->interval_s = seconds;
   return motion;
 }
 
