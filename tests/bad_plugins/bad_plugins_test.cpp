@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -9,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "temporary_folder.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -97,10 +97,9 @@ TEST(BadPlugins, TextFileIsNoLibrary) {
 }
 
 TEST(BadPlugins, FolderIsNoLibrary) {
-  const auto folder = std::filesystem::temp_directory_path() / ("waymark_bad_plugins_" + std::to_string(::getpid()));
+  const test::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "waymark_folder.so");
   EXPECT_THAT(error_of<PluginError>("folder", {folder}), EndsWith("waymark_folder.so: is not a file"));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(BadPlugins, NotFoundListsTheFoldersAndTheNearestName) {

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::evaluation {
@@ -100,7 +101,8 @@ TEST(Consistency, WithoutCommonTimesIsAnError) {
 }
 
 TEST(Consistency, ReadsWhatTheTumSinkWrites) {
-  const std::string file = ::testing::TempDir() + "/covariance.csv";
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "covariance.csv";
   std::ofstream(file) << "t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n1.500000000,1,2,3,4,5,6\n";
   const auto read = read_covariances(file);
   ASSERT_EQ(read.size(), 1U);

@@ -3,25 +3,24 @@
 
 #include <gmock/gmock.h>
 
-#include <filesystem>
 #include <fstream>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::evaluation {
 namespace {
 
-std::filesystem::path file_with(const std::string& text) {
-  const std::filesystem::path file = ::testing::TempDir() + "/diagnostics.json";
-  std::ofstream(file) << text;
-  return file;
+std::vector<InnovationScore> read_text(const std::string& text) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "diagnostics.json") << text;
+  return read_innovations(folder / "diagnostics.json");
 }
 
 TEST(Innovations, HaveBoundsThatNarrowWithTheirNumber) {
-  const auto scores =
-      read_innovations(file_with(R"({"sensors": [{"name": "gps", "mean_nis": 2.5, "nis_count": 100, "nis_dof": 200},)"
-                                 R"( {"name": "lidar", "mean_nis": null, "nis_count": 0, "nis_dof": 0},)"
-                                 R"( {"name": "wheels", "mean_nis": 2.9, "nis_count": 10000, "nis_dof": 30000}]})"));
+  const auto scores = read_text(R"({"sensors": [{"name": "gps", "mean_nis": 2.5, "nis_count": 100, "nis_dof": 200},)"
+                                R"( {"name": "lidar", "mean_nis": null, "nis_count": 0, "nis_dof": 0},)"
+                                R"( {"name": "wheels", "mean_nis": 2.9, "nis_count": 10000, "nis_dof": 30000}]})");
   ASSERT_EQ(scores.size(), 2u) << "a sensor without updates has no NIS";
   EXPECT_EQ(scores[0].sensor, "gps");
   EXPECT_EQ(scores[0].updates, 100u);
@@ -37,7 +36,7 @@ TEST(Innovations, HaveBoundsThatNarrowWithTheirNumber) {
 TEST(Innovations, AnotherFileIsRefusedByName) {
   for (const char* text : {"no JSON", "{}", R"({"sensors": [{"name": "gps"}]})"}) {
     try {
-      read_innovations(file_with(text));
+      read_text(text);
       FAIL() << text;
     } catch (const DataError& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("diagnostics.json"));

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <numbers>
 #include <string>
 
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
@@ -66,10 +66,6 @@ TEST(Surfaces, PointsLieOnThemAndCoverThem) {
 
 class SurfacesFile : public ::testing::Test {
  protected:
-  SurfacesFile()
-      : file_(std::filesystem::temp_directory_path() / ("waymark_surfaces_" + std::to_string(::getpid()) + ".csv")) {}
-  ~SurfacesFile() override { std::filesystem::remove(file_); }
-
   std::string message(const std::string& content) const {
     std::ofstream(file_) << content;
     try {
@@ -80,7 +76,8 @@ class SurfacesFile : public ::testing::Test {
     return "none";
   }
 
-  std::filesystem::path file_;
+  test::TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_ / "surfaces.csv";
 };
 
 TEST_F(SurfacesFile, TellsWhatIsWrong) {

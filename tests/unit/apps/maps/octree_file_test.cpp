@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <string>
 
 #include "map_modules/map_formats/octree_bytes.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 #include "waymark/random.hpp"
 
@@ -37,9 +37,6 @@ std::unique_ptr<octomap::OcTree> small_room() {
 
 class OctreeFile : public ::testing::Test {
  protected:
-  OctreeFile() : file_(std::filesystem::temp_directory_path() / fmt::format("waymark_octree_{}.bt", ::getpid())) {}
-  ~OctreeFile() override { std::filesystem::remove(file_); }
-
   LoadedOctree read(const std::string& content) const {
     std::ofstream(file_, std::ios::binary) << content;
     return read_octree(file_);
@@ -54,7 +51,8 @@ class OctreeFile : public ::testing::Test {
     return "none";
   }
 
-  std::filesystem::path file_;
+  test::TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_ / "map.bt";
 };
 
 std::string with(std::string text, const std::string& what, const std::string& instead) {
@@ -159,7 +157,7 @@ TEST_F(OctreeFile, TellsWhatIsWrong) {
   EXPECT_THAT(message(with(text, "size", "colour red\nsize")), HasSubstr("\"colour red\" is not expected"));
   std::filesystem::remove(file_);
   EXPECT_THROW(read_octree(file_), DataError);
-  EXPECT_THROW(read_octree(std::filesystem::temp_directory_path()), DataError);
+  EXPECT_THROW(read_octree(folder_), DataError);
 }
 
 TEST_F(OctreeFile, NoNodeLiesBelowTheLastLevel) {

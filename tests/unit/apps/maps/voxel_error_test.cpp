@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/waymark/evaluation/voxel_error.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
 #include "apps/waymark/maps/octree_file.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::evaluation {
@@ -20,9 +19,6 @@ const std::vector<Surface> kWall{{Surface::Kind::box, {0.05, 0.0}, {0.05, 2.0}, 
 
 class VoxelScore : public ::testing::Test {
  protected:
-  VoxelScore() : file_(std::filesystem::temp_directory_path() / fmt::format("waymark_voxels_{}.bt", ::getpid())) {}
-  ~VoxelScore() override { std::filesystem::remove(file_); }
-
   void set(int x, int y, int z, bool occupied) {
     const octomap::point3d p(static_cast<float>((x + 0.5) * kSide), static_cast<float>((y + 0.5) * kSide),
                              static_cast<float>((z + 0.5) * kSide));
@@ -40,7 +36,8 @@ class VoxelScore : public ::testing::Test {
   }
 
   octomap::OcTree tree_{kSide};
-  std::filesystem::path file_;
+  test::TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_ / "voxels.bt";
 };
 
 TEST_F(VoxelScore, AMapOfTheTruthIsRight) {

@@ -2,7 +2,6 @@
 // The feature map as a plugin with two inputs: its configuration, its counts, and landmarks without images.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <map>
@@ -10,6 +9,7 @@
 #include <sstream>
 
 #include "camera_bench.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -130,13 +130,13 @@ TEST_F(CameraModule, RefusesAConfigurationThatCannotWork) {
 }
 
 TEST_F(CameraModule, DrawsTheImageWithCandidatesRegionsAndHistograms) {
-  const auto folder = std::filesystem::temp_directory_path() / ("waymark_camera_" + std::to_string(::getpid()));
+  const test::TemporaryFolder folder;
   scene_.things = {
       {{5.0, 0.6}, 0.2, kRedPaint}, {{4.0, -0.8}, 0.15, {180, 70, 30}}, {{7.0, -0.2}, 0.25, {40, 170, 60}}};
   CameraScene seen = scene_;
   seen.things.pop_back();
   const auto module =
-      make("{ inputs: [lidar, front], extraction_pictures: { times_s: [0], folder: " + folder.string() + " } }");
+      make("{ inputs: [lidar, front], extraction_pictures: { times_s: [0], folder: " + folder.path().string() + " } }");
   const auto map = module->create_map();
   const Measurement image = scene_.image(seen.picture());
   see(*module, *map, &image);
@@ -152,7 +152,6 @@ TEST_F(CameraModule, DrawsTheImageWithCandidatesRegionsAndHistograms) {
   };
   EXPECT_GT(pixels({60, 200, 40}), 200);  // two accepted
   EXPECT_GT(pixels({40, 40, 230}), 100);  // one without edges
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

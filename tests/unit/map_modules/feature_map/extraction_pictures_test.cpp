@@ -2,13 +2,13 @@
 #include "extraction_pictures.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
 #include "feature_map_bench.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -20,8 +20,6 @@ using feature_map_test::World;
 
 class ExtractionPicturesTest : public ::testing::Test {
  protected:
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   ExtractionPictures pictures(const std::string& times_s) const {
     return ExtractionPictures(
         Config::parse("{ times_s: " + times_s + ", folder: " + (folder_ / "in/it").string() + " }"));
@@ -36,8 +34,7 @@ class ExtractionPicturesTest : public ::testing::Test {
   }
   static Time at(double seconds) { return Time{from_seconds(1e9 + seconds)}; }
 
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("waymark_pictures_" + std::to_string(::getpid()));
+  test::TemporaryFolder folder_;
   FeatureMapSettings all_settings_ = settings_of("{ extraction: { range_max_m: 20, isolation_m: 2 } }");
   ExtractionSettings settings_ = all_settings_.extraction;
   // One trunk that is accepted, and a pair that is crowded.
@@ -71,7 +68,7 @@ TEST_F(ExtractionPicturesTest, DrawsTheFirstScanNotEarlierThanEachTime) {
 TEST_F(ExtractionPicturesTest, WithoutTimesNothingIsWritten) {
   ExtractionPictures none = pictures("[]");
   none.take({at(0.0), view_, candidates_}, all_settings_);
-  EXPECT_FALSE(std::filesystem::exists(folder_));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
 TEST_F(ExtractionPicturesTest, DroppedCandidatesHaveTheColourOfTheirReason) {
@@ -89,7 +86,7 @@ TEST_F(ExtractionPicturesTest, DroppedCandidatesHaveTheColourOfTheirReason) {
 TEST_F(ExtractionPicturesTest, TimesThatDoNotAscendAreRefused) { EXPECT_THROW(pictures("[3, 1]"), ConfigError); }
 
 TEST_F(ExtractionPicturesTest, AFolderThatCannotBeMadeIsRefused) {
-  std::ofstream(folder_.string()) << "a file";
+  std::ofstream(folder_ / "in") << "a file";
   EXPECT_THROW(pictures("[1]"), ConfigError);
 }
 

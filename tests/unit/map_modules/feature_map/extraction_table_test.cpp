@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <sstream>
 
 #include "camera_bench.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark {
@@ -24,8 +24,6 @@ using ::testing::ElementsAre;
 
 class ExtractionTableTest : public ::testing::Test {
  protected:
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   Config config() const { return Config::parse("{ extraction_table: " + file_.string() + " }"); }
   /// Fields of each row, the first row names them.
   std::vector<std::vector<std::string>> rows() const {
@@ -44,8 +42,7 @@ class ExtractionTableTest : public ::testing::Test {
                 with_camera ? &seen.look : nullptr});
   }
 
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("waymark_table_" + std::to_string(::getpid()));
+  test::TemporaryFolder folder_;
   std::filesystem::path file_ = folder_ / "in/it/table.csv";
   // One pillar in the image and one beside it.
   CameraScene scene_{{{{5.0, 0.4}, 0.2, kRedPaint}, {{1.0, 4.0}, 0.2, kRedPaint}}};
@@ -104,7 +101,7 @@ TEST_F(ExtractionTableTest, NothingIsWrittenUnlessAskedOrBeforeTheFirstScan) {
 }
 
 TEST_F(ExtractionTableTest, AFolderThatCannotBeMadeIsRefused) {
-  std::ofstream(folder_.string()) << "a file";
+  std::ofstream(folder_ / "in") << "a file";
   EXPECT_THROW(ExtractionTable(config(), "extraction_table"), ConfigError);
 }
 

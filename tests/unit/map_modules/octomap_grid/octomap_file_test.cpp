@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -13,6 +12,7 @@
 
 #include "map_modules/octomap_grid/map_view.hpp"
 #include "simulated_hall.hpp"
+#include "temporary_folder.hpp"
 #include "waymark/error.hpp"
 
 namespace waymark::octo_test {
@@ -24,13 +24,11 @@ const Pose kPose{so3::from_rpy(0.02, -0.03, 0.3), {-0.4, 0.2, 0.1}};
 
 class OctomapFile : public ::testing::Test {
  protected:
-  OctomapFile() : folder_(std::filesystem::temp_directory_path() / fmt::format("waymark_octomap_{}", ::getpid())) {
-    std::filesystem::create_directories(folder_);
+  OctomapFile() {
     CloudInsertion insertion;
     for (int i = 0; i < 3; ++i) insertion.insert(map_, kPose, observed(Hall(), kPose, tilted(), settings_), settings_);
     files_ = octomap_files(map_, settings_.resolution);
   }
-  ~OctomapFile() override { std::filesystem::remove_all(folder_); }
 
   std::filesystem::path write(const std::string& content, const char* name = "map") const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
@@ -48,7 +46,7 @@ class OctomapFile : public ::testing::Test {
     return text.replace(text.find(from), from.size(), to);
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   OctomapGridSettings settings_ = settings();
   VoxelMap map_;
   std::vector<MapFile> files_;
