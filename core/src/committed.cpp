@@ -16,7 +16,7 @@ Committed Committed::clone() const {
 }
 
 void Committed::save(OutArchive& out) const {
-  out.section("committed", 2);
+  out.section("committed", 3);
   out.value(static_cast<std::uint64_t>(sensors.size()));
   for (const SensorState& state : sensors) {
     state.fuse.save(out);
@@ -25,6 +25,7 @@ void Committed::save(OutArchive& out) const {
     state.bias.save(out);
     out.value(state.biased);
     out.value(state.told_unheard);
+    out.value(state.told_elsewhere);
     out.value(state.sensor != nullptr);
     if (state.sensor) state.sensor->save(out);
   }
@@ -36,7 +37,7 @@ void Committed::save(OutArchive& out) const {
 }
 
 void Committed::load(InArchive& in) {
-  if (in.section("committed", 2) < 2) throw DataError("the checkpoint is of an older kind");
+  if (in.section("committed", 3) < 3) throw DataError("the checkpoint is of an older kind");
   std::uint64_t count = 0;
   in.value(count);
   if (count != sensors.size()) {
@@ -50,6 +51,7 @@ void Committed::load(InArchive& in) {
     state.bias.load(in);
     in.value(state.biased);
     in.value(state.told_unheard);
+    in.value(state.told_elsewhere);
     bool in_service = false;
     in.value(in_service);
     if (in_service && !state.sensor) {

@@ -25,6 +25,7 @@ struct SensorState {
   BiasWatch bias = {};                                           ///< of a position's innovations
   int biased = 0;                                                ///< how often that was no chance
   bool told_unheard = false;
+  bool told_elsewhere = false;
 };
 
 /// Everything of the committed side that a measurement can change, but for the particles: so that it can go back.

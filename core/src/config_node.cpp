@@ -80,7 +80,11 @@ std::string Config::Node::description() const {
   }
   const bool looks_numeric = !quoted && text.find_first_of("0123456789") != std::string::npos &&
                              text.find_first_not_of("0123456789+-.eE") == std::string::npos;
-  return looks_numeric ? text : '"' + text + '"';
+  if (looks_numeric) return text;
+  // A whole table that was taken for a YAML is one long scalar.
+  constexpr std::size_t kLongest = 80;
+  const std::size_t end = std::min({text.find('\n'), text.size(), kLongest});
+  return '"' + text.substr(0, end) + (end < text.size() ? "…\"" : "\"");
 }
 
 namespace config {

@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "config_node.hpp"
 
@@ -138,7 +140,15 @@ std::string read_whole(const std::filesystem::path& file) {
   std::ostringstream text;
   if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
   if (stream.bad()) throw ConfigError(fmt::format("{}: reading failed", file.string()));
-  return text.str();
+  std::string content = std::move(text).str();
+  const auto is_binary = [](char c) {
+    return (c >= '\0' && c < ' ' && c != '\n' && c != '\r' && c != '\t') || c == '\x7f';
+  };
+  if (const auto at = std::ranges::find_if(content, is_binary); at != content.end()) {
+    throw ConfigError(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
+                                  std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
+  }
+  return content;
 }
 
 }  // namespace

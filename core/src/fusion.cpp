@@ -68,7 +68,8 @@ void Fusion::Impl::finish() {
   for (const Measurement& m : buffer_) count(m, Fate::before_start);
   buffer_.clear();
   event(committed_.last_stamp,
-        "the filter never started: " + (!start_                      ? finder_.missing()
+        "the filter never started: " + (arrived_ == 0                ? "no measurement has come"
+                                        : !start_                    ? finder_.missing()
                                         : settings_.motion_from_maps ? "no map has been given a measurement"
                                                                      : "no motion sensor has said anything"));
 }
@@ -113,7 +114,12 @@ std::optional<StartHint> Fusion::Impl::start_hint(const Measurement& m) {
     return hint;
   } catch (const DataError&) {
     return std::nullopt;
+  } catch (const std::exception& error) {
+    out_of_service(m, error.what());
+  } catch (...) {
+    out_of_service(m, "unknown exception");
   }
+  return std::nullopt;
 }
 
 void Fusion::Impl::begin(const Start& start) {
@@ -224,6 +230,11 @@ RunReport Fusion::Impl::report() const {
     clocks_.report(i, sensor);
   }
   report.events = arrival_events_;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    if (unusable_to_[i] < 2) continue;  // an event has told of the first
+    report.events.push_back({fmt::format("{}: {} measurements were of no use to it", maps_[i].name, unusable_to_[i]),
+                             to_seconds(committed_.last_stamp.time_since_epoch())});
+  }
   report.events.insert(report.events.end(), events_.begin(), events_.end());
   // That the filter never started is said last, whatever its time.
   std::stable_sort(report.events.begin(), report.events.end() - (started_ || report.events.empty() ? 0 : 1),

@@ -76,8 +76,42 @@ struct Fusion::Impl::Needed {
   }
 };
 
+/// The maps' modules; their maps are the particles'.
+void Fusion::Impl::save_modules(OutArchive& out) const {
+  out.value(static_cast<std::uint64_t>(maps_.size()));
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    out.value(std::string_view(maps_[i].name));
+    out.value(unusable_to_[i]);
+    out.value(maps_[i].module != nullptr);
+    if (maps_[i].module) maps_[i].module->save(out);
+  }
+}
+
+void Fusion::Impl::load_modules(InArchive& in) {
+  std::uint64_t count = 0;
+  in.value(count);
+  if (count != maps_.size())
+    throw DataError(fmt::format("the checkpoint has {} maps, the configuration {}", count, maps_.size()));
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    MapSlot& map = maps_[i];
+    std::string name;
+    in.value(name);
+    if (name != map.name)
+      throw DataError(fmt::format("the checkpoint was made with a map \"{}\" where now \"{}\" stands", name, map.name));
+    in.value(unusable_to_[i]);
+    bool in_service = false;
+    in.value(in_service);
+    if (in_service) {
+      map.module->load(in);
+    } else {
+      map.module = nullptr;
+      filter_.drop_module(static_cast<int>(i));
+    }
+  }
+}
+
 void Fusion::Impl::save(OutArchive& out) const {
-  out.section("fusion", 1);
+  out.section("fusion", 2);
   for (const SensorPart& part : parts_) out.value(std::string_view(part.slot.name));
   out.value(arrived_);
   out.value(started_);
@@ -92,6 +126,7 @@ void Fusion::Impl::save(OutArchive& out) const {
     out.value(parts_[i].told_late);
     out.value(committed_.sensors[i].counters.taken_in_late);
   }
+  save_modules(out);
 
   Needed again;
   Needed newest;
@@ -121,7 +156,7 @@ void Fusion::Impl::save(OutArchive& out) const {
 }
 
 void Fusion::Impl::resume(InArchive& in, const Next& next) {
-  in.section("fusion", 1);
+  if (in.section("fusion", 2) < 2) throw DataError("the checkpoint is of an older kind");
   for (const SensorPart& part : parts_) {
     std::string name;
     in.value(name);
@@ -162,6 +197,7 @@ void Fusion::Impl::resume(InArchive& in, const Next& next) {
     in.value(parts_[i].told_late);
     in.value(taken_in_late[i]);
   }
+  load_modules(in);
   Needed again;
   Needed newest;
   Needed last;

@@ -75,7 +75,8 @@ class Fusion::Impl {
   bool settle_motion(const Measurement& m);
   void watch_for_bias(const Measurement& m, const MixtureOutcome& outcome, Heard& heard);
   void reacquire(const Measurement& m, std::size_t index, const MixtureOutcome& outcome);
-  Fate map(const Measurement& m, Fate fate, bool late);
+  void map(const Measurement& m, bool late, Heard& heard);
+  void map_out_of_service(std::size_t map, Time stamp, std::string_view why);
   bool is_companion(std::uint32_t sensor) const;
   void out_of_service(const Measurement& m, std::string_view why);
 
@@ -86,6 +87,9 @@ class Fusion::Impl {
   void go_back(const Mark& mark);
   void mark_if_due();
 
+  // Checkpoints. (fusion_checkpoint.cpp)
+  void save_modules(OutArchive& out) const;
+  void load_modules(InArchive& in);
   struct Needed;
 
   void event(Time stamp, std::string text);
@@ -107,6 +111,7 @@ class Fusion::Impl {
   std::optional<Datum> datum_;
   Observer observer_;
   std::vector<std::optional<Measurement>> newest_;  // per sensor, for maps with several inputs
+  std::vector<std::uint64_t> unusable_to_;          // per map, measurements that it could make nothing of
   std::vector<Measurement> buffer_;                 // before the start
   std::optional<Start> start_;                      // found, but no motion sensor has spoken yet
   std::vector<Event> events_;

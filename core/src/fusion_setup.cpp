@@ -58,10 +58,13 @@ std::vector<HealthMonitor::Role> roles_of(const std::vector<SensorPart>& parts, 
     const bool fused = slot.enabled && goes_on_to_be_fused(slot);
     const bool localizes =
         std::ranges::any_of(maps, [&](const MapSlot& map) { return map.localize && triggers(map, i); });
+    const bool in_place = std::ranges::any_of(maps, [&](const MapSlot& map) {
+      return map.localize && triggers(map, i) && map.module && map.module->begins_with_a_place();
+    });
     const bool companion = std::ranges::any_of(
         maps, [&](const MapSlot& map) { return std::ranges::count(map.inputs, static_cast<int>(i)) > 0; });
     roles.push_back({slot.name, slot.sensor && slot.sensor->is_motion_source(),
-                     localizes || (slot.sensor && slot.sensor->is_absolute()),
+                     localizes || (slot.sensor && slot.sensor->is_absolute()), in_place,
                      fused && (slot.sensor != nullptr || companion)});
   }
   return roles;
@@ -179,6 +182,7 @@ Fusion::Impl::Impl(const FusionSettings& settings, std::vector<SensorSlot> senso
   committed_.sensors = states_of(parts_);
   committed_.health = HealthMonitor(settings.health, roles_of(parts_, maps_), settings.motion_from_maps);
   newest_.resize(parts_.size());
+  unusable_to_.resize(maps_.size());
 }
 
 }  // namespace waymark

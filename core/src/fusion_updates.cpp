@@ -18,15 +18,23 @@ Fate Fusion::Impl::fuse(const Measurement& m, bool late) {
     heard.fate = Fate::held_out;
   } else {
     if (state.sensor) update(m, late, heard);
-    if (parts_[m.sensor].triggers_map) heard.fate = map(m, heard.fate, late);
+    if (parts_[m.sensor].triggers_map) map(m, late, heard);
     auto& newest = newest_[m.sensor];
     if (!maps_.empty() && (!newest || newest->stamp <= m.stamp)) newest = m;
     if (heard.fate == Fate::unheard && is_companion(m.sensor)) heard.fate = Fate::paired;
   }
   committed_.health.heard(m.sensor, m.stamp, heard);
+  const std::string& name = parts_[m.sensor].slot.name;
   if (heard.fate == Fate::unheard && !state.told_unheard) {
     state.told_unheard = true;
-    event(m.stamp, fmt::format("{}: no plugin in service listens to this sensor", parts_[m.sensor].slot.name));
+    event(m.stamp, fmt::format("{}: no plugin in service listens to this sensor", name));
+  }
+  if (!state.told_elsewhere && committed_.health.is_elsewhere(m.sensor)) {
+    state.told_elsewhere = true;
+    event(m.stamp,
+          fmt::format("{}: most of what it sees does not tell where in the loaded map the robot is: it started "
+                      "elsewhere, or this is another place (told once; health follows it)",
+                      name));
   }
   return heard.fate;
 }
@@ -42,6 +50,7 @@ bool Fusion::Impl::is_companion(std::uint32_t sensor) const {
 void Fusion::Impl::update(const Measurement& m, bool late, Heard& heard) {
   if (!datum_) start_hint(m);  // a geodetic sensor that only now delivers settles the map's origin
   SensorState& state = state_of(m);
+  if (!state.sensor) return;  // out of service by that
   const std::string& name = parts_[m.sensor].slot.name;
   const Belief& mixture = late ? filter_.recalled_mixture() : filter_.mixture();
   const int owner = parts_[m.sensor].policy.owner;
@@ -158,7 +167,7 @@ void Fusion::Impl::reacquire(const Measurement& m, std::size_t index, const Mixt
   state.rejections_in_a_row[index] = 0;
 }
 
-Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
+void Fusion::Impl::map(const Measurement& m, bool late, Heard& heard) {
   const Belief& mixture = late ? filter_.recalled_mixture() : filter_.mixture();
   const MotionWindow motion{mixture.mean.v_base, mixture.mean.w_base, mixture.mean.T_map_base};
   std::vector<MappingInput> inputs;
@@ -182,27 +191,31 @@ Fate Fusion::Impl::map(const Measurement& m, Fate fate, bool late) {
         was_skipped = true;
       }
     } catch (const DataError& error) {
-      if (state_of(m).counters.unusable == 0) {
+      if (unusable_to_[i]++ == 0)
         event(m.stamp, fmt::format("{}: {} (further ones are only counted)", map.name, error.what()));
-      }
-      fate = Fate::unusable;
+      heard.fate = Fate::unusable;
     } catch (const std::exception& error) {
-      failure(m.stamp, "map " + map.name, error.what());
-      filter_.drop_module(static_cast<int>(i));
-      map.module = nullptr;
+      map_out_of_service(i, m.stamp, error.what());
+    } catch (...) {
+      map_out_of_service(i, m.stamp, "unknown exception");
     }
   }
   if (inputs.empty()) {
-    if (!was_skipped) return fate;
+    if (!was_skipped) return;
     if (!late) filter_.record_tentative_path();
-    return fate == Fate::unheard ? Fate::skipped : fate;
+    if (heard.fate == Fate::unheard) heard.fate = Fate::skipped;
+    return;
   }
-  for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor)) {
-    MapSlot& map = maps_[static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module)];
-    failure(m.stamp, "map " + map.name, why);
-    map.module = nullptr;
-  }
-  return Fate::mapped;
+  for (const auto& [input, why] : late ? filter_.map_late(inputs, m.sensor) : filter_.map(inputs, m.sensor))
+    map_out_of_service(static_cast<std::size_t>(inputs[static_cast<std::size_t>(input)].module), m.stamp, why);
+  heard.fate = Fate::mapped;
+  if (!late && std::ranges::any_of(inputs, &MappingInput::localize)) heard.located = filter_.located();
+}
+
+void Fusion::Impl::map_out_of_service(std::size_t map, Time stamp, std::string_view why) {
+  failure(stamp, "map " + maps_[map].name, why);
+  filter_.drop_module(static_cast<int>(map));
+  maps_[map].module = nullptr;
 }
 
 void Fusion::Impl::out_of_service(const Measurement& m, std::string_view why) {

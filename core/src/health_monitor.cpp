@@ -7,6 +7,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "waymark/error.hpp"
+
 namespace waymark {
 
 namespace {
@@ -14,6 +16,7 @@ namespace {
 /// Shares and means run over about this many measurements of a sensor: few enough to see a fault within seconds, many
 /// enough that one outlier is none.
 constexpr double kWindow = 20.0;
+constexpr double kKnown = 5.0;  // measurements from which a share says something
 constexpr double kDegradedShare = 0.15;
 constexpr double kFaultyShare = 0.5;
 /// Mean NIS over its degrees of freedom from which a sensor's noise, or the belief, is called wrong: for one degree of
@@ -65,7 +68,14 @@ void HealthMonitor::heard(std::size_t index, Time stamp, const Heard& what) {
     constexpr double kClamp = 12.0;
     track.nis_ratio += share * (std::min(what.nis / what.dof, kClamp) - track.nis_ratio);
   }
-  if (usable(what.fate) && what.fate != Fate::gated) track.last_good = track.last;
+  if (what.located) {
+    track.was_located = track.was_located || *what.located;
+    track.located = *what.located || !(track.was_located || track.role.in_place);
+    track.steps = std::min(track.steps + 1.0, kWindow);
+    track.nowhere += (1.0 / track.steps) * ((*what.located ? 0.0 : 1.0) - track.nowhere);
+  }
+  // A scan that the maps passed over ties the robot no better and no worse than the last one that they took.
+  if (usable(what.fate) && what.fate != Fate::gated && track.located) track.last_good = track.last;
   if (!what.doubt.empty()) {
     if (track.doubt != what.doubt) track.doubt = what.doubt;
     track.doubted = stamp;
@@ -73,7 +83,11 @@ void HealthMonitor::heard(std::size_t index, Time stamp, const Heard& what) {
 }
 
 void HealthMonitor::mistimed(std::size_t index, Time stamp) {
-  heard(index, sensors_[index].last.value_or(stamp), {Fate::mistimed, 0.0, 0, "its stamps cannot be right"});
+  heard(index, sensors_[index].last.value_or(stamp), {.fate = Fate::mistimed, .doubt = "its stamps cannot be right"});
+}
+
+bool HealthMonitor::is_elsewhere(const Track& track) {
+  return track.role.in_place && track.steps >= kKnown && track.nowhere > kFaultyShare;
 }
 
 void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& health) const {
@@ -90,7 +104,7 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
   const Duration patience = std::max(kSilence, from_seconds(kSilentIntervals * track.interval));
   if (now - *track.last > patience) return say(silent, "has stopped");
   const bool doubted = track.doubted && now - *track.doubted < kDoubtLasts;
-  const bool known = track.count >= 5.0;
+  const bool known = track.count >= kKnown;
   if (known && track.unusable > kFaultyShare)
     return say(faulty, doubted ? std::string_view(track.doubt) : "most of it is unusable");
   if (known && track.gated > kFaultyShare)
@@ -98,6 +112,8 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
   if (doubted) return say(degraded, track.doubt);
   if (known && track.unusable > kDegradedShare) return say(degraded, "some of it is unusable");
   if (known && track.gated > kDegradedShare) return say(degraded, "some of it is gated");
+  if (is_elsewhere(track))
+    return say(degraded, "most of what it sees does not tell where in the loaded map the robot is");
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return say(degraded, "its innovations are too large");
   return say(ok, "");
 }
@@ -107,7 +123,7 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
 double HealthMonitor::off_probability() const {
   double ratio = 1.0;
   for (const Track& track : sensors_) {
-    if (track.role.ties_to_map && track.count >= 5.0) ratio = std::max(ratio, track.nis_ratio);
+    if (track.role.ties_to_map && track.count >= kKnown) ratio = std::max(ratio, track.nis_ratio);
   }
   return std::exp(-0.5 * kThreeSigmaSquared / ratio);
 }
@@ -152,7 +168,7 @@ void HealthMonitor::judge(Time now, double position_sigma) {
 }
 
 void HealthMonitor::save(OutArchive& out) const {
-  out.section("health", 1);
+  out.section("health", 2);
   out.value(started_);
   out.value(reacquired_);
   for (const Track& track : sensors_) {
@@ -163,11 +179,15 @@ void HealthMonitor::save(OutArchive& out) const {
       out.value(value);
     out.value(std::string_view(track.doubt));
     out.value(track.doubted);
+    out.value(track.located);
+    out.value(track.was_located);
+    out.value(track.steps);
+    out.value(track.nowhere);
   }
 }
 
 void HealthMonitor::load(InArchive& in) {
-  in.section("health", 1);
+  if (in.section("health", 2) < 2) throw DataError("the checkpoint is of an older kind");
   in.value(started_);
   in.value(reacquired_);
   for (Track& track : sensors_) {
@@ -178,6 +198,10 @@ void HealthMonitor::load(InArchive& in) {
       in.value(*value);
     in.value(track.doubt);
     in.value(track.doubted);
+    in.value(track.located);
+    in.value(track.was_located);
+    in.value(track.steps);
+    in.value(track.nowhere);
   }
 }
 

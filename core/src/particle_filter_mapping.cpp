@@ -21,13 +21,14 @@ void ParticleFilter::refine(int slot, Belief& belief, std::span<const MappingInp
   Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
   scratch.log_evidence = 0.0;
   scratch.writes = false;
+  scratch.told = false;
   scratch.failed_input = -1;
-  scratch.refinements.resize(std::max(scratch.refinements.size(), inputs.size()));
+  scratch.refinements.resize(modules_.size());  // each module meets its own association again, whoever else has inputs
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const MappingInput& input = inputs[i];
     const auto& map = particle.maps[static_cast<std::size_t>(input.module)];
     if (!map) continue;
-    Refinement& refinement = scratch.refinements[i];
+    Refinement& refinement = scratch.refinements[static_cast<std::size_t>(input.module)];
     refinement.information.setZero();
     refinement.gradient.setZero();
     refinement.log_evidence = 0.0;
@@ -48,6 +49,7 @@ void ParticleFilter::refine(int slot, Belief& belief, std::span<const MappingInp
         throw Error("the map's pose information is not finite");
       }
       scratch.log_evidence += input.share * refinement.log_evidence;
+      scratch.told = scratch.told || !refinement.information.isZero(0.0);
     } catch (const std::exception& error) {
       scratch.failed_input = static_cast<int>(i);
       scratch.failure = error.what();
@@ -64,11 +66,12 @@ void ParticleFilter::insert(int slot, const Belief& belief, std::span<const Mapp
   Particle& particle = particles_[static_cast<std::size_t>(slot)];
   Scratch& scratch = scratch_[static_cast<std::size_t>(slot)];
   scratch.failed_input = -1;
-  const auto& map = particle.maps[static_cast<std::size_t>(inputs[input].module)];
+  const auto module = static_cast<std::size_t>(inputs[input].module);
+  const auto& map = particle.maps[module];
   if (!map) return;
   try {
     const PoseGaussian pose{belief.mean.T_map_base, pose_covariance(belief, layout())};
-    map->insert(pose, *inputs[input].observation, scratch.refinements[input].association.get());
+    map->insert(pose, *inputs[input].observation, scratch.refinements[module].association.get());
   } catch (const std::exception& error) {
     scratch.failed_input = static_cast<int>(input);
     scratch.failure = error.what();
@@ -111,6 +114,7 @@ void ParticleFilter::refine_all(std::span<const MappingInput> inputs, std::uint3
     refine_each();
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].log_weight += scratch_[i].log_evidence;
+  located_ = 2 * std::ranges::count_if(scratch_, &Scratch::told) >= count;
   normalize();
 }
 

@@ -60,13 +60,14 @@ ParticleFilter::State ParticleFilter::load_state(InArchive& in) const {
   in.value(state.mapping_steps);
   for (std::uint64_t i = 0; i < count; ++i) {
     Particle& particle = state.particles.emplace_back();
-    load_belief(particle.belief, in);
+    load_belief(particle.belief, in, layout());
     in.value(particle.log_weight);
     particle.path.load(in);
     for (const auto& module : modules_) {
       bool present = false;
       in.value(present);
-      particle.maps.push_back(present && module ? module->load_map(in) : nullptr);
+      if (present && !module) throw DataError("the checkpoint has a map in service that the configuration lacks");
+      particle.maps.push_back(present ? module->load_map(in) : nullptr);
     }
   }
   return state;
@@ -84,9 +85,9 @@ void ParticleFilter::load(InArchive& in) {
   particles_ = std::move(state.particles);
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
-  past_.load(in);
+  past_.load(in, particles_.size(), layout());
   in.value(mixture_valid_);  // after a mapping step it is not what the sampled particles have
-  if (mixture_valid_) load_belief(mixture_, in);
+  if (mixture_valid_) load_belief(mixture_, in, layout());
 }
 
 }  // namespace waymark

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "waymark/past_beliefs.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
+
+#include "waymark/error.hpp"
 
 namespace waymark {
 
@@ -55,7 +59,7 @@ void save_belief(const Belief& belief, OutArchive& out) {
   out.value(belief.P);
 }
 
-void load_belief(Belief& belief, InArchive& in) {
+void load_belief(Belief& belief, InArchive& in, const StateLayout& layout) {
   Eigen::Vector4d q;
   in.value(belief.stamp);
   in.value(belief.mean.T_map_base.p);
@@ -65,6 +69,11 @@ void load_belief(Belief& belief, InArchive& in) {
   in.value(belief.mean.w_base);
   in.value(belief.mean.block);
   in.value(belief.P);
+  if (belief.mean.block.size() != layout.block_size() || belief.P.rows() != layout.size() ||
+      belief.P.cols() != layout.size()) {
+    throw DataError(
+        fmt::format("the checkpoint has {} error states, the configuration {}", belief.P.rows(), layout.size()));
+  }
 }
 
 void PastBeliefs::save(OutArchive& out) const {
@@ -78,7 +87,7 @@ void PastBeliefs::save(OutArchive& out) const {
   }
 }
 
-void PastBeliefs::load(InArchive& in) {
+void PastBeliefs::load(InArchive& in, std::size_t slots, const StateLayout& layout) {
   in.section("past_beliefs", 1);
   std::uint64_t records = 0;
   in.value(records);
@@ -89,7 +98,12 @@ void PastBeliefs::load(InArchive& in) {
     in.values(record.ancestors);
     std::uint64_t beliefs = 0;
     in.value(beliefs);
-    for (std::uint64_t k = 0; k < beliefs; ++k) load_belief(record.beliefs.emplace_back(), in);
+    const auto is_slot = [&](int slot) { return slot >= 0 && static_cast<std::size_t>(slot) < slots; };
+    if (beliefs != slots || !(record.ancestors.empty() || record.ancestors.size() == slots) ||
+        !std::ranges::all_of(record.ancestors, is_slot)) {
+      throw DataError("the checkpoint's earlier beliefs are not those of its particles");
+    }
+    for (std::uint64_t k = 0; k < beliefs; ++k) load_belief(record.beliefs.emplace_back(), in, layout);
   }
 }
 

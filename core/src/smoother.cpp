@@ -40,7 +40,7 @@ void Smoother::load(InArchive& in) {
   nodes_.clear();
   for (std::uint64_t i = 0; i < size; ++i) {
     Belief belief;
-    load_belief(belief, in);
+    load_belief(belief, in, process_.layout());
     Node& node = nodes_.emplace_back();
     node.stamp = belief.stamp;
     node.mean = belief.mean;

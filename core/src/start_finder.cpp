@@ -38,7 +38,7 @@ std::optional<Start> StartFinder::consider(const Measurement& measurement, const
 Start StartFinder::make_start(Time stamp, const Fix* fix) const {
   Start start;
   const double yaw = settings_.yaw ? *settings_.yaw : yaw_.value_or(0.0);
-  const double yaw_sigma = settings_.yaw ? settings_.yaw_sigma : yaw_sigma_;
+  const double yaw_sigma = yaw_ && !settings_.yaw ? yaw_sigma_ : settings_.yaw_sigma;
   Eigen::Vector2d position = settings_.position.value_or(Eigen::Vector2d::Zero());
   double position_sigma = settings_.position_sigma;
   Eigen::Vector2d position_by_yaw = Eigen::Vector2d::Zero();  // ∂position/∂yaw

@@ -131,8 +131,8 @@ struct Companion {
   const Measurement* measurement;  ///< null: none that is fresh enough; a case, not an error
 };
 
-/// The filter's view of where the robot was and how it moved around a measurement, for de-skewing, pairing and spacing:
-/// the mixture mean at the trigger's stamp.
+/// How the robot stood and moved at the trigger's stamp, for levelling, de-skewing, pairing and spacing: the mixture's
+/// mean. Where the map's place on the Earth is estimated the pose is in ENU: of it only roll and pitch are the map's.
 struct MotionWindow {
   Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]

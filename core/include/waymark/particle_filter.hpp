@@ -108,6 +108,9 @@ class WAYMARK_API ParticleFilter {
   /// particles and their maps are gone.
   std::vector<std::pair<int, std::string>> map(std::span<const MappingInput> inputs, std::uint32_t sensor);
 
+  /// True if, in the last mapping step, maps told half of the particles or more something about their pose.
+  bool located() const { return located_; }
+
   // Late data. The sampled paths and the maps stay as they are (estimation.md §2, "Order"): a measurement that the
   // proposals did not use weighs the particles, and tells of those states that are Gaussian given the path.
 
@@ -174,6 +177,7 @@ class WAYMARK_API ParticleFilter {
     ErrorMatrix now_and_then;  // Cov(state now, state then), given all that came between
     double log_evidence = 0.0;
     bool writes = false;  // some map will write where the pose says
+    bool told = false;    // some map told something about the pose
     std::string failure;
     int failed_input = -1;
   };
@@ -222,6 +226,7 @@ class WAYMARK_API ParticleFilter {
   Belief recalled_mixture_;
   std::uint64_t resamplings_ = 0;
   std::uint64_t mapping_steps_ = 0;
+  bool located_ = false;
 };
 
 }  // namespace waymark

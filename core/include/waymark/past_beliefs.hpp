@@ -35,7 +35,8 @@ class WAYMARK_API PastBeliefs {
   void find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const;
 
   void save(OutArchive& out) const;
-  void load(InArchive& in);
+  /// Throws DataError if what is read does not belong to so many particles with such states.
+  void load(InArchive& in, std::size_t slots, const StateLayout& layout);
 
  private:
   /// Prediction bridges what lies between records: a few centimetres at walking pace.
@@ -51,8 +52,8 @@ class WAYMARK_API PastBeliefs {
   std::deque<Record> records_;
 };
 
-/// One belief on a checkpoint.
+/// One belief on a checkpoint. Reading throws DataError if it has other states than `layout`.
 void save_belief(const Belief& belief, OutArchive& out);
-void load_belief(Belief& belief, InArchive& in);
+void load_belief(Belief& belief, InArchive& in, const StateLayout& layout);
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 
 #include "unit/core/fusion_robot.hpp"
 #include "unit/core/toy_map.hpp"
@@ -32,10 +33,32 @@ std::vector<Measurement> curve(double longest) {
   return log;
 }
 
-std::vector<MapSlot> toy_map() {
+/// Takes every third fix: it counts them. The hundredth measurement breaks it.
+class EveryThird final : public MapModule {
+ public:
+  explicit EveryThird(int breaks_at) : breaks_at_(breaks_at) {}
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
+  std::shared_ptr<const Observation> extract(const Measurement& m, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    if (++count_ == breaks_at_) throw std::runtime_error("a toy that breaks");
+    if (count_ % 3 != 0) return nullptr;
+    auto sighting = std::make_shared<test::Sighting>();
+    sighting->see(Pose{}, {2.0, 1.0}, 0.01 * m.as<GnssFix>().p_map_antenna.head<2>());
+    return sighting;
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
+  void save(OutArchive& out) const override { out.value(count_); }
+  void load(InArchive& in) override { in.value(count_); }
+
+ private:
+  int breaks_at_;
+  int count_ = 0;
+};
+
+std::vector<MapSlot> toy_map(int breaks_at) {
   MapSlot slot;
   slot.name = "toy";
-  slot.module = std::make_shared<ToyModule>();
+  slot.module = std::make_shared<EveryThird>(breaks_at);
   slot.inputs = {1};
   return {slot};
 }
@@ -44,11 +67,12 @@ struct Case {
   std::string filter;
   bool maps = false;
   double longest = 0.0;
+  int map_breaks_at = 0;  // fix; 0: never
 };
 
 FusionRobot make(const Case& c) {
   return FusionRobot(kAtOrigin + "filter: " + c.filter + "\nsensors:\n" + kWheels + gps("offset_sigma_m: 0.2"), {},
-                     c.maps ? toy_map() : std::vector<MapSlot>{});
+                     c.maps ? toy_map(c.map_breaks_at) : std::vector<MapSlot>{});
 }
 
 std::string checkpoint(const FusionRobot& robot) {
@@ -94,6 +118,9 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
     const RunReport b = second.fusion().report();
     for (std::size_t i = 0; i < a.sensors.size(); ++i) {
       EXPECT_EQ(a.sensors[i].fused, b.sensors[i].fused);
+      EXPECT_EQ(a.sensors[i].mapped, b.sensors[i].mapped);
+      EXPECT_EQ(a.sensors[i].skipped, b.sensors[i].skipped);
+      EXPECT_EQ(a.sensors[i].unheard, b.sensors[i].unheard);
       EXPECT_EQ(a.sensors[i].measurements, b.sensors[i].measurements);
       EXPECT_EQ(a.sensors[i].taken_in_late, b.sensors[i].taken_in_late);
     }
@@ -102,13 +129,12 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Hosts, FusionCheckpoint,
-                         ::testing::Values(Case{"{}", false, 0.0}, Case{"{ history_s: 0 }", false, 0.0},
-                                           Case{"{ history_s: 1, smooth: true }", false, 0.4},
-                                           Case{"{ max_latency_s: 0.5 }", false, 0.4},
-                                           Case{"{ particles: 10 }", true, 0.0},
-                                           Case{"{ particles: 10, max_latency_s: 0.3 }", true, 0.3},
-                                           Case{"{ particles: 10 }", true, 0.4}));
+INSTANTIATE_TEST_SUITE_P(
+    Hosts, FusionCheckpoint,
+    ::testing::Values(Case{"{}", false, 0.0}, Case{"{ history_s: 0 }", false, 0.0},
+                      Case{"{ history_s: 1, smooth: true }", false, 0.4}, Case{"{ max_latency_s: 0.5 }", false, 0.4},
+                      Case{"{ particles: 10 }", true, 0.0}, Case{"{ particles: 10, max_latency_s: 0.3 }", true, 0.3},
+                      Case{"{ particles: 10 }", true, 0.4}, Case{"{ particles: 10 }", true, 0.0, 10}));
 
 TEST(FusionCheckpointErrors, AnotherConfigurationOrLogIsRefused) {
   const std::vector<Measurement> log = curve(0.0);
@@ -120,6 +146,10 @@ TEST(FusionCheckpointErrors, AnotherConfigurationOrLogIsRefused) {
   EXPECT_THROW(resume(other, bytes, log), DataError);
   FusionRobot crowd = make({"{ particles: 5 }"});
   EXPECT_THROW(resume(crowd, bytes, log), DataError);
+  FusionRobot fewer_states(kAtOrigin + "sensors:\n" + kWheels + gps());
+  EXPECT_THROW(resume(fewer_states, bytes, log), DataError);
+  FusionRobot with_map = make({"{}", true});
+  EXPECT_THROW(resume(with_map, bytes, log), DataError);
   FusionRobot short_log = make({"{}"});
   EXPECT_THROW(resume(short_log, bytes, {log.begin(), log.begin() + 30}), DataError);
   FusionRobot broken = make({"{}"});

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "unit/core/fusion_robot.hpp"
+#include "unit/core/toy_map.hpp"
 
 namespace waymark {
 namespace {
@@ -159,6 +160,68 @@ TEST(FusionHealth, ASensorThatTheGateRejectsIsFaulty) {
   const Health last = judged(log).back().health;
   EXPECT_EQ(last.sensors[1].state, SensorHealth::State::faulty) << last.reason;
   EXPECT_GT(last.probability_off_3_sigma, 0.05);
+}
+
+/// Knows the landmarks of one place, and sees one between two times.
+class OneLandmark final : public MapModule {
+ public:
+  OneLandmark(bool loaded, double from, double to) : loaded_(loaded), from_(from), to_(to) {}
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
+  bool begins_with_a_place() const override { return loaded_; }
+  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    auto sighting = std::make_shared<test::Sighting>();
+    const double t = to_seconds(trigger.stamp.time_since_epoch()) - kEpoch;
+    if (t >= from_ && t < to_) sighting->see(Pose::planar(t, 0.0, 0.0), {20.0, 5.0}, Eigen::Vector2d::Zero());
+    return sighting;
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
+
+ private:
+  bool loaded_;
+  double from_;
+  double to_;
+};
+
+/// The health every second of a straight drive of 30 s with such a map, and what the run noted.
+std::pair<std::vector<Health>, std::string> with_map(bool loaded, double from, double to) {
+  MapSlot slot;
+  slot.name = "place";
+  slot.module = std::make_shared<OneLandmark>(loaded, from, to);
+  slot.inputs = {1};
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner }\n", {}, {slot});
+  std::vector<Measurement> log;
+  drive(log, kEpoch, kEpoch + 30.0, 1.0);
+  for (int k = 0; k < 30; ++k) log.push_back(reading(kEpoch + k, 1, std::make_shared<LaserScan>()));
+  std::vector<Health> all;
+  for (const Measurement& m : in_order(log)) {
+    robot.fusion().add(m);
+    if (m.sensor == 1) all.push_back(robot.fusion().health());
+  }
+  return {all, robot.events()};
+}
+
+TEST(FusionHealth, ARobotThatItsLoadedMapDoesNotKnowIsNotOk) {
+  const auto [all, events] = with_map(true, 100.0, 100.0);
+  EXPECT_EQ(all[2].state, Health::State::ok) << "a scan or two may miss";
+  EXPECT_EQ(all[8].state, Health::State::degraded);
+  EXPECT_THAT(all[8].reason, HasSubstr("loaded map"));
+  EXPECT_THAT(all[20].reason, HasSubstr("dead reckoning"));
+  EXPECT_THAT(events, HasSubstr("scanner: most of what it sees does not tell where in the loaded map the robot is"));
+}
+
+TEST(FusionHealth, WhereTheMapTellsNothingAnyMoreItIsDeadReckoning) {
+  for (const bool loaded : {true, false}) {
+    const auto [all, events] = with_map(loaded, 0.0, 12.0);
+    EXPECT_EQ(all[20].state, Health::State::ok) << all[20].reason;
+    EXPECT_THAT(all[25].reason, HasSubstr("dead reckoning"));
+  }
+}
+
+TEST(FusionHealth, AMapThatHasNothingToTellYetIsNoConcern) {
+  const auto [all, events] = with_map(false, 100.0, 100.0);
+  EXPECT_EQ(all.back().state, Health::State::ok) << all.back().reason;
+  EXPECT_EQ(events, "");
 }
 
 TEST(FusionHealth, WithoutAMotionSensorThePoseIsLost) {

@@ -115,6 +115,70 @@ TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
   EXPECT_NEAR(robot.pose().p.x(), 9.9, 0.2);
 }
 
+/// Breaks when it is asked where the robot may start.
+class BreakingHint final : public Sensor {
+ public:
+  bool is_absolute() const override { return true; }
+  std::optional<StartHint> start_hint(const Measurement&, const Datum*) const override {
+    throw std::runtime_error("the hint broke");
+  }
+  void process(const Measurement&, const Prediction&, UpdateList&) override {}
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<BreakingHint>(*this); }
+};
+
+TEST(FusionFaults, ASensorThatThrowsBeforeTheStartIsTakenOutOfServiceToo) {
+  FusionRobot robot("sensors:\n" + kWheels + gps() + "  - { name: toy, plugin: toy }\n",
+                    {{"toy", std::make_shared<BreakingHint>()}});
+  std::vector<Measurement> log;
+  drive(log, 0.0, 10.0, 1.0);
+  for (int k = 0; k < 10; ++k) log.push_back(fix(k, k, 0.0));
+  for (int k = 0; k < 10; ++k) log.push_back(reading(k, 2, std::make_shared<BodyTwist>()));
+  robot.play(in_order(log));
+  EXPECT_THAT(robot.events(), HasSubstr("toy: taken out of service: the hint broke"));
+  EXPECT_TRUE(robot.fusion().started());
+}
+
+/// Of two maps that hear the same sensor this one understands nothing, or breaks with what is no exception.
+class Deaf final : public MapModule {
+ public:
+  explicit Deaf(bool breaks) : breaks_(breaks) {}
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
+  std::shared_ptr<const Observation> extract(const Measurement&, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    if (breaks_) throw 7;
+    throw DataError("heard nothing");
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
+
+ private:
+  bool breaks_;
+};
+
+std::string events_with(bool breaks) {
+  std::vector<MapSlot> maps(2);
+  maps[0].name = "deaf";
+  maps[0].module = std::make_shared<Deaf>(breaks);
+  maps[1].name = "fine";
+  maps[1].module = std::make_shared<ToyModule>();
+  for (MapSlot& map : maps) map.inputs = {1};
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner }\n", {}, maps);
+  robot.play(toy_log());
+  EXPECT_EQ(robot.report(1).mapped, 10U);
+  return robot.events();
+}
+
+TEST(FusionFaults, WhatOneOfTwoMapsCannotUseIsSaidOnce) {
+  const std::string events = events_with(false);
+  const std::size_t first = events.find("deaf: heard nothing");
+  ASSERT_NE(first, std::string::npos) << events;
+  EXPECT_EQ(events.find("heard nothing", first + 20), std::string::npos) << events;
+  EXPECT_THAT(events, HasSubstr("deaf: 10 measurements were of no use to it"));
+}
+
+TEST(FusionFaults, AMapThatThrowsWhatIsNoExceptionIsTakenOutOfService) {
+  EXPECT_THAT(events_with(true), HasSubstr("map deaf: taken out of service: unknown exception"));
+}
+
 TEST(FusionFaults, BadDataIsCountedAndTheSensorStays) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: toy, plugin: toy }\n",
                     {{"toy", std::make_shared<Breaking>(4, true)}});

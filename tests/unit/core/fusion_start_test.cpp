@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "unit/core/fusion_robot.hpp"
+#include "unit/core/toy_map.hpp"
 
 namespace waymark {
 namespace {
@@ -35,6 +36,32 @@ TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
   robot.play({twist(0.0, 0.0)});
   EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 1e-12);
   EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
+}
+
+/// A map of a place that was loaded.
+class KnownPlace final : public MapModule {
+ public:
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
+  bool begins_with_a_place() const override { return true; }
+  std::shared_ptr<const Observation> extract(const Measurement&, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    return nullptr;
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
+};
+
+TEST(FusionStart, InALoadedMapTheHeadingIsAsUncertainAsTheYamlSaysAlsoIfItGivesNone) {
+  for (const std::string yaw : {"", "yaw_deg: 0, "}) {
+    MapSlot slot;
+    slot.name = "place";
+    slot.module = std::make_shared<KnownPlace>();
+    slot.inputs = {1};
+    FusionRobot robot(
+        "initial: { x_m: 0, y_m: 0, " + yaw + "yaw_sigma_deg: 90 }\nsensors:\n" + kWheels + "  - { name: scanner }\n",
+        {}, {slot});
+    robot.play({twist(0.0, 0.0)});
+    EXPECT_NEAR(robot.pose_P()(2, 2), 90.0 * 90.0 * kDeg * kDeg, 1e-9) << yaw;
+  }
 }
 
 TEST(FusionStart, FromAFixTakesTheLeverArmOff) {

@@ -57,6 +57,61 @@ INSTANTIATE_TEST_SUITE_P(Places, FailingModule,
                          ::testing::Values(std::pair{Fails::in_refine, true}, std::pair{Fails::in_refine, false},
                                            std::pair{Fails::in_insert, true}, std::pair{Fails::in_insert, false}));
 
+/// What a map of this kind keeps between refine and insert.
+struct Marked final : Association {
+  explicit Marked(int k) : kind(k) {}
+  int kind;
+};
+
+class MarkingMap final : public ParticleMap {
+ public:
+  MarkingMap(int kind, int& strangers) : kind_(kind), strangers_(strangers) {}
+  std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<MarkingMap>(*this); }
+  void refine(const PoseGaussian&, const Pose&, const Observation&, Refinement& out) const override {
+    meet(out.association.get());
+    if (!out.association) out.association = std::make_unique<Marked>(kind_);
+  }
+  void insert(const PoseGaussian&, const Observation&, const Association* association) override { meet(association); }
+  void describe(MapDescription&) const override {}
+  void save(OutArchive&) const override {}
+
+ private:
+  void meet(const Association* association) const {
+    if (association != nullptr && static_cast<const Marked*>(association)->kind != kind_) ++strangers_;
+  }
+  int kind_;
+  int& strangers_;
+};
+
+class MarkingModule final : public MapModule {
+ public:
+  explicit MarkingModule(int kind) : kind_(kind) {}
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<MarkingMap>(kind_, strangers_); }
+  std::shared_ptr<const Observation> extract(const Measurement&, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    return nullptr;
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive&) const override { return create_map(); }
+  int strangers() const { return strangers_; }
+
+ private:
+  int kind_;
+  mutable int strangers_ = 0;
+};
+
+TEST(ParticleFilterMap, EveryModuleMeetsItsOwnAssociationsWhoeverElseTakesPart) {
+  const auto grid = std::make_shared<MarkingModule>(0);
+  const auto features = std::make_shared<MarkingModule>(1);
+  ParticleRun run(settings(), {grid, features});
+  run.filter().start(run.prior(), true);
+  const test::Sighting sighting;
+  const std::vector<MappingInput> both{{0, &sighting, 1.0, true}, {1, &sighting, 1.0, true}};
+  const std::vector<MappingInput> second{{1, &sighting, 1.0, true}};
+  for (const auto& inputs : {both, second, both}) EXPECT_TRUE(run.filter().map(inputs, 3).empty());
+  EXPECT_EQ(grid->strangers(), 0);
+  EXPECT_EQ(features->strangers(), 0);
+}
+
 TEST(ParticleFilterMap, AModuleThatBreaksInRefineLeavesTheResultOfTheOthersAlone) {
   ParticleRun alone(settings(), {std::make_shared<ToyModule>()});
   ParticleRun with_bad(settings(), {std::make_shared<ToyModule>(Fails::in_refine, 5), std::make_shared<ToyModule>()});
