@@ -22,10 +22,15 @@ constexpr std::string_view kFrontLaser = "FLASER";
 constexpr std::string_view kFrontOffset = "robot_frontlaser_offset";
 constexpr double kOffsetTolerance = 0.005;  // [m]
 
-/// "2 SYNC, 1 TRUEPOS".
+/// "2 SYNC, 1 TRUEPOS", a few of them.
 std::string counts(const std::map<std::string, std::size_t, std::less<>>& by_name) {
+  constexpr std::size_t kShown = 8;
   std::string list;
-  for (const auto& [name, count] : by_name) list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+  std::size_t shown = 0;
+  for (const auto& [name, count] : by_name) {
+    if (shown++ == kShown) return list + fmt::format(" and {} other kinds", by_name.size() - kShown);
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+  }
   return list;
 }
 
@@ -133,12 +138,13 @@ void CarmenSource::read() {
   Recording recording = read_recording(file_, wanted_, bad_);
   failure_ = recording.failure;
   OdometrySteps odometry;
-  if (wheels_) {
-    try {
-      odometry = make_steps(recording.poses, recording.speeds, step_options_, bad_);
-    } catch (const DataError&) {
-      if (!failure_) failure_ = std::current_exception();
-    }
+  if (wheels_) odometry = make_steps(recording.poses, recording.speeds, step_options_, bad_);
+  if (odometry.failure) {
+    // It ends where its last step does: what comes later in the file is behind the record that was one too many.
+    failure_ = odometry.failure;
+    const Time end = odometry.steps.empty() ? Time::min() : odometry.steps.back().end;
+    std::erase_if(recording.scans, [&](const Recording::Scan& scan) { return scan.stamp > end; });
+    std::erase_if(recording.fixes, [&](const Recording::Fix& fix) { return fix.stamp > end; });
   }
   tell(recording, odometry);
 

@@ -94,8 +94,7 @@ double read_angle(const Fields& fields, std::size_t at, std::string_view what, c
 GnssFix::Type fix_type(double quality) {
   using enum GnssFix::Type;
   constexpr std::array kTypes = {none, single, differential, single, rtk_fixed, rtk_float, none, none};
-  const auto index = static_cast<std::size_t>(std::max(quality, 0.0));
-  return quality >= 0.0 && index < kTypes.size() ? kTypes[index] : unknown;
+  return quality >= 0.0 && quality < double{kTypes.size()} ? kTypes[static_cast<std::size_t>(quality)] : unknown;
 }
 
 }  // namespace

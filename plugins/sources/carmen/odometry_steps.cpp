@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "waymark/error.hpp"
 #include "waymark/pose_increment.hpp"
 
 namespace waymark::carmen {
@@ -44,8 +45,13 @@ OdometrySteps make_steps(const std::vector<OdometryPose>& poses, const std::vect
         std::make_shared<PoseIncrement>(pose_increment(vector(begin.T_odom_base), vector(end.T_odom_base), interval_s));
     const double length = std::hypot(increment->x_m, increment->y_m);
     if (length > options.max_speed_mps * std::max(interval_s, kShortest)) {
-      bad.add(end.place, fmt::format("odometry jumps by {:.3f} m in {:.3f} s; at most {} m/s are expected", length,
-                                     interval_s, options.max_speed_mps));
+      try {
+        bad.add(end.place, fmt::format("odometry jumps by {:.3f} m in {:.3f} s; at most {} m/s are expected", length,
+                                       interval_s, options.max_speed_mps));
+      } catch (const DataError&) {
+        result.failure = std::current_exception();
+        return result;
+      }
       continue;
     }
     const auto speed = speed_near(speeds, begin.stamp + (end.stamp - begin.stamp) / 2);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,9 +36,10 @@ struct OdometryStep {
 /// What was made of the poses.
 struct OdometrySteps {
   std::vector<OdometryStep> steps;
-  std::size_t turned = 0;     ///< steps whose direction was turned round
-  std::size_t stretches = 0;  ///< runs of such steps
-  double turned_m = 0.0;      ///< their length in all
+  std::size_t turned = 0;      ///< steps whose direction was turned round
+  std::size_t stretches = 0;   ///< runs of such steps
+  double turned_m = 0.0;       ///< their length in all
+  std::exception_ptr failure;  ///< a bad record too many, after these steps
 };
 
 struct StepOptions {
@@ -49,7 +51,7 @@ struct StepOptions {
 /// base that counts its wheels' turns without a sign moves forward in odometry while it reverses: where the speed
 /// nearest to the middle of a step is backward and the step goes forward, its translation is turned round. A step
 /// faster than `max_speed_mps` (an interval counts as 0.1 s at least) is none (odometry was set anew): it is left out
-/// as a bad record. Throws DataError if that is one too many.
+/// as a bad record; one too many ends the steps.
 OdometrySteps make_steps(const std::vector<OdometryPose>& poses, const std::vector<OdometrySpeed>& speeds,
                          const StepOptions& options, BadRecordList& bad);
 

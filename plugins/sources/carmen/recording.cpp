@@ -9,6 +9,12 @@
 namespace waymark::carmen {
 namespace {
 
+/// False for what a message is not called: a picture that somebody took for a log.
+bool is_name(std::string_view word) {
+  constexpr std::size_t kLongest = 40;
+  return word.size() <= kLongest && std::ranges::all_of(word, [](char c) { return c > ' ' && c <= '~'; });
+}
+
 /// Takes one message after the other into a recording.
 class Reader {
  public:
@@ -34,11 +40,12 @@ class Reader {
       out_.fixes.push_back({stamp(fields), std::move(fix)});
       return;
     }
-    const auto known = out_.passed_over.find(fields.name());
+    const std::string_view name = is_name(fields.name()) ? fields.name() : "lines that are no message";
+    const auto known = out_.passed_over.find(name);
     if (known != out_.passed_over.end()) {
       ++known->second;
     } else {
-      out_.passed_over.emplace(fields.name(), 1);
+      out_.passed_over.emplace(name, 1);
     }
   }
 

@@ -225,6 +225,31 @@ TEST_F(Carmen, AJumpOfOdometryIsNoMotion) {
   EXPECT_THAT(bad_, SizeIs(1));
 }
 
+TEST_F(Carmen, AJumpTooManyEndsTheLogButNotWhatCameBefore) {
+  write(flaser(100.0, 0, 0, 0) + flaser(100.2, 0.1, 0, 0) + flaser(100.4, 70, 0, 0) + flaser(100.6, 70.1, 0, 0));
+  const auto source = make(kScansAndWheels);
+  std::vector<Measurement> before;
+  std::string why;
+  try {
+    while (auto m = source->next()) before.push_back(std::move(*m));
+  } catch (const DataError& error) {
+    why = error.what();
+  }
+  EXPECT_THAT(why, HasSubstr("odometry jumps by 69.900 m"));
+  EXPECT_THAT(only<LaserScan>(before), SizeIs(2));
+  EXPECT_THAT(only<PoseIncrement>(before), SizeIs(1));
+}
+
+TEST_F(Carmen, APictureIsNoLogAndSaysSoShortly) {
+  std::string text = "\x89PNG\x01\x02\n";
+  for (int i = 0; i < 100; ++i) text += fmt::format("word{} 1 2\n", i);
+  EXPECT_THAT(read(text), IsEmpty());
+  ASSERT_THAT(notices_, SizeIs(1));
+  EXPECT_THAT(notices_[0], HasSubstr("1 lines that are no message"));
+  EXPECT_THAT(notices_[0], HasSubstr("and 93 other kinds"));
+  EXPECT_LT(notices_[0].size(), 300u);
+}
+
 TEST_F(Carmen, FixesTellPositionAndQuality) {
   const auto tail = [](double t) { return " 100.0 0 48.0 0 0" + times(t); };
   const auto all = read("NMEAGGA 1 123456 4930.6 N 830.3 W 2 9 1.2" + tail(5.0) + "NMEAGGA 1 123457 0 N 0 E 0 0 99" +
