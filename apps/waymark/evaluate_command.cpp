@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/waymark/command_line.hpp"
 #include "apps/waymark/evaluation/report.hpp"
 #include "waymark/error.hpp"
 
@@ -55,7 +56,7 @@ std::optional<Datum> datum_of(const Arguments& arguments) {
   if (d.empty()) return std::nullopt;
   const double height = d.size() > 2 ? d[2] : 0.0;
   if (!(std::abs(d[0]) <= 90.0) || !(std::abs(d[1]) <= 180.0) || !std::isfinite(height))
-    throw Error("evaluate: --datum must be latitude and longitude [deg] and perhaps a height [m]");
+    throw UsageError("evaluate: --datum must be latitude and longitude [deg] and perhaps a height [m]");
   return Datum{d[0], d[1], height};
 }
 
@@ -76,7 +77,8 @@ std::vector<Outage> outages_of(const Arguments& arguments, const Trajectory& ref
 Pose sensor_of(const std::vector<double>& numbers) {
   if (numbers.empty()) return {};
   for (const double number : numbers) {
-    if (!std::isfinite(number)) throw Error("evaluate: --relations-sensor must be finite numbers x,y[,yaw] [m, deg]");
+    if (!std::isfinite(number))
+      throw UsageError("evaluate: --relations-sensor must be finite numbers x,y[,yaw] [m, deg]");
   }
   const double yaw_deg = numbers.size() > 2 ? numbers[2] : 0.0;
   return Pose::planar(numbers[0], numbers[1], yaw_deg * std::numbers::pi / 180.0);
@@ -91,29 +93,30 @@ RelationScore relations_of(const Arguments& arguments, const Trajectory& estimat
 /// Refuses options that mean nothing without others.
 void check(const Arguments& arguments) {
   if (arguments.relations.empty() && arguments.estimate.empty() != arguments.reference.empty()) {
-    throw Error("evaluate: --estimate and --reference belong together");
+    throw UsageError("evaluate: --estimate and --reference belong together");
   }
-  if (!arguments.relations.empty() && arguments.estimate.empty()) throw Error("evaluate: --relations needs --estimate");
+  if (!arguments.relations.empty() && arguments.estimate.empty())
+    throw UsageError("evaluate: --relations needs --estimate");
   if (arguments.landmarks.empty() != arguments.survey.empty()) {
-    throw Error("evaluate: --landmarks and --survey belong together");
+    throw UsageError("evaluate: --landmarks and --survey belong together");
   }
   if (arguments.voxels.empty() != arguments.surfaces.empty()) {
-    throw Error("evaluate: --voxels and --surfaces belong together");
+    throw UsageError("evaluate: --voxels and --surfaces belong together");
   }
   if (!arguments.covariance.empty() && arguments.reference.empty()) {
-    throw Error("evaluate: --covariance needs --estimate and --reference");
+    throw UsageError("evaluate: --covariance needs --estimate and --reference");
   }
   const bool outages = !arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0;
   if (outages && arguments.reference.empty())
-    throw Error("evaluate: --outage and --outages-longer-than need --estimate and --reference");
+    throw UsageError("evaluate: --outage and --outages-longer-than need --estimate and --reference");
   if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.voxels.empty() &&
       arguments.diagnostics.empty()) {
-    throw Error(
+    throw UsageError(
         "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, --estimate with "
         "--relations, --voxels with --surfaces, or --diagnostics");
   }
   if (arguments.reference.empty() && arguments.align != "none") {
-    throw Error(
+    throw UsageError(
         "evaluate: --align needs --estimate and --reference (landmarks alone always get their own alignment as well)");
   }
 }
@@ -155,7 +158,8 @@ Report evaluate(const Arguments& arguments) {
                                              : Alignment::none;
   if (!arguments.lever_arm_m.empty()) {
     options.lever_arm_m = Eigen::Vector3d::Map(arguments.lever_arm_m.data());
-    if (!options.lever_arm_m.allFinite()) throw Error("evaluate: --lever-arm must be three finite numbers x,y,z [m]");
+    if (!options.lever_arm_m.allFinite())
+      throw UsageError("evaluate: --lever-arm must be three finite numbers x,y,z [m]");
   }
   if (arguments.rpe_delta_s > 0.0) options.rpe_delta_s = arguments.rpe_delta_s;
 
@@ -204,11 +208,11 @@ void add_command(CLI::App& app, int& exit_code) {
       command
           ->add_option("--outages-longer-than", a.pauses_longer_than_s,
                        "outages are also the pauses of the reference, or of --outages-of, longer than this [s]")
-          ->check(CLI::PositiveNumber);
+          ->check(positive_number());
   command->add_option("--outages-of", a.pauses_of, "the recording whose pauses count: columns t, x, y")
       ->needs(pauses_longer);
   command->add_option("--settling", a.outage.settling_s, "after an outage, where the largest step is looked for [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_option("--align", a.align, "motion taken out first: none, se2 (plane, z ignored) or se3")
       ->check(CLI::IsMember({"none", "se2", "se3"}))
@@ -227,14 +231,14 @@ void add_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--max-time-gap", a.trajectory.max_time_gap_s,
                    "longest pause of the estimate to interpolate over [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   auto* by_length =
       command->add_option("--rpe-delta-m", a.trajectory.rpe_delta_m, "relative errors over this length of the path [m]")
-          ->check(CLI::PositiveNumber)
+          ->check(positive_number())
           ->capture_default_str();
   command->add_option("--rpe-delta-s", a.rpe_delta_s, "relative errors over this time [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(by_length);
   command->add_option("--columns", a.columns, "columns of the estimate, from 0: t=0,x=1,y=2[,z=..][,yaw=..]");
   command->add_option("--reference-columns", a.reference_columns, "columns of the reference, from 0");
@@ -259,7 +263,7 @@ void add_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--match-radius-m", a.landmark.match_radius_m,
                    "a landmark belongs to a survey point within this [m]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_option("--min-sightings", a.landmark.min_sightings, "landmarks seen less often do not count")
       ->check(CLI::NonNegativeNumber)
@@ -270,7 +274,7 @@ void add_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--voxel-tolerance-m", a.voxel.tolerance_m,
                    "the middle of a voxel is on a surface within this [m]; without it: the side of a voxel")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(voxels);
   command->add_flag("--json", a.json, "print one JSON object");
   command->callback([arguments, &exit_code] {

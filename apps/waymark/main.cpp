@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "evaluate_command.hpp"
 #include "waymark/error.hpp"
@@ -29,20 +33,33 @@ int main(int argc, char** argv) {
   waymark::add_paper_command(app, exit_code);
   try {
     app.parse(argc, argv);
+    // What was printed must be there: a full disk must not end with half a table and "all well".
+    if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
     const std::vector<std::string> unknown = app.remaining();
     const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
-    fmt::print(stderr,
-               "waymark: error: {} (subcommands are run, check, plugins, evaluate, map, paper; each explains itself "
-               "with --help)\n",
-               what);
+    waymark::say(
+        "waymark: error: {} (subcommands are run, check, plugins, evaluate, map, paper; each explains itself "
+        "with --help)\n",
+        what);
+    return waymark::kUsage;
+  } catch (const waymark::UsageError& error) {
+    waymark::say("waymark: error: {}\n", error.what());
     return waymark::kUsage;
   } catch (const waymark::Error& error) {
-    fmt::print(stderr, "waymark: error: {}\n", error.what());
+    waymark::say("waymark: error: {}\n", error.what());
+    return waymark::kError;
+  } catch (const std::filesystem::filesystem_error& error) {
+    waymark::say("waymark: error: {}\n", error.what());
+    return waymark::kError;
+  } catch (const std::system_error& error) {
+    // Who closed the pipe has seen enough: `waymark check robot.yaml | head`.
+    if (error.code() == std::errc::broken_pipe) return waymark::kSuccess;
+    waymark::say("waymark: error: standard output: {}\n", error.code().message());
     return waymark::kError;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "waymark: error: internal, please report: {}\n", error.what());
+    waymark::say("waymark: error: internal, please report: {}\n", error.what());
     return waymark::kError;
   }
   return exit_code;

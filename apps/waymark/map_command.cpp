@@ -15,9 +15,10 @@
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
+#include "map_modules/map_formats/landmark_list.hpp"
 #include "map_modules/map_formats/map_server.hpp"
-#include "waymark/config.hpp"
 #include "waymark/error.hpp"
 #include "waymark/output_file.hpp"
 
@@ -87,8 +88,8 @@ void print_grid(const fs::path& file) {
 std::vector<evaluation::Landmark> read_landmarks(const fs::path& file) {
   if (!is_landmark_yaml(file)) return evaluation::read_landmarks(file);
   std::vector<evaluation::Landmark> landmarks;
-  for (const Config& item : Config::load(file).items("landmarks"))
-    landmarks.emplace_back().p_map = {item.number("east_m"), item.number("north_m")};
+  for (const map_formats::LandmarkEntry& entry : map_formats::read_landmark_list(file))
+    landmarks.emplace_back().p_map = entry.mean.head<2>();
   return landmarks;
 }
 
@@ -155,14 +156,15 @@ void convert(const ConvertOptions& options) {
   const MapKind to = kind_of(options.out);
   const bool is_slice = from != MapKind::grid && to == MapKind::grid;
   if (from == MapKind::landmarks || to == MapKind::landmarks)
-    throw Error("map convert: a list of landmarks cannot be converted; .bt, .ot and .yaml can");
+    throw UsageError("map convert: a list of landmarks cannot be converted; .bt, .ot and .yaml can");
   if (from == MapKind::grid && to == MapKind::grid)
-    throw Error(fmt::format("map convert: {} and {} are of one kind", options.in.string(), options.out.string()));
+    throw UsageError(fmt::format("map convert: {} and {} are of one kind", options.in.string(), options.out.string()));
   std::error_code ignored;
   if (fs::equivalent(options.in, options.out, ignored))
-    throw Error(fmt::format("map convert: {} would overwrite itself", options.in.string()));
+    throw UsageError(fmt::format("map convert: {} would overwrite itself", options.in.string()));
   if (is_slice == options.slice_m.empty()) {
-    throw Error(is_slice ? "map convert: an octree becomes a grid by --slice-m low,high, the heights [m] to look at"
+    throw UsageError(is_slice
+                         ? "map convert: an octree becomes a grid by --slice-m low,high, the heights [m] to look at"
                          : "map convert: --slice-m is for an octree that becomes a grid (.yaml)");
   }
   if (from == MapKind::grid) {
@@ -218,6 +220,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->add_option("--slice-m", options->slice_m,
                    "low,high: an octree's voxels whose middles lie between these heights [m] become the grid")
       ->delimiter(',')
+      ->check(finite_number())
       ->expected(2);
   convert_command->callback([options, &exit_code] {
     run_on(options->in, [&] { convert(*options); });

@@ -10,6 +10,7 @@
 #include <memory>
 #include <thread>
 
+#include "apps/waymark/command_line.hpp"
 #include "apps/waymark/paper/jobs.hpp"
 #include "apps/waymark/paper/outages.hpp"
 #include "apps/waymark/paper/page.hpp"
@@ -43,10 +44,9 @@ std::string command_of(const PaperOptions& options) {
 /// Tells on standard error how far it is: on a terminal always, elsewhere every tenth.
 void report(std::size_t done, std::size_t count) {
   if (isatty(STDERR_FILENO) == 1) {
-    fmt::print(stderr, "\r{} of {} courses{}", done, count, done == count ? "\n" : "");
-    std::fflush(stderr);
+    say("\r{} of {} courses{}", done, count, done == count ? "\n" : "");
   } else if (done * 10 / count != (done - 1) * 10 / count) {
-    fmt::print(stderr, "{} of {} courses\n", done, count);
+    say("{} of {} courses\n", done, count);
   }
 }
 
@@ -58,7 +58,7 @@ void run_courses(std::size_t count, const PaperOptions& options, const std::func
 void write(const PaperOptions& options, const std::string& name, const std::string& page, const std::string& json) {
   write_file(options.out / (name + ".json"), json);
   write_file(options.out / (name + ".md"), page);
-  fmt::print(stderr, "results in {}\n", (options.out / (name + ".md")).string());
+  say("results in {}\n", (options.out / (name + ".md")).string());
 }
 
 void run_scenarios(const PaperOptions& options) {
@@ -154,7 +154,7 @@ void add_paper_command(CLI::App& app, int& exit_code) {
       ->add_option("--noise", options->noises,
                    "factors on the odometry's noise, in simulator and filter (default: 0.5,1,2,4; 1 for sawtooth)")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("--set", options->overrides, "key=value: overrides a key of the YAML in all runs");
   command->add_option("--jobs", options->jobs, "courses at the same time (default: one per core)")
       ->check(CLI::Range(1, 1024));

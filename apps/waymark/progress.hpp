@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <string>
 
 #include "waymark/snapshot.hpp"
 
@@ -24,6 +25,8 @@ class Progress {
   bool terminal_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_shown_ = start_;
+  Clock::time_point next_landmarks_ = start_;
+  std::string landmarks_;
   bool first_ = true;
   Time first_stamp_{};
   double log_seconds_ = 0.0;

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "assembly.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "progress.hpp"
 #include "waymark/fusion.hpp"
@@ -23,16 +24,17 @@ namespace {
 
 std::atomic<bool> interrupted{false};
 
-extern "C" void on_interrupt(int signal_number) {
+extern "C" void on_interrupt(int) {
   interrupted = true;
-  std::signal(signal_number, SIG_DFL);  // a second Ctrl-C ends at once
+  std::signal(SIGINT, SIG_DFL);  // a second one, of either kind, ends at once
+  std::signal(SIGTERM, SIG_DFL);
 }
 
 struct RunOptions {
   std::filesystem::path config;
   std::filesystem::path out;
   std::vector<std::string> overrides;
-  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> seed;
   std::optional<int> threads;
   std::optional<double> until_s;
   std::filesystem::path save;
@@ -128,15 +130,14 @@ void resume_checkpoint(Fusion& fusion, const std::filesystem::path& file, Log& l
 
 void print_report(const RunReport& report) {
   for (const Event& event : report.events) {
-    if (!event.is_failure) fmt::print(stderr, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+    if (!event.is_failure) say("waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
   }
   constexpr std::size_t kShown = 5;
   for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
-    fmt::print(stderr, "waymark: skipped {}: {}\n", report.bad_records[i].place, report.bad_records[i].reason);
+    say("waymark: skipped {}: {}\n", report.bad_records[i].place, report.bad_records[i].reason);
   }
-  if (report.bad_records.size() > kShown)
-    fmt::print(stderr, "waymark: … and {} more\n", report.bad_records.size() - kShown);
-  for (const std::string& notice : report.notices) fmt::print(stderr, "waymark: note: {}\n", notice);
+  if (report.bad_records.size() > kShown) say("waymark: … and {} more\n", report.bad_records.size() - kShown);
+  for (const std::string& notice : report.notices) say("waymark: note: {}\n", notice);
 }
 
 int run(const RunOptions& options) {
@@ -190,8 +191,8 @@ int run(const RunOptions& options) {
   print_report(report);
 
   if (!options.quiet) {
-    fmt::print(stderr, "{}{:.1f} s of log in {:.2f} s; results in {}\n", interrupted ? "interrupted: " : "",
-               progress.log_seconds(), progress.wall_seconds(), out.string());
+    say("{}{:.1f} s of log in {:.2f} s; results in {}\n", interrupted ? "interrupted: " : "", progress.log_seconds(),
+        progress.wall_seconds(), out.string());
   }
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
   std::vector<std::string> failures;
@@ -201,7 +202,7 @@ int run(const RunOptions& options) {
     if (event.is_failure || no_result) failures.push_back(fmt::format("at {:.3f} s: {}", event.stamp_s, event.text));
   }
   failures.insert(failures.end(), sinks.failures().begin(), sinks.failures().end());
-  if (!failures.empty()) fmt::print(stderr, "waymark: error: {}\n", fmt::join(failures, "; "));
+  if (!failures.empty()) say("waymark: error: {}\n", fmt::join(failures, "; "));
   if (!data_error.empty()) return kError;
   if (interrupted) return kInterrupted;
   if (!fusion.started()) return kError;
@@ -223,12 +224,13 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "folder for the results (default: out/<name of the YAML>)");
   command->add_option("--set", options->overrides,
                       "key=value: overrides a key of the YAML, e.g. sensors.gps.sigma_m=0.1");
-  command->add_option("--seed", options->seed, "the same as --set filter.seed=N");
+  command->add_option("--seed", options->seed, "the same as --set filter.seed=N")->check(non_negative_number());
   command->add_option("--threads", options->threads, "the same as --set filter.threads=N; results do not depend on it");
-  command->add_option("--until", options->until_s, "stop reading this many seconds after the first arrival of the log");
+  command->add_option("--until", options->until_s, "stop reading this many seconds after the first arrival of the log")
+      ->check(non_negative_number());
   command->add_option("--save", options->save, "write a checkpoint at the end of what was read, to go on from");
   command->add_option("--resume", options->resume, "go on from a checkpoint of the same configuration and log");
-  command->add_flag("--quiet", options->quiet, "no progress, errors only");
+  command->add_flag("--quiet", options->quiet, "no progress and no summary; warnings and errors stay");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

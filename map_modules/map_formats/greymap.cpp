@@ -40,7 +40,12 @@ Greymap read_greymap(const std::filesystem::path& file) {
   if (!in) throw DataError(fmt::format("{}: not found, or not readable", file.string()));
   std::string magic(2, '\0');
   in.read(magic.data(), 2);
-  if (magic != "P5") throw DataError(fmt::format("{}: no binary greymap: it must begin with P5", file.string()));
+  if (magic != "P5") {
+    std::ranges::replace_if(
+        magic, [](char c) { return c < ' ' || c > '~'; }, '.');
+    throw DataError(fmt::format("{}: no binary greymap: it begins with \"{}\", P5 is expected", file.string(),
+                                magic.substr(0, static_cast<std::size_t>(in.gcount()))));
+  }
   const std::int64_t width = header_number(in, file, "width");
   const std::int64_t height = header_number(in, file, "height");
   const std::int64_t white = header_number(in, file, "largest value");

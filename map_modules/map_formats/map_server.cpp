@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <vector>
 
 #include "greymap.hpp"
 #include "waymark/config.hpp"
+#include "waymark/error.hpp"
 
 namespace waymark::map_formats {
 
@@ -47,12 +49,16 @@ char pixel_of(std::uint8_t percent) {
   return percent > 50 ? kOccupiedPixel : kFreePixel;
 }
 
-Legend read_legend(const std::filesystem::path& yaml) {
-  const Config config = Config::load(yaml);
+Legend read_legend(const Config& config) {
   Legend legend;
   legend.image = config.text("image");
   legend.resolution_m = config.number_in("resolution", 0.005, 10.0);
   const std::vector<double> origin = config.numbers("origin", 3);
+  constexpr double kFarthest = 1e8;  // beyond, doubles are too coarse for cells
+  if (!(std::max(std::abs(origin[0]), std::abs(origin[1])) <= kFarthest)) {
+    config.fail("origin", fmt::format("x {:g} m, y {:g} m; from -{:g} to {:g} is expected", origin[0], origin[1],
+                                      kFarthest, kFarthest));
+  }
   std::ranges::copy(origin, legend.origin_m_rad.begin());
   legend.negate = config.integer_in("negate", 0, 1, 0) == 1;
   legend.occupied_above = config.number_in("occupied_thresh", 0.0, 1.0);
@@ -61,6 +67,15 @@ Legend read_legend(const std::filesystem::path& yaml) {
   if (legend.free_below > legend.occupied_above) config.fail("free_thresh", "must not exceed occupied_thresh");
   config.reject_unread();
   return legend;
+}
+
+/// An error names the line of the YAML that names the picture.
+Greymap read_picture(const Config& config, const std::filesystem::path& image) {
+  try {
+    return read_greymap(image);
+  } catch (const DataError& error) {
+    config.fail("image", error.what());
+  }
 }
 
 /// A name as a scalar of YAML.
@@ -78,8 +93,9 @@ std::string quoted_if_needed(std::string_view name) {
 }  // namespace
 
 GridView read_map_server(const std::filesystem::path& yaml) {
-  const Legend legend = read_legend(yaml);
-  const Greymap picture = read_greymap(yaml.parent_path() / legend.image);
+  const Config config = Config::load(yaml);
+  const Legend legend = read_legend(config);
+  const Greymap picture = read_picture(config, yaml.parent_path() / legend.image);
   GridView grid;
   grid.T_map_grid = Pose::planar(legend.origin_m_rad[0], legend.origin_m_rad[1], legend.origin_m_rad[2]);
   grid.resolution_m = legend.resolution_m;

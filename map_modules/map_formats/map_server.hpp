@@ -11,7 +11,7 @@
 namespace waymark::map_formats {
 
 /// YAML and picture: every cell is 0, 100 or unknown, `T_map_grid` may be turned. Throws ConfigError with the file, the
-/// line, the value and what was expected, or DataError.
+/// line, the value and what was expected.
 GridView read_map_server(const std::filesystem::path& yaml);
 
 /// The picture of a grid, a binary greymap, rows from the top: black is occupied (probability above ½), 254 free (below

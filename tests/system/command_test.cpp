@@ -2,6 +2,8 @@
 // What the command says about itself, and what it prints for other programs.
 #include <gmock/gmock.h>
 
+#include <array>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tests/system/small_robot.hpp"
@@ -51,6 +53,44 @@ TEST(Command, MissingYamlIsOneErrorLine) {
   const std::string file = (folder / "robot.yaml").string();
   EXPECT_TRUE(tells(waymark({"run", file, "--out", (folder / "out").string()}), 1, {file}));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Command, OptionsThatMeanNothingTogetherAreAWrongCommandLine) {
+  EXPECT_TRUE(tells(waymark({"evaluate"}), 2, {"nothing to score"}));
+  EXPECT_TRUE(tells(waymark({"evaluate", "--estimate", "a.txt"}), 2, {"belong together"}));
+  EXPECT_TRUE(tells(waymark({"evaluate", "--rpe-delta-m", "-1"}), 2, {"\"-1\" is not a finite number above 0"}));
+  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--until", "nan"}), 2, {"--until", "\"nan\" is not a finite"}));
+  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--seed", "-1"}), 2, {"--seed", "\"-1\" is not"}));
+}
+
+/// In the child: what is written to `descriptor` fails, as on a full disk or after `| head`.
+std::function<void()> full(int descriptor) {
+  return [descriptor] { ::dup2(::open("/dev/full", O_WRONLY), descriptor); };
+}
+std::function<void()> without_reader(int descriptor) {
+  return [descriptor] {
+    std::array<int, 2> ends{};
+    if (::pipe(ends.data()) != 0) ::_exit(126);
+    ::close(ends[0]);
+    ::dup2(ends[1], descriptor);
+  };
+}
+
+TEST(Command, ARunEndsAsUsualIfNobodyReadsWhatItSays) {
+  for (const auto& broken : {full(STDERR_FILENO), without_reader(STDERR_FILENO)}) {
+    const SmallRobot robot;
+    robot.write();
+    EXPECT_EQ(robot.command().in_child(broken).run().exit_code, 0);
+    EXPECT_TRUE(robot.has_results(1000));
+    EXPECT_EQ(Command({"run", "gone.yaml"}).in_child(broken).run().exit_code, 1);
+  }
+}
+
+TEST(Command, WhatCannotBePrintedIsAnErrorButAClosedPipeIsNone) {
+  EXPECT_TRUE(tells(Command({"plugins"}).in_child(full(STDOUT_FILENO)).run(), 1, {"standard output", "No space left"}));
+  const Outcome cut = Command({"plugins"}).in_child(without_reader(STDOUT_FILENO)).run();
+  EXPECT_EQ(cut.exit_code, 0);
+  EXPECT_EQ(cut.err, "");
 }
 
 TEST(Plugins, ListsEveryKindAndWhereItWasFound) {

@@ -101,7 +101,7 @@ TEST_F(MapCommand, VoxelsAreScoredAgainstSurfaces) {
   EXPECT_EQ(voxels.at("occupied"), 3);
   EXPECT_EQ(voxels.at("recall"), 1.0);
   EXPECT_EQ(voxels.at("tolerance_m"), 0.02);
-  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt")}), 1, {"--voxels and --surfaces belong together"}));
+  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt")}), 2, {"--voxels and --surfaces belong together"}));
   EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt"), "--surfaces", at("room.yaml")}), 1,
                     {"room.yaml:1", "the first row must be"}));
 }
@@ -117,6 +117,10 @@ TEST_F(MapCommand, InfoCountsTheLandmarksOfAFeatureMap) {
              "version: 1\nlandmarks:\n  - { east_m: 1, north_m: 2, radius_m: 0.1 }\n  - { east_m: 4, north_m: 2.5 }\n");
   EXPECT_TRUE(
       shows(info("trunks.landmarks.yaml"), {"landmarks   2", "size        3.000 x 0.500 m, between their middles"}));
+  write_text(folder_ / "bad.landmarks.yaml", "version: 1\nlandmarks:\n  - { east_m: 1, north_m: 2, radus_m: 0.1 }\n");
+  EXPECT_TRUE(tells(info("bad.landmarks.yaml"), 1, {"bad.landmarks.yaml:3", "radus_m", "did you mean \"radius_m\"?"}));
+  write_text(folder_ / "newer.landmarks.yaml", "version: 2\nlandmarks: []\n");
+  EXPECT_TRUE(tells(info("newer.landmarks.yaml"), 1, {"newer.landmarks.yaml:1", "2 is not 1"}));
 }
 
 TEST_F(MapCommand, AFileThatIsNoMapIsAnError) {
@@ -142,7 +146,10 @@ TEST_F(MapCommand, APictureThatDisagreesWithItsYamlIsAnError) {
   write_text(folder_ / "none.yaml",
              "image: gone.pgm\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\n"
              "free_thresh: 0.196\n");
-  EXPECT_TRUE(tells(info("none.yaml"), 1, {"gone.pgm", "not found"}));
+  EXPECT_TRUE(tells(info("none.yaml"), 1, {"none.yaml:1:8: image", "gone.pgm", "not found"}));
+  write_text(folder_ / "far.yaml",
+             "image: room.pgm\nresolution: 0.1\norigin: [1e15, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
+  EXPECT_TRUE(tells(info("far.yaml"), 1, {"far.yaml:3", "origin", "x 1e+15 m"}));
 }
 
 TEST_F(MapCommand, AMapThatDoesNotFitIntoMemoryIsAnError) {
@@ -158,12 +165,14 @@ TEST_F(MapCommand, AMapThatDoesNotFitIntoMemoryIsAnError) {
 
 TEST_F(MapCommand, WhatCannotBeConvertedIsAnError) {
   ASSERT_EQ(convert("room.yaml", "room.bt").exit_code, 0);
-  EXPECT_TRUE(tells(convert("room.bt", "out.yaml"), 1, {"--slice-m low,high"}));
-  EXPECT_TRUE(tells(convert("room.bt", "out.ot", {"--slice-m", "0,1"}), 1, {"--slice-m is for an octree"}));
+  EXPECT_TRUE(tells(convert("room.bt", "out.yaml"), 2, {"--slice-m low,high"}));
+  EXPECT_TRUE(tells(convert("room.bt", "out.ot", {"--slice-m", "0,1"}), 2, {"--slice-m is for an octree"}));
   EXPECT_TRUE(tells(convert("room.bt", "out.yaml", {"--slice-m", "3,4"}), 1, {"room.bt", "nothing is known"}));
-  EXPECT_TRUE(tells(convert("room.yaml", "out.yaml"), 1, {"of one kind"}));
-  EXPECT_TRUE(tells(convert("room.yaml", "out.csv"), 1, {"landmarks cannot be converted"}));
-  EXPECT_TRUE(tells(convert("room.bt", "room.bt"), 1, {"overwrite itself"}));
+  EXPECT_TRUE(
+      tells(convert("room.bt", "out.yaml", {"--slice-m", "nan,4"}), 2, {"--slice-m", "\"nan\" is not a finite"}));
+  EXPECT_TRUE(tells(convert("room.yaml", "out.yaml"), 2, {"of one kind"}));
+  EXPECT_TRUE(tells(convert("room.yaml", "out.csv"), 2, {"landmarks cannot be converted"}));
+  EXPECT_TRUE(tells(convert("room.bt", "room.bt"), 2, {"overwrite itself"}));
   EXPECT_TRUE(tells(convert("room.yaml", "gone/room.bt"), 1, {"gone/room.bt"}));
   write_text(folder_ / "room.yaml",
              "image: room.pgm\nresolution: 0.1\norigin: [0, 0, 0.5]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");

@@ -85,7 +85,7 @@ TEST_F(MapFile, TellsWhatIsWrong) {
   write("map.pgm", "P5\n4");
   EXPECT_THAT(message(), HasSubstr("no width"));
   write("map.pgm", "P2\n4 3\n255\n");
-  EXPECT_THAT(message(), HasSubstr("must begin with P5"));
+  EXPECT_THAT(message(), HasSubstr("it begins with \"P2\", P5 is expected"));
   std::filesystem::remove(folder_ / "map.pgm");
   EXPECT_THAT(message(), HasSubstr("map.pgm: not found"));
 
