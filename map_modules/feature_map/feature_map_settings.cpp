@@ -158,7 +158,8 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_came
 std::size_t FeatureMapSettings::signature_bins() const {
   if (!use_signature) return 0;
   if (camera) return static_cast<std::size_t>(camera->hue_bins) * static_cast<std::size_t>(camera->saturation_bins);
-  return identity == IdentityUse::signature ? static_cast<std::size_t>(identity_signature.bins) : 0;
+  constexpr std::size_t kReflectivityBins = 2;  // dark, bright
+  return identity == IdentityUse::signature ? static_cast<std::size_t>(identity_signature.bins) : kReflectivityBins;
 }
 
 }  // namespace waymark

@@ -25,8 +25,11 @@ class OccupancyGrid final : public MapModule {
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {
     const auto& scan = trigger.as<LaserScan>();
-    if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
-    return std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, motion, model_->settings.scan));
+    if (!spacing_.is_due(trigger.stamp, motion, model_->settings.scan)) return nullptr;
+    auto observation =
+        std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, motion, model_->settings.scan));
+    spacing_.take(trigger.stamp);
+    return observation;
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {

@@ -10,6 +10,7 @@
 #include "scan_beams.hpp"
 #include "voxel_tile.hpp"
 #include "waymark/error.hpp"
+#include "waymark/so3.hpp"
 
 namespace waymark::octo {
 
@@ -38,6 +39,15 @@ std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points,
   return few;
 }
 
+/// The points at heights that are matched, by the attitude of the mixture: the same for all particles, since each point
+/// lowers the evidence.
+void keep_heights(std::vector<Eigen::Vector3f>& points, const Pose& T_map_base, const Heights& heights) {
+  const Eigen::Matrix3d R_level_base =
+      so3::from_rpy(0.0, 0.0, -T_map_base.yaw()).toRotationMatrix() * T_map_base.q.toRotationMatrix();
+  const Eigen::RowVector3d up = R_level_base.row(2);
+  std::erase_if(points, [&](const Eigen::Vector3f& p) { return !heights.hold(up * p.cast<double>()); });
+}
+
 }  // namespace
 
 CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
@@ -55,6 +65,7 @@ CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const
       [&](const Eigen::Vector3d& p) { observation.hits.push_back(kept(p)); },
       [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(kept(p)); });
   observation.matched = observation.hits;
+  keep_heights(observation.matched, motion.T_map_base, settings.match_heights);
   return observation;
 }
 
@@ -90,6 +101,7 @@ CloudObservation observe(const PointCloud& cloud, const Pose& T_base_sensor, con
   }
   observation.matched =
       thinned(observation.hits, settings.resolution, static_cast<std::size_t>(settings.max_match_points));
+  keep_heights(observation.matched, motion.T_map_base, settings.match_heights);
   return observation;
 }
 

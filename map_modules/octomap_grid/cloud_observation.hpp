@@ -20,14 +20,14 @@ struct CloudObservation final : Observation {
   double reach = 0.0;     ///< of the points and the sensor from the base's origin, at most [m]
 };
 
-/// The points of a scan that are used; all of them are matched. Throws DataError if there is none, and nothing that is
-/// free either.
+/// The points of a scan that are used; matched are those at `match.height_m`. Throws DataError if there is none, and
+/// nothing that is free either.
 CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
                          const OctomapGridSettings& settings);
 
 /// The points of a cloud that are used, moved to where they were seen from the base at the cloud's stamp, if the cloud
-/// tells when each was measured. Matched are one in a voxel, and of those every n-th. Throws DataError if there is
-/// none, or if there are not as many times as points.
+/// tells when each was measured. Matched are one in a voxel, of those every n-th, and of those the ones at
+/// `match.height_m`. Throws DataError if there is none, or if there are not as many times as points.
 CloudObservation observe(const PointCloud& cloud, const Pose& T_base_sensor, const MotionWindow& motion,
                          const OctomapGridSettings& settings);
 

@@ -20,8 +20,8 @@ const std::uint8_t* far_slab() {
 }  // namespace
 
 void LayeredTarget::open(const VoxelMap& map, const Pose& T_map_base, double reach,
-                         std::span<const Eigen::Vector3f> points, const OctomapGridSettings& settings) {
-  resolution_ = settings.resolution;
+                         std::span<const Eigen::Vector3f> points, double resolution) {
+  resolution_ = resolution;
   const Eigen::Vector2d center = T_map_base.p.head<2>();
   rect_ = TileRect::around(center.array() - reach, center.array() + reach, resolution_ * Slab::kSide);
   columns_.resize(rect_.size());
@@ -35,7 +35,6 @@ void LayeredTarget::open(const VoxelMap& map, const Pose& T_map_base, double rea
   levelled_.clear();
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3d p = R_level_base * point.cast<double>();
-    if (!settings.match_heights.hold(p.z())) continue;
     const double z = std::floor((p.z() + T_map_base.p.z()) / resolution_);
     levelled_.push_back({static_cast<std::int32_t>(z), p.head<2>().cast<float>()});
   }

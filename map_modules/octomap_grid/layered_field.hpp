@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "octomap_grid_settings.hpp"
 #include "scan_matching.hpp"
 #include "tiled_cells.hpp"
 #include "voxel_tile.hpp"
@@ -30,12 +29,10 @@ class LayerField : public grid::TiledCells<VoxelOctree::kBits> {
 /// prior's mean, so x, y and yaw do not move a point from layer to layer. Kept from scan to scan for its storage.
 class LayeredTarget final : public grid::MatchTarget {
  public:
-  /// Looks at the tiles within `reach` [m] of the base. `points` are in the base frame; those outside of the heights
-  /// are left out. Throws Error if that is no place for a map.
+  /// Looks at the tiles within `reach` [m] of the base. `points` are in the base frame. Throws Error if that is no
+  /// place for a map.
   void open(const VoxelMap& map, const Pose& T_map_base, double reach, std::span<const Eigen::Vector3f> points,
-            const OctomapGridSettings& settings);
-  /// No point is left.
-  bool empty() const { return points_.empty(); }
+            double resolution);
 
   grid::FieldFit fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
   double sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;

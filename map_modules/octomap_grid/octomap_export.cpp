@@ -4,6 +4,7 @@
 #include <octomap/OcTree.h>
 
 #include <bit>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -41,7 +42,8 @@ class WholeOcTree final : public octomap::OcTree {
       const unsigned child = (x >> bit & 1u) | (y >> bit & 1u) << 1 | (z >> bit & 1u) << 2;
       node = nodeChildExists(node, child) ? getNodeChild(node, child) : createNodeChild(node, child);
     }
-    node->setLogOdds(odds);
+    // Zero is occupied for OctoMap, and free here.
+    node->setLogOdds(odds == 0.0f ? -std::numeric_limits<float>::min() : odds);
     size_changed = true;
   }
 };

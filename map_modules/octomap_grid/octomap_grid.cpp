@@ -27,10 +27,12 @@ class OctomapGrid final : public MapModule {
                                              const MotionWindow& motion) override {
     const bool is_cloud = trigger.payload->type() == PointCloud::kType;
     const auto* scan = is_cloud ? nullptr : &trigger.as<LaserScan>();
-    if (!spacing_.takes(trigger.stamp, motion, model_->settings.scan)) return nullptr;
-    return std::make_shared<octo::CloudObservation>(
+    if (!spacing_.is_due(trigger.stamp, motion, model_->settings.scan)) return nullptr;
+    auto observation = std::make_shared<octo::CloudObservation>(
         is_cloud ? octo::observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
                  : octo::observe(*scan, T_base_sensor_, motion, model_->settings));
+    spacing_.take(trigger.stamp);
+    return observation;
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {

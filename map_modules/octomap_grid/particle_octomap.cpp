@@ -41,8 +41,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   const grid::MatchPrior own = grid::planar_prior(prior, start);
   const double reach = cloud.reach + model_->matcher.margin(own);
   LayeredTarget& target = storage().target;
-  target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings);
-  if (target.empty()) return;  // no point in the heights that are matched
+  target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings.resolution);
   association.tell(model_->matcher.match(target, own), out);
 }
 

@@ -19,8 +19,7 @@ namespace {
 // Steps below these end a stage: the wide one need only lead into the narrow one's basin.
 const Eigen::Vector3d kWideStep(3e-3, 3e-3, 1e-3);
 const Eigen::Vector3d kNarrowStep(2e-4, 2e-4, 1e-4);
-constexpr double kSearchYawStep = 0.03;  // rad
-constexpr double kSpreadSigmas = 4.0;    // no draw is farther away than this, but for one in 3000
+constexpr double kSpreadSigmas = 4.0;  // no draw is farther away than this, but for one in 3000
 
 bool is_small(const Eigen::Vector3d& step, const Eigen::Vector3d& bound) {
   return (step.array().abs() < bound.array()).all();
@@ -88,11 +87,15 @@ bool ScanMatcher::is_wide(const MatchPrior& prior) const {
 
 Eigen::Vector3d ScanMatcher::spread(const MatchTarget& target, const MatchPrior& prior) const {
   // The start is the host's draw for this particle and step: a key of its own for the stream.
-  Random random({std::bit_cast<std::uint64_t>(prior.start.x()), 0, std::bit_cast<std::int64_t>(prior.start.y()), 0});
+  // Where only the heading is uncertain x and y are zero for all.
+  const auto turn = std::bit_cast<std::uint64_t>(prior.start.z());
+  Random random({std::bit_cast<std::uint64_t>(prior.start.x()), static_cast<std::uint32_t>(turn),
+                 std::bit_cast<std::int64_t>(prior.start.y()), static_cast<std::uint32_t>(turn >> 32)});
+  const Eigen::Matrix3d B = gaussian::square_root(prior.P);
   Eigen::Vector3d best = prior.start;
   double best_sum = target.sum_likelihood(wide_, prior.mean + best);
   for (int k = 0; k < settings_.spread_draws; ++k) {
-    Eigen::Vector3d d = gaussian::sample(prior.P, random);
+    Eigen::Vector3d d = B * gaussian::standard_normal(random);
     d.z() = so3::wrap(d.z());
     const double sum = target.sum_likelihood(wide_, prior.mean + d);
     if (sum <= best_sum) continue;
@@ -110,7 +113,6 @@ void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Ei
   for (const bool narrow : {false, true}) {
     for (int i = 0; i < settings_.max_iterations; ++i) {
       fit = target.fit(narrow ? narrow_ : wide_, prior.mean + d);
-      ++out.evaluations;
       information = kappa * fit.JtJ;
       const Eigen::Vector3d gradient = information * d + kappa * fit.Jtr;
       pull = (Eigen::Matrix3d::Identity() + information * prior.P).partialPivLu().solve(gradient);
@@ -145,15 +147,16 @@ void ScanMatcher::descend(const MatchTarget& target, const MatchPrior& prior, Ei
 }
 
 Eigen::Vector3d ScanMatcher::search(const MatchTarget& target, const MatchPrior& prior) const {
-  const double step = std::max(resolution_, 0.75 * settings_.wide_sigma);
+  const double step = std::max(resolution_, MatchSettings::kSearchStep * settings_.wide_sigma);
   const int shifts = static_cast<int>(settings_.coarse_distance / step);
-  const int turns = static_cast<int>(settings_.coarse_angle / kSearchYawStep);
+  const int turns = static_cast<int>(settings_.coarse_angle / MatchSettings::kSearchYawStep);
   Eigen::Vector3d best = prior.start;
   double best_sum = -1.0;
   for (int turn = -turns; turn <= turns; ++turn) {
     for (int y = -shifts; y <= shifts; ++y) {
       for (int x = -shifts; x <= shifts; ++x) {
-        const Eigen::Vector3d d = prior.start + Eigen::Vector3d(x * step, y * step, turn * kSearchYawStep);
+        const Eigen::Vector3d d =
+            prior.start + Eigen::Vector3d(x * step, y * step, turn * MatchSettings::kSearchYawStep);
         const double sum = target.sum_likelihood(wide_, prior.mean + d);
         if (sum <= best_sum) continue;
         best_sum = sum;
@@ -172,7 +175,6 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
     // A descent that ended in a wrong place can fit half of the points.
     Match searched;
     descend(target, prior, search(target, prior), searched);
-    searched.evaluations += match.evaluations;
     if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
     match.searched = true;
   }

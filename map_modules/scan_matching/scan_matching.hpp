@@ -23,8 +23,7 @@ struct Match {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< η: prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d
   double log_evidence = 0.0;  ///< tempered log likelihood of the scan, with what the prior says about d
   double score = 0.0;         ///< mean likelihood of the end points
-  int evaluations = 0;        ///< of the field
-  bool searched = false;      ///< coarsely, since the start led nowhere
+  bool searched = false;      ///< coarsely, since the start led nowhere, or in all of a wide prior
   bool failed = false;        ///< the prior stands: Λ and η are zero
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scan_settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +12,9 @@ namespace waymark::grid {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+/// Some seconds for one scan.
+constexpr double kMostPlaces = 1e5;
 
 /// A scan reaches so many cells at most: it is looked at in one window of tiles.
 constexpr double kLongestReach = 5000.0;
@@ -25,7 +30,8 @@ ScanSettings ScanSettings::read(const Config& config, double resolution) {
   s.update_distance = config.non_negative("update_distance_m", 0.2);
   s.update_angle = kRadPerDeg * config.non_negative("update_angle_deg", 11.5);
   s.update_after = from_seconds(config.non_negative("update_after_s", 0.0));
-  if (s.range_max <= s.range_min) config.fail("range_max_m", "must exceed range_min_m");
+  if (s.range_max <= s.range_min)
+    config.fail("range_max_m", fmt::format("{:g} must exceed range_min_m, which is {:g}", s.range_max, s.range_min));
   if (std::max(s.range_max, s.no_return_clears) > kLongestReach * resolution) {
     config.fail(s.range_max > kLongestReach * resolution ? "range_max_m" : "no_return_clears_m",
                 "must be at most 5000 times resolution_m");
@@ -48,6 +54,15 @@ MatchSettings MatchSettings::read(const Config& config) {
   s.spread_draws = static_cast<int>(config.integer_in("spread_draws", 0, 10'000'000, 10'000));
   const double position = config.positive("sigma_floor_m", 0.001);
   s.floor = {position, position, kRadPerDeg * config.positive("sigma_floor_deg", 0.03)};
+  const double across = 2.0 * s.coarse_distance / (s.kSearchStep * s.wide_sigma) + 1.0;
+  const double places = across * across * (2.0 * s.coarse_angle / s.kSearchYawStep + 1.0);
+  if (places > kMostPlaces) {
+    config.fail(
+        "coarse_distance_m",
+        fmt::format("with coarse_angle_deg and wide_sigma_m, makes {:.3g} places to search for every particle and "
+                    "scan that does not fit; at most {:g} are possible",
+                    places, kMostPlaces));
+  }
   if (s.wide_sigma < s.narrow_sigma) config.fail("wide_sigma_m", "must not be below narrow_sigma_m");
   return s;
 }

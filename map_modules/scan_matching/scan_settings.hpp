@@ -25,9 +25,11 @@ struct ScanSettings {
 
 /// Matching on the likelihood field.
 struct MatchSettings {
-  double wide_sigma;          ///< of the first stage [m]: the basin
-  double narrow_sigma;        ///< of the second [m]: the precision
-  double curvature_scale;     ///< κ: information of one squared residual
+  static constexpr double kSearchStep = 0.75;     ///< of the coarse search, in wide_sigma
+  static constexpr double kSearchYawStep = 0.03;  ///< [rad]
+  double wide_sigma;                              ///< of the first stage [m]: the basin
+  double narrow_sigma;                            ///< of the second [m]: the precision
+  double curvature_scale;                         ///< κ: information of one squared residual
   double evidence_tempering;  ///< exponent of the scan's likelihood in the weight: beams are not independent
   double search_score;        ///< mean likelihood, 0..1, below which a better place is searched for
   double min_score;           ///< below which a match has failed

@@ -5,17 +5,20 @@
 
 namespace waymark::grid {
 
-bool ScanSpacing::takes(Time stamp, const MotionWindow& motion, const ScanSettings& settings) {
+bool ScanSpacing::is_due(Time stamp, const MotionWindow& motion, const ScanSettings& settings) {
   if (last_ && stamp < *last_) return true;
   const double dt = last_ ? to_seconds(stamp - *last_) : 0.0;
   distance_ += motion.v_base.head<2>().norm() * dt;
   angle_ += std::abs(motion.w_base.z()) * dt;
   last_ = stamp;
-  const bool is_due = settings.update_after > Duration::zero() && taken_ && stamp - *taken_ >= settings.update_after;
-  if (taken_ && !is_due && distance_ < settings.update_distance && angle_ < settings.update_angle) return false;
+  const bool is_late = settings.update_after > Duration::zero() && taken_ && stamp - *taken_ >= settings.update_after;
+  return !taken_ || is_late || distance_ >= settings.update_distance || angle_ >= settings.update_angle;
+}
+
+void ScanSpacing::take(Time stamp) {
+  if (last_ && stamp < *last_) return;
   taken_ = stamp;
   distance_ = angle_ = 0.0;
-  return true;
 }
 
 void ScanSpacing::save(OutArchive& out) const {

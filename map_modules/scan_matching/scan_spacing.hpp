@@ -11,8 +11,10 @@ namespace waymark::grid {
 /// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
 class ScanSpacing {
  public:
-  /// True if this scan is taken; `motion` is the robot's at its stamp. Scans that come late are taken.
-  bool takes(Time stamp, const MotionWindow& motion, const ScanSettings& settings);
+  /// True if this scan is to be taken; `motion` is the robot's at its stamp. Scans that come late are.
+  bool is_due(Time stamp, const MotionWindow& motion, const ScanSettings& settings);
+  /// It was: the next one is due a distance, an angle or a time from here. Not for a scan of no use.
+  void take(Time stamp);
 
   void save(OutArchive& out) const;
   void load(InArchive& in);

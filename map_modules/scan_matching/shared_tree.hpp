@@ -85,7 +85,7 @@ class SharedTree {
   struct Loaded;
 
   static constexpr std::uint32_t kMiddle = 04444444444;  // octal
-  static constexpr int kMaxHeight = 11;
+  static constexpr int kMaxHeight = 10;
   static Key key_of(TileIndex index) {
     return {static_cast<std::uint32_t>(index.x) + kMiddle, static_cast<std::uint32_t>(index.y) + kMiddle};
   }

@@ -19,9 +19,10 @@ class GridMap : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
+    map_formats::FileStems stems;
     for (const MapDescription& map : last->best_maps(MapDetail::with_grids)) {
+      const std::string stem = stems.of(map.module);
       if (!map.grid) continue;
-      const std::string stem = map_formats::file_stem(map.module);
       write_file(out_dir_ / (stem + ".pgm"), map_formats::greymap_text(*map.grid));
       write_file(out_dir_ / (stem + ".yaml"), map_formats::legend_text(*map.grid, stem + ".pgm"));
     }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
+
 #include "map_modules/map_formats/file_stem.hpp"
 #include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
@@ -16,9 +18,10 @@ class MapFiles : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
+    map_formats::FileStems stems;
     for (const MapDescription& map : last->best_maps(MapDetail::with_files)) {
-      for (const MapFile& file : map.files)
-        write_file(out_dir_ / (map_formats::file_stem(map.module) + file.extension), file.content);
+      const std::string stem = stems.of(map.module);
+      for (const MapFile& file : map.files) write_file(out_dir_ / (stem + file.extension), file.content);
     }
   }
 

@@ -118,6 +118,9 @@ TEST_F(LandmarkFile, ErrorsNameTheLineAndWhatIsWrong) {
   EXPECT_THAT(
       message("{ east_m: 3, north_m: 4, signature: [0.5, 0.5] }", "{ identity: signature, signature: { bins: 4 } }"),
       HasSubstr("2 bins, but those of this configuration have 4"));
+  EXPECT_THAT(message("{ east_m: 3, north_m: 4, signature: [0.5, 0.25, 0.25] }", "{ attributes: [signature] }"),
+              HasSubstr("3 bins, but those of this configuration have 2"))
+      << "reflectivity: dark and bright";
   EXPECT_THAT(
       message("{ east_m: 3, north_m: 4, signature: [0.5, 0.5] }\n  - { east_m: 5, north_m: 4, signature: [1] }"),
       HasSubstr("1 bins, but the landmarks before have 2"));

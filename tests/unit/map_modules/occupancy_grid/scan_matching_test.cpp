@@ -5,8 +5,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <string>
 
 #include "simulated_room.hpp"
+#include "waymark/error.hpp"
 #include "waymark/gaussian.hpp"
 
 namespace waymark::grid_test {
@@ -66,6 +71,35 @@ TEST(ScanMatching, SearchesCoarselyWhereTheStartLeadsNowhere) {
 }
 
 /// prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d, and the evidence has the prior's term: also for P without inverse.
+TEST(ScanMatching, WhereOnlyTheHeadingIsUnknownEachParticleLooksForItself) {
+  // A square looks the same four times; its walls run through the middles of cells.
+  constexpr double kHalf = 3.025;
+  constexpr double kQuarter = 0.5 * std::numbers::pi;
+  const std::vector<Wall> square{{-kHalf, -kHalf, kHalf, -kHalf},
+                                 {kHalf, -kHalf, kHalf, kHalf},
+                                 {kHalf, kHalf, -kHalf, kHalf},
+                                 {-kHalf, kHalf, -kHalf, -kHalf}};
+  Bench bench(square, {{0, 0, 0}, {0, 0, kQuarter}, {0, 0, 2 * kQuarter}, {0, 0, 3 * kQuarter}});
+  std::set<long> quarters;
+  for (int particle = 0; particle < 20; ++particle) {
+    const Eigen::Vector3d start(0.0, 0.0, 0.2 * particle - 2.0);
+    const Match match = bench.match({0, 0, 0}, {{0, 0, 0}, covariance(0.0, 3.0), start});
+    ASSERT_FALSE(match.failed);
+    EXPECT_NEAR(std::remainder(match.d.z(), kQuarter), 0.0, 0.02);
+    quarters.insert((std::lround(match.d.z() / kQuarter) + 4) % 4);
+  }
+  EXPECT_GT(quarters.size(), 2u);
+}
+
+TEST(ScanMatching, ASearchWithoutBoundsIsRefused) {
+  try {
+    MatchSettings::read(Config::parse("{ coarse_distance_m: 1000 }", "robot.yaml"));
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("robot.yaml:1:22: coarse_distance_m"), std::string::npos) << error.what();
+  }
+}
+
 TEST(ScanMatching, TheRefinedGaussianHasItsMeanAtTheMaximum) {
   Bench bench(room(), {{0, 0, 0}, {4, 0, 1.5}, {-2, -1, -0.5}});
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);

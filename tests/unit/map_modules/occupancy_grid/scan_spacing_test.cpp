@@ -13,7 +13,10 @@ namespace {
 class SpacingOfScans : public ::testing::Test {
  protected:
   bool takes(double t_s, double v_mps, double w_radps = 0.0) {
-    return spacing_.takes(Time{from_seconds(t_s)}, {{v_mps, 0.0, 0.0}, {0.0, 0.0, w_radps}}, settings_);
+    const Time stamp{from_seconds(t_s)};
+    const bool due = spacing_.is_due(stamp, {{v_mps, 0.0, 0.0}, {0.0, 0.0, w_radps}}, settings_);
+    if (due) spacing_.take(stamp);
+    return due;
   }
 
   ScanSettings settings_ = ScanSettings::read(Config::parse("{ update_distance_m: 0.5, update_angle_deg: 10 }"), 0.05);

@@ -111,6 +111,19 @@ TEST_F(OctomapFile, ComesBackAsItWas) {
   }
 }
 
+TEST_F(OctomapFile, WhatIsAsLikelyFreeAsOccupiedIsFreeForOctoMapToo) {
+  VoxelOctree::Draft draft;
+  draft.set({1, 2, 3}, 0, 0.0f);
+  draft.set({4, 5, 6}, 0, 0.05f);
+  VoxelMap map;
+  map.write({0, 0}).write(0).voxels = VoxelOctree(draft);
+  for (const MapFile& file : octomap_files(map, settings_.resolution)) {
+    const MapFigures after = figures_of(load_octomap(write(file.content), settings_));
+    EXPECT_EQ(after.occupied, 1U) << file.extension;
+    EXPECT_EQ(after.free, 1U) << file.extension;
+  }
+}
+
 TEST_F(OctomapFile, TellsWhatIsWrong) {
   const std::string& bt = files_[0].content;
   const std::string& ot = files_[1].content;

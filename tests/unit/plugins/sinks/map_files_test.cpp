@@ -41,6 +41,19 @@ TEST(MapFilesSink, WritesEveryFileOfEveryMapAsItIs) {
   EXPECT_EQ(files_in(out.path()), 4u) << "nothing of a map without files, no partial file";
 }
 
+TEST(MapFilesSink, MapsWhoseNamesBecomeTheSameFileAreKeptApart) {
+  const TemporaryFolder out;
+  const auto sink = make_sink("map_files");
+  sink->start({out.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  snapshot.maps_ = {map_named("hall 1"), map_named("hall_1"), map_named("config")};
+  snapshot.maps_[0].files = {{".bt", "first"}};
+  sink->finish(&snapshot, {});
+  EXPECT_EQ(out.read("hall_1.bt"), "first");
+  EXPECT_EQ(out.read("hall_1_2.bt"), kBytes);
+  EXPECT_EQ(out.read("config_2.bt"), kBytes) << "config.yaml is the run's own";
+}
+
 TEST(MapFilesSink, ARunThatNeverStartedLeavesNothing) {
   const TemporaryFolder out;
   const auto sink = make_sink("map_files");
