@@ -108,7 +108,6 @@ class LandmarkStore {
   static std::optional<Split> add_below(Node& node, int height, const Landmark& landmark);
   static std::optional<Split> add_to_leaf(LandmarkLeaf& leaf, const Landmark& landmark);
   static std::optional<Split> attach(Inner& inner, Node node, const LandmarkBox& box);
-  static void include_below(Node& node, int height, std::int32_t chunk, double east, double north);
   static LandmarkBox erase_below(Node& node, int height, LandmarkRef ref);
   static void save_node(const Node& node, OutArchive& out);
   static Loaded load_node(InArchive& in, int height, std::int64_t next_id);
