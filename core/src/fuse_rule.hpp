@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "waymark/fusion_settings.hpp"
@@ -15,7 +16,7 @@ class FuseGate {
   bool fuses(Time stamp) {
     if (!first_) first_ = stamp;
     if (last_ && stamp - *last_ > rule_.gap) ++stretch_;
-    last_ = stamp;
+    last_ = std::max(last_.value_or(stamp), stamp);  // one may come late
     switch (rule_.mode) {
       case FuseRule::Mode::all:
         return true;

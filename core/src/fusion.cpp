@@ -131,7 +131,7 @@ void Fusion::Impl::begin(const Start& start) {
   for (const Measurement& m : waiting) {
     const bool before = m.stamp < start.prior.stamp;
     if (before) state_of(m).fuse.fuses(m.stamp);  // its turns and stretches count from the first measurement
-    if (start.used && m.sequence == start.used_sequence) {
+    if (start.used && m.sensor == start.used_sensor && m.sequence == start.used_sequence) {
       count(m, Fate::fused);  // it is in the start pose
       show(m, Fate::fused);
     } else if (before) {
@@ -160,7 +160,12 @@ Fate Fusion::Impl::take_in(const Measurement& m) {
   } else {
     filter_.remember();
   }
-  if (settings_.smooth) smoother_.add(filter_.mixture(), committed_.standstill.standing());
+  if (settings_.smooth) {
+    const bool standing = committed_.standstill.standing();
+    const bool updated = fate == Fate::fused || fate == Fate::gated;
+    const bool forgot_twist = updated && !standing && updates_.forgotten_twist().has_value();
+    smoother_.add(filter_.mixture(), standing, forgot_twist);
+  }
   count(m, fate);
   return fate;
 }

@@ -145,6 +145,7 @@ void Fusion::Impl::save(OutArchive& out) const {
   if (history_.marks().empty()) {
     filter_.save(out);
     committed_.save(out);
+    smoother_.save(smoother_.size(), out);
   } else {
     const Mark& mark = history_.marks().front();
     out.value(mark.at);
@@ -217,6 +218,7 @@ void Fusion::Impl::resume(InArchive& in, const Next& next) {
   } else {
     filter_.load(in);
     committed_.load(in);
+    smoother_.load(in);
   }
 
   skipped_ = [&](const Measurement& m) {

@@ -84,6 +84,8 @@ Belief Fusion::Impl::front(Time at) const {
   Belief belief = filter_.mixture();
   const bool standing = committed_.standstill.standing();
   std::vector<std::unique_ptr<Sensor>> own(parts_.size());  // what is not committed must not touch the sensors' state
+  std::vector<FuseGate> gates;
+  for (const SensorState& state : committed_.sensors) gates.push_back(state.fuse);
   Linearization model;
   ekf::Innovation innovation;
   UpdateList updates;
@@ -91,7 +93,8 @@ Belief Fusion::Impl::front(Time at) const {
     if (m.stamp > at) break;
     const SensorPart& part = parts_[m.sensor];
     const Sensor* sensor = committed_.sensors[m.sensor].sensor.get();
-    if (sensor == nullptr || !goes_on_to_be_fused(part.slot)) continue;
+    const bool fuses = gates[m.sensor].fuses(m.stamp);
+    if (sensor == nullptr || !fuses || !goes_on_to_be_fused(part.slot)) continue;
     process_.predict(belief, m.stamp, standing);
     if (!own[m.sensor]) own[m.sensor] = sensor->clone();
     const int owner = part.policy.owner;
@@ -99,7 +102,7 @@ Belief Fusion::Impl::front(Time at) const {
     updates.clear();
     try {
       own[m.sensor]->process(m, {belief, layout_, block, datum_ ? &*datum_ : nullptr, standing}, updates);
-      if (const auto& unknown = updates.forgotten_twist())
+      if (const auto& unknown = updates.forgotten_twist(); unknown && !standing)
         ekf::release(belief, layout_, unknown->velocity_sigma, unknown->rate_sigma);
       for (std::size_t i = 0; i < updates.size(); ++i) {
         updates[i].linearize({belief.mean, block}, model);

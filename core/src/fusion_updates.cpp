@@ -64,8 +64,9 @@ void Fusion::Impl::update(const Measurement& m, bool late, Heard& heard) {
     // What a sensor doubts so much that it gives no update of it is rejected, if not by the gate.
     if (updates_.size() == 0 && !heard.doubt.empty()) heard.fate = Fate::gated;
     if (!late && settle_motion(m)) return;
-    if (const auto& unknown = updates_.forgotten_twist(); unknown && !late)
+    if (const auto& unknown = updates_.forgotten_twist(); unknown && !late && !committed_.standstill.standing()) {
       filter_.release(unknown->velocity_sigma, unknown->rate_sigma);
+    }
     for (std::size_t i = 0; i < updates_.size(); ++i) apply(m, i, late, heard);
   } catch (const DataError& error) {
     heard.doubt = updates_.doubt();

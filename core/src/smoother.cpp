@@ -3,15 +3,18 @@
 
 #include <algorithm>
 
+#include "waymark/error.hpp"
 #include "waymark/gaussian.hpp"
 
 namespace waymark {
 
-void Smoother::add(const Belief& posterior, bool standing) {
+void Smoother::add(const Belief& posterior, bool standing, bool forgot_twist) {
   if (!nodes_.empty() && nodes_.back().stamp == posterior.stamp) {
     amend(posterior, standing);  // updates of one moment are one step
+    nodes_.back().cut_before = nodes_.back().cut_before || cut_next_;
+    nodes_.back().forgot_twist = nodes_.back().forgot_twist || forgot_twist;
   } else {
-    nodes_.push_back({posterior.stamp, posterior.mean, posterior.P, standing, cut_next_});
+    nodes_.push_back({posterior.stamp, posterior.mean, posterior.P, standing, cut_next_, forgot_twist});
   }
   cut_next_ = false;
 }
@@ -24,17 +27,20 @@ void Smoother::amend(const Belief& posterior, bool standing) {
 }
 
 void Smoother::save(std::size_t size, OutArchive& out) const {
-  out.section("smoother", 1);
+  out.section("smoother", 2);
+  out.value(cut_next_);
   out.value(static_cast<std::uint64_t>(size));
   for (std::size_t i = 0; i < size; ++i) {
     save_belief(belief_of(nodes_[i]), out);
     out.value(nodes_[i].standing);
     out.value(nodes_[i].cut_before);
+    out.value(nodes_[i].forgot_twist);
   }
 }
 
 void Smoother::load(InArchive& in) {
-  in.section("smoother", 1);
+  if (in.section("smoother", 2) < 2) throw DataError("the checkpoint is of an older kind");
+  in.value(cut_next_);
   std::uint64_t size = 0;
   in.value(size);
   nodes_.clear();
@@ -47,10 +53,24 @@ void Smoother::load(InArchive& in) {
     node.P = belief.P;
     in.value(node.standing);
     in.value(node.cut_before);
+    in.value(node.forgot_twist);
   }
 }
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
+
+/// Error states of the prediction that this step did not begin anew.
+std::vector<int> Smoother::carried_over(const Node& next) const {
+  constexpr int kFirstOfTwist = 6;
+  const StateLayout& layout = process_.layout();
+  std::vector<int> carried;
+  for (int i = 0; i < layout.size(); ++i) {
+    bool is_twist = false;
+    for (int core = kFirstOfTwist; core < kCoreStates; ++core) is_twist = is_twist || layout.active(core) == i;
+    if (!(next.forgot_twist && is_twist)) carried.push_back(i);
+  }
+  return carried;
+}
 
 std::vector<SmoothedPose> Smoother::smooth() const {
   const StateLayout& layout = process_.layout();
@@ -62,10 +82,13 @@ std::vector<SmoothedPose> Smoother::smooth() const {
       Belief predicted = now;
       process_.predict(predicted, later.stamp, nodes_[k].standing);
       const ErrorMatrix F = process_.transition(now.mean, to_seconds(later.stamp - now.stamp));
-      const Eigen::MatrixXd G = gaussian::divide(now.P * F.transpose(), predicted.P);
+      const std::vector<int> carried = carried_over(nodes_[k + 1]);
+      const Eigen::MatrixXd before = predicted.P(carried, carried);
+      const Eigen::MatrixXd PFt = now.P * F.transpose();
+      const Eigen::MatrixXd G = gaussian::divide(PFt(Eigen::all, carried), before);
       const ErrorVector learnt = boxminus(later.mean, predicted.mean, layout);
-      boxplus(now.mean, G * learnt, layout);
-      now.P += G * (later.P - predicted.P) * G.transpose();
+      boxplus(now.mean, G * learnt(carried), layout);
+      now.P += G * (later.P(carried, carried) - before) * G.transpose();
       now.P = (0.5 * (now.P + now.P.transpose())).eval();
       for (Eigen::Index i = 0; i < now.P.rows(); ++i) now.P(i, i) = std::max(now.P(i, i), 0.0);
     }

@@ -16,23 +16,28 @@ std::optional<Start> StartFinder::consider(const Measurement& measurement, const
     yaw_ = hint->yaw_rad;
     yaw_sigma_ = hint->yaw_sigma_rad;
   }
-  if (hint->p_map_point) {
-    if (!first_fix_) {
-      first_fix_ = Fix{measurement.stamp, measurement.sequence, *hint};
-    } else if (!settings_.yaw && !yaw_) {
-      const Eigen::Vector2d course = (*hint->p_map_point - *first_fix_->hint.p_map_point).head<2>();
-      const double sigma = std::hypot(hint->sigma_m, first_fix_->hint.sigma_m);
-      if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
-        // A robot that starts to drive is taken to drive forwards.
-        yaw_ = std::atan2(course.y(), course.x());
-        yaw_sigma_ = std::max(settings_.yaw_sigma, sigma / course.norm());
-      }
-    }
-  }
+  if (hint->p_map_point) take_course(measurement, *hint);
   const bool have_yaw = settings_.yaw || yaw_;
-  const bool have_position = settings_.position || first_fix_;
-  if (!have_yaw || !have_position) return std::nullopt;
-  return make_start(first_fix_ ? first_fix_->stamp : measurement.stamp, first_fix_ ? &*first_fix_ : nullptr);
+  const Fix* fix = first_fix();
+  if (!have_yaw || (!settings_.position && fix == nullptr)) return std::nullopt;
+  return make_start(fix != nullptr ? fix->stamp : measurement.stamp, fix);
+}
+
+/// The course between two fixes of one antenna; two antennas lie apart also on a robot that stands.
+void StartFinder::take_course(const Measurement& measurement, const StartHint& hint) {
+  const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
+  if (first == first_fixes_.end()) {
+    first_fixes_.push_back({measurement.sensor, measurement.stamp, measurement.sequence, hint});
+    return;
+  }
+  if (settings_.yaw || yaw_ || measurement.stamp <= first->stamp) return;
+  const Eigen::Vector2d course = (*hint.p_map_point - *first->hint.p_map_point).head<2>();
+  const double sigma = std::hypot(hint.sigma_m, first->hint.sigma_m);
+  if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
+    // A robot that starts to drive is taken to drive forwards.
+    yaw_ = std::atan2(course.y(), course.x());
+    yaw_sigma_ = std::max(settings_.yaw_sigma, sigma / course.norm());
+  }
 }
 
 Start StartFinder::make_start(Time stamp, const Fix* fix) const {
@@ -48,6 +53,7 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
     position_by_yaw = {arm.y(), -arm.x()};
     position_sigma = std::max(position_sigma, fix->hint.sigma_m);
     start.used = true;
+    start.used_sensor = fix->sensor;
     start.used_sequence = fix->sequence;
   }
   start.prior.stamp = stamp;
@@ -83,7 +89,7 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
 }
 
 std::string StartFinder::missing() const {
-  if (!settings_.position && !first_fix_)
+  if (!settings_.position && first_fixes_.empty())
     return "no sensor gave a plausible position (set initial.x_m and initial.y_m, or check the position sensor)";
   return "the heading is unknown: no two fixes lie far enough apart (set initial.yaw_deg, or drive on)";
 }

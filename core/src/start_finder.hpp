@@ -11,8 +11,9 @@ namespace waymark {
 /// How the filter begins.
 struct Start {
   Belief prior;
-  bool draw = false;                ///< the particles draw their start from the prior; else it is the map's gauge
-  std::uint64_t used_sequence = 0;  ///< the measurement that gave the position; not to be fused a second time
+  bool draw = false;              ///< the particles draw their start from the prior; else it is the map's gauge
+  std::uint32_t used_sensor = 0;  ///< the measurement that gave the position; not to be fused a second time
+  std::uint64_t used_sequence = 0;
   bool used = false;
 };
 
@@ -38,6 +39,7 @@ class StartFinder {
 
  private:
   struct Fix {
+    std::uint32_t sensor;
     Time stamp;
     std::uint64_t sequence;
     StartHint hint;
@@ -48,7 +50,10 @@ class StartFinder {
   StartSettings settings_;
   const StateLayout& layout_;
   StartKnowledge knowledge_;
-  std::optional<Fix> first_fix_;
+  const Fix* first_fix() const { return first_fixes_.empty() ? nullptr : &first_fixes_.front(); }
+  void take_course(const Measurement& measurement, const StartHint& hint);
+
+  std::vector<Fix> first_fixes_;  // one of each sensor, in the order of their coming
   std::optional<double> yaw_;
   double yaw_sigma_ = 0.0;
 };

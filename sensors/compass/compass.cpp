@@ -13,7 +13,6 @@
 #include "magnetometer.hpp"
 #include "waymark/ekf.hpp"
 #include "waymark/error.hpp"
-#include "waymark/georeference.hpp"
 #include "waymark/payloads.hpp"
 #include "waymark/plugin.hpp"
 
@@ -77,7 +76,7 @@ class Compass final : public Sensor {
         counts_from_true_north(measurement) ? magnetic::Field{} : earth_.at(measurement.stamp, prediction.datum);
     const Direction seen = direction(measurement, earth);
     const double dt = last_stamp_ ? std::max(0.0, to_seconds(measurement.stamp - *last_stamp_)) : 0.0;
-    last_stamp_ = measurement.stamp;
+    last_stamp_ = std::max(last_stamp_.value_or(measurement.stamp), measurement.stamp);
 
     const NavState& mean = prediction.belief.mean;
     if (seen.is_field) {
@@ -155,20 +154,10 @@ class Compass final : public Sensor {
   bool is_plausible(Time stamp, const Direction& seen, const Prediction& prediction) {
     const double variance = seen.sigma * seen.sigma + offset_sigma_ * offset_sigma_;
     const compass::DirectionUpdate model(seen.u_base, seen.heading, variance, 0);
-    const auto& owners = prediction.layout.owners();
-    NavState state = prediction.belief.mean;
     Linearization linear;
     ekf::Innovation innovation;
-    if (!owners.empty() && owners.back().name == Georeference::kOwner) {
-      const Georeference earth(prediction.layout, static_cast<int>(owners.size()) - 1);
-      const EarthJacobian jacobian = earth.jacobian(state);
-      state = earth.in_enu(state);
-      model.linearize({state, nullptr}, linear);
-      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation, &jacobian);
-    } else {
-      model.linearize({state, nullptr}, linear);
-      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
-    }
+    model.linearize({prediction.belief.mean, nullptr}, linear);
+    ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
     const double offset = offset_sigma_ > 0.0 ? prediction.block[0] : 0.0;
     return jumps_.judge(stamp, so3::wrap(innovation.nu(0) - offset), innovation.S(0, 0));
   }

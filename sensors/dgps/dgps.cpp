@@ -12,7 +12,6 @@
 #include "updates.hpp"
 #include "waymark/ekf.hpp"
 #include "waymark/error.hpp"
-#include "waymark/georeference.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {
@@ -214,21 +213,11 @@ class Dgps final : public Sensor {
                                       const Prediction& prediction) const {
     const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;
     const dgps::PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
-    const auto& owners = prediction.layout.owners();
-    const bool georeferenced = !owners.empty() && owners.back().name == Georeference::kOwner;
     Linearization linear;
     ekf::Innovation innovation;
-    NavState state = prediction.belief.mean;
-    if (georeferenced) {
-      const Georeference earth(prediction.layout, static_cast<int>(owners.size()) - 1);
-      const EarthJacobian jacobian = earth.jacobian(state);
-      state = earth.in_enu(state);
-      model.linearize({state, nullptr}, linear);
-      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation, &jacobian);
-    } else {
-      model.linearize({state, nullptr}, linear);
-      ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
-    }
+    const NavState& state = prediction.belief.mean;
+    model.linearize({state, nullptr}, linear);
+    ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
     dgps::ObservedFix seen;
     seen.stamp = stamp;
     seen.z = p.head<2>();

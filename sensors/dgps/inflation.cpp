@@ -2,6 +2,7 @@
 #include "inflation.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -37,7 +38,7 @@ double Settling::factor(Time stamp, const GnssFix& fix) {
   if (fix.type != GnssFix::Type::unknown) type_ = fix.type;
   if (fix.satellites >= 0) satellites_ = fix.satellites;
   if (!changed_) return 1.0;
-  const double since = to_seconds(stamp - *changed_);
+  const double since = std::max(to_seconds(stamp - *changed_), 0.0);  // a fix may come late
   if (since >= kSettled * time_) {
     changed_.reset();
     return 1.0;

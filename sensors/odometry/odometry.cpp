@@ -121,7 +121,7 @@ class Odometry final : public Sensor {
     out.report_motion(std::hypot(twist.v_x, twist.v_y) > still_speed_ || std::abs(twist.w_z) > still_rate_);
     const Eigen::Vector3d variance = twist.interval_s ? variance_over(twist, *twist.interval_s)
                                                       : variance_at(twist, measurement.stamp, prediction.belief.mean);
-    last_stamp_ = measurement.stamp;
+    last_stamp_ = std::max(last_stamp_.value_or(measurement.stamp), measurement.stamp);
     if (twist.interval_s) out.forget_twist(unknown_beside(twist, variance, prediction.belief.mean));
     out.emplace<TwistUpdate>(twist, variance, systematic_, model_->rotation_scales_with_speed());
   }

@@ -19,7 +19,7 @@ struct Datum {
   double height_m = 0.0;
 };
 
-/// The mixture's mean and covariance at the measurement's stamp, read-only: for plausibility checks and adaptive noise.
+/// The mixture at the measurement's stamp, its pose in ENU, read-only: for plausibility checks and adaptive noise.
 /// What depends on one particle belongs in `Update::linearize`.
 struct Prediction {
   const Belief& belief;

@@ -19,8 +19,9 @@ class WAYMARK_API Smoother {
   /// `process` must outlive it.
   explicit Smoother(const ProcessModel& process) : process_(process) {}
 
-  /// The belief after a step. `standing`: how the next prediction goes.
-  void add(const Belief& posterior, bool standing);
+  /// The belief after a step. `standing`: how the next prediction goes. `forgot_twist`: the twist up to this step says
+  /// nothing about the one from here on (`UpdateList::forget_twist`).
+  void add(const Belief& posterior, bool standing, bool forgot_twist = false);
   /// Replaces what `add` said last: the belief was changed before the next prediction.
   void amend(const Belief& posterior, bool standing);
   /// The belief is widened by hand: nothing that comes later tells about what was before the next step.
@@ -43,8 +44,10 @@ class WAYMARK_API Smoother {
     Eigen::MatrixXd P;  // its true size: a log has 10^5 of them
     bool standing = false;
     bool cut_before = false;
+    bool forgot_twist = false;
   };
   Belief belief_of(const Node& node) const;
+  std::vector<int> carried_over(const Node& next) const;
 
   const ProcessModel& process_;
   std::vector<Node> nodes_;

@@ -132,7 +132,8 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
 INSTANTIATE_TEST_SUITE_P(
     Hosts, FusionCheckpoint,
     ::testing::Values(Case{"{}", false, 0.0}, Case{"{ history_s: 0 }", false, 0.0},
-                      Case{"{ history_s: 1, smooth: true }", false, 0.4}, Case{"{ max_latency_s: 0.5 }", false, 0.4},
+                      Case{"{ history_s: 1, smooth: true }", false, 0.4},
+                      Case{"{ history_s: 0, smooth: true }", false, 0.0}, Case{"{ max_latency_s: 0.5 }", false, 0.4},
                       Case{"{ particles: 10 }", true, 0.0}, Case{"{ particles: 10, max_latency_s: 0.3 }", true, 0.3},
                       Case{"{ particles: 10 }", true, 0.4}, Case{"{ particles: 10 }", true, 0.0, 10}));
 

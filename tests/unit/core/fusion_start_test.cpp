@@ -38,6 +38,25 @@ TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
   EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
 }
 
+TEST(FusionStart, TwoAntennasOfARobotThatStandsAreNoCourse) {
+  const auto antenna = [](const std::string& name, const std::string& y) {
+    return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [0, " + y + ", 0], sigma_m: 0.05 }\n";
+  };
+  FusionRobot robot("sensors:\n" + kWheels + antenna("left", "0.6") + antenna("right", "-0.6"));
+  std::vector<Measurement> log;
+  drive(log, 0.0, 5.0, 0.0);
+  drive(log, 5.0, 20.0, 1.0);
+  for (int k = 0; k < 20; ++k) {
+    const double x = std::max(0.0, k - 5.0);
+    log.push_back(fix(k, x, 0.6, 1));
+    log.push_back(fix(k, x, -0.6, 2));
+  }
+  robot.play(in_order(log));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().yaw(), 0.0, 5.0 * kDeg);
+  EXPECT_EQ(robot.report(1).gated + robot.report(2).gated, 0U);
+}
+
 /// A map of a place that was loaded.
 class KnownPlace final : public MapModule {
  public:

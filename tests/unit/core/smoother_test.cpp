@@ -67,6 +67,44 @@ TEST(Smoother, HasNoSawtoothAndIsMoreCertainThanTheFilter) {
   EXPECT_LT(step_smoothed, step_filtered);
 }
 
+TEST(Smoother, CarriesNothingOverAReacquisitionThatSharesItsStamp) {
+  FusionRobot robot(kAtOrigin + "filter: { smooth: true }\nsensors:\n" + kWheels +
+                    gps("jump_sigmas: 0, max_consecutive_rejections: 5"));
+  std::vector<Measurement> log;
+  drive(log, 0.0, 20.0, 1.0, 0.0);
+  for (int k = 0; k < 20; ++k) log.push_back(fix(k, k, k < 10 ? 0.0 : 50.0));  // with a twist at the same stamp
+  robot.play(in_order(log));
+  ASSERT_NEAR(robot.pose().p.y(), 50.0, 1.0);
+  for (const SmoothedPose& pose : robot.fusion().report().smoothed) {
+    if (pose.stamp >= at(9.0)) continue;
+    EXPECT_NEAR(pose.T_map_base.p.y(), 0.0, 0.5);
+  }
+}
+
+TEST(Smoother, IncrementsAloneLeaveNothingToSmooth) {
+  FusionRobot robot(
+      "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nfilter: { smooth: true }\nsensors:\n"
+      "  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0 }\n");
+  std::vector<Measurement> log;
+  Random random = stream(35);
+  for (int k = 0; k < 100; ++k) {
+    auto step = std::make_shared<PoseIncrement>();
+    step->interval_s = 0.2;
+    step->x_m = 0.2 + 0.1 * random.normal();
+    step->y_m = 0.0;
+    step->yaw_rad = 0.2 * random.normal();
+    log.push_back(reading(0.2 * k, 0, step));
+  }
+  robot.play(log);
+  const std::vector<SmoothedPose> smoothed = robot.fusion().report().smoothed;
+  ASSERT_EQ(smoothed.size(), robot.seen().size());
+  for (std::size_t k = 0; k < smoothed.size(); ++k) {
+    const Pose& filtered = robot.seen()[k].belief.mean.T_map_base;
+    EXPECT_LT((smoothed[k].T_map_base.p - filtered.p).norm(), 1e-6) << k;
+    EXPECT_NEAR(smoothed[k].T_map_base.yaw(), filtered.yaw(), 1e-6) << k;
+  }
+}
+
 /// The joint Gaussian of all steps, conditioned on all measurements at once, for a case that is linear: the heading is
 /// known and the robot drives straight.
 TEST(Smoother, IsTheBatchSolutionOfALinearCase) {

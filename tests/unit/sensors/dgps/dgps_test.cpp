@@ -310,9 +310,9 @@ TEST(DgpsDoubts, WhereTheMapHasAPlaceOnTheEarthTheFixIsLookedForThere) {
       {{"gps", {}},
        {std::string(Georeference::kOwner), Georeference::block(StateLayout::Motion::planar, {.enabled = true})}});
   NavState mean;
-  mean.T_map_base = Pose::planar(10.0, 0.0, 0.0);
+  mean.T_map_base = Pose::planar(100.0, 60.0, 0.5 * std::numbers::pi);  // in ENU, as the mixture is
   mean.block.setZero(layout.block_size());
-  mean.block << 100.0, 50.0, 0.5 * std::numbers::pi;  // x, y, yaw: the robot is at (100, 60)
+  mean.block << 100.0, 50.0, 0.5 * std::numbers::pi;  // x, y, yaw of the map: there the robot is at (10, 0)
   EXPECT_EQ(doubt(*sensor, layout, mean, local(100.0, 60.0), 1.0), "");
   EXPECT_EQ(doubt(*sensor, layout, mean, local(100.2, 59.9), 2.0), "");
   EXPECT_THAT(doubt(*sensor, layout, mean, local(10.0, 0.0), 3.0), HasSubstr("jumps"));
