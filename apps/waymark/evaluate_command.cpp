@@ -135,7 +135,9 @@ void score_against_reference(const Arguments& arguments, const Trajectory& estim
                   reference.name + " holds; leave out one of the two");
     }
     covariances = read_covariances(arguments.covariance);
-    report.consistency = score_consistency(covariances, estimate, reference, report.trajectory->T_reference_estimate,
+    Trajectory of_base = reference;  // the covariance is that of the base
+    for (auto& point : of_base.points) point.pose.p -= point.pose.q * options.lever_arm_m;
+    report.consistency = score_consistency(covariances, estimate, of_base, report.trajectory->T_reference_estimate,
                                            options.max_time_gap_s);
   }
   if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {

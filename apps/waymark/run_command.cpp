@@ -96,7 +96,7 @@ class Log {
   Log(Assembly& robot, std::optional<double> until_s) : robot_(robot), until_s_(until_s) {}
 
   std::optional<Measurement> next() {
-    while (auto measurement = robot_.source->next()) {
+    while (auto measurement = next_of_source()) {
       if (!first_) first_ = measurement->arrival;
       if (until_s_ && to_seconds(measurement->arrival - *first_) > *until_s_) return std::nullopt;
       if (robot_.address(*measurement)) return measurement;
@@ -105,6 +105,19 @@ class Log {
   }
 
  private:
+  /// Whatever a source throws ends the log, not the run: what came before is worth its results.
+  std::optional<Measurement> next_of_source() {
+    try {
+      return robot_.source->next();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::exception& error) {
+      throw Error(fmt::format("the source failed: {}", error.what()));
+    } catch (...) {
+      throw Error("the source failed: unknown exception");
+    }
+  }
+
   Assembly& robot_;
   std::optional<double> until_s_;
   std::optional<Time> first_;

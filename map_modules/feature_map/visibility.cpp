@@ -50,10 +50,18 @@ ExpectedView::ExpectedView(const Pose& T_map_base, const ScanView& view, const E
   }
 }
 
+double ExpectedView::as_scanned(double bearing) const {
+  const double index = (bearing - view_.start) * beams_per_radian_;
+  const double turn = std::copysign(2.0 * std::numbers::pi, beams_per_radian_);
+  if (index < -0.5) return bearing + turn;
+  return index > static_cast<double>(view_.ranges.size()) - 0.5 ? bearing - turn : bearing;
+}
+
 bool ExpectedView::is_surely_hidden(const Eigen::Vector2d& p_sensor, double distance) const {
   if (std::abs(view_.step) < 4.0 * kRoughAngle) return false;
   // Half a beam of rounding and less than half a beam of error: one of the two beams around the centre.
-  const double index = (rough_atan2(p_sensor.y(), p_sensor.x()) - view_.start) * beams_per_radian_ + 0.5;
+  const double bearing = as_scanned(rough_atan2(p_sensor.y(), p_sensor.x()));
+  const double index = (bearing - view_.start) * beams_per_radian_ + 0.5;
   if (!(index >= 0.0) || index >= static_cast<double>(view_.ranges.size())) return true;
   return view_.ranges[static_cast<std::size_t>(index)] <= distance + settings_.free_margin;
 }
@@ -75,8 +83,8 @@ bool ExpectedView::should_show(const Eigen::Vector2d& p_map, double radius) cons
   if (view_.ranges.empty()) return true;
   const double half_width = std::asin(std::min(1.0, radius / distance));
   const double last_index = static_cast<double>(view_.ranges.size()) - 1.0;
-  const double a = (bearing - half_width - view_.start) / view_.step;
-  const double b = (bearing + half_width - view_.start) / view_.step;
+  const double a = (as_scanned(bearing) - half_width - view_.start) / view_.step;
+  const double b = (as_scanned(bearing) + half_width - view_.start) / view_.step;
   const double low = std::floor(std::min(a, b));
   const double high = std::ceil(std::max(a, b));
   if (low < 0.0 || high > last_index) return false;

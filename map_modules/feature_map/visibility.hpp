@@ -22,6 +22,8 @@ class ExpectedView {
   double reach_square() const { return reach_square_; }
 
  private:
+  /// The bearing, or that and a turn, whichever the scan's own angles hold; if neither, no beam goes there.
+  double as_scanned(double bearing) const;
   /// True if a beam through the cylinder surely ends before it, so that its width need not be looked at.
   bool is_surely_hidden(const Eigen::Vector2d& p_sensor, double distance) const;
 

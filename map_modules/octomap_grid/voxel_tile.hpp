@@ -25,6 +25,7 @@ struct Voxel {
   std::int32_t z = 0;
 
   bool operator==(const Voxel&) const = default;
+  auto operator<=>(const Voxel&) const = default;
 };
 
 /// One layer of a tile, for matching: a match moves in x, y and yaw, so what counts is the distance within the layer.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,8 @@ namespace waymark {
 class HealthLog {
  public:
   void look(double t, const Health& health) {
-    const double dt = last_t_ < 0.0 ? 0.0 : std::max(t - last_t_, 0.0);
-    time_in_[static_cast<std::size_t>(whole_)] += dt;
-    last_t_ = std::max(t, last_t_);
+    time_in_[static_cast<std::size_t>(whole_)] += std::max(t - last_t_.value_or(t), 0.0);
+    last_t_ = std::max(t, last_t_.value_or(t));
     if (health.state != whole_) {
       whole_ = health.state;
       note(t, kWhole, to_string(health.state), health.reason);
@@ -65,7 +65,7 @@ class HealthLog {
     }
   }
 
-  double last_t_ = -1.0;
+  std::optional<double> last_t_;
   std::array<double, 3> time_in_{};
   Health::State whole_ = Health::State::ok;
   std::vector<SensorHealth::State> sensors_;

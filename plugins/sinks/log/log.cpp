@@ -162,7 +162,7 @@ class Log final : public Sink {
 
   void describe() const {
     if (tables_.empty()) return;
-    std::string source = "  plugin: csv\n  max_time_jump_s: 9e9\n  files:\n";
+    std::string source = "  plugin: csv\n  max_time_jump_s: 9e9\n  max_ahead_s: 9e9\n  files:\n";
     for (const std::size_t table : in_order()) source += tables_[table].table->yaml("    ");
     if (!reference_.empty()) source += "  reference:\n" + reference_;
     write_file(folder_ / "source.yaml",

@@ -84,6 +84,11 @@ std::string replay_config(std::string_view config, std::string_view source, cons
       if (maps[i].texts("inputs").front() == name) overrides.push_back(fmt::format("maps.{}.enabled=false", i));
     }
   }
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const std::string load = maps[i].text("load", "");
+    if (load.empty()) continue;
+    overrides.push_back(fmt::format("maps.{}.load={}", i, in_quotes((yaml_folder / load).lexically_normal().string())));
+  }
   const std::vector<Config> sinks = given.items_or_empty("sinks");
   for (std::size_t i = 0; i < sinks.size(); ++i) {
     if (sinks[i].text("plugin", "") == "log") overrides.push_back(fmt::format("sinks.{}.enabled=false", i));

@@ -18,9 +18,9 @@
 namespace waymark::log_sink {
 namespace {
 
-/// The shortest text that reads back to the same number; an unknown one is an empty field.
+/// The shortest text that reads back to the same number; one that is unknown, or infinite, is an empty field.
 void append_number(double value, std::string& out) {
-  if (!std::isnan(value)) fmt::format_to(std::back_inserter(out), "{}", value);
+  if (std::isfinite(value)) fmt::format_to(std::back_inserter(out), "{}", value);
 }
 
 /// The same for a float that is read as a double and then rounded.
@@ -59,13 +59,16 @@ class NumbersWriter : public RowWriter {
     out += times;
     for (const NumberField<T>& field : fields_) {
       out += ',';
-      append_number(field.value(payload), out);
+      const double value = field.value(payload);
+      append_number(value, out);
+      has_holes_ = has_holes_ || !std::isfinite(value);
     }
     out += '\n';
   }
 
   std::string yaml(std::string_view indent) const override {
     std::string text;
+    if (has_holes_ && some_required()) text += fmt::format("{}required_may_be_empty: true\n", indent);
     if (some_unknown_) text += fmt::format("{}empty_is_unknown: true\n", indent);
     text += fmt::format("{}columns:\n", indent);
     for (const NumberField<T>& field : fields_) text += fmt::format("{}  {}\n", indent, column(field.name));
@@ -74,10 +77,12 @@ class NumbersWriter : public RowWriter {
 
  protected:
   virtual std::string column(std::string_view name) const { return fmt::format("{}: {}", name, name); }
+  virtual bool some_required() const { return true; }
 
  private:
   std::vector<NumberField<T>> fields_;
   bool some_unknown_;
+  bool has_holes_ = false;
 };
 
 /// Which word of the csv source each number of `GnssFix::Type` is.
@@ -91,6 +96,7 @@ class FixWriter final : public NumbersWriter<GnssFix> {
     return "type: { column: type, map: { 0: none, 1: single, 2: differential, 3: rtk_float, 4: rtk_fixed, 5: unknown } "
            "}";
   }
+  bool some_required() const override { return false; }
 };
 
 double type_number(GnssFix::Type type) {

@@ -159,15 +159,17 @@ void Canvas::cells(const View& view, const GridView& grid, const std::array<Colo
                                           static_cast<uchar>(c.red)};
     }
   }
-  double cell = grid.resolution_m;
-  const double pixels = cell * view.pixels_per_metre() * kOversampling;
+  Eigen::Vector2d cell(grid.resolution_m, grid.resolution_m);
+  const double pixels = grid.resolution_m * view.pixels_per_metre() * kOversampling;
   if (pixels < 1.0) {
-    cv::resize(image, image, {}, pixels, pixels, cv::INTER_AREA);
-    cell = grid.resolution_m * grid.width / image.cols;
+    // A grid far from all the rest may be less than a pixel.
+    const cv::Size size(std::max(cvRound(grid.width * pixels), 1), std::max(cvRound(grid.height * pixels), 1));
+    cv::resize(image, image, size, 0.0, 0.0, cv::INTER_AREA);
+    cell = {grid.resolution_m * grid.width / image.cols, grid.resolution_m * grid.height / image.rows};
   }
   // From the middles of cells to the middles of the picture's pixels, both counted from 0.
   const auto pixel_of = [&](double x, double y) {
-    const Eigen::Vector3d p = grid.T_map_grid * Eigen::Vector3d(x * cell, y * cell, 0.0);
+    const Eigen::Vector3d p = grid.T_map_grid * Eigen::Vector3d(x * cell.x(), y * cell.y(), 0.0);
     return Eigen::Vector2d(kOversampling * view.to_pixel(p.head<2>()) - Eigen::Vector2d(clip_.x + 0.5, clip_.y + 0.5));
   };
   const Eigen::Vector2d zero = pixel_of(0.5, 0.5);

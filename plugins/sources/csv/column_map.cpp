@@ -87,7 +87,8 @@ std::string ColumnFinder::signature() const {
   return result;
 }
 
-NumberColumn::NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder) {
+NumberColumn::NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder)
+    : may_be_empty_(finder.allows_empty_required()) {
   if (columns.is_mapping(key)) {
     const Config settings = columns.child(key);
     column_ = finder.find(settings, "column", key);

@@ -49,12 +49,16 @@ class ColumnFinder {
   /// From now on an empty field of an optional column is an unknown value, not a fault.
   void allow_empty() { allows_empty_ = true; }
   bool allows_empty() const { return allows_empty_; }
+  /// The same of a required column: its value is NaN then.
+  void allow_empty_required() { allows_empty_required_ = true; }
+  bool allows_empty_required() const { return allows_empty_required_; }
 
  private:
   std::vector<std::string> header_;
   std::size_t needed_ = 0;
   std::vector<std::string> used_;
   bool allows_empty_ = false;
+  bool allows_empty_required_ = false;
 };
 
 /// A number: raw · scale + offset.

@@ -18,12 +18,13 @@ std::string seconds_text(Duration duration) {
 ColumnFinder make_finder(const Config& entry, const std::vector<std::string>& header) {
   ColumnFinder finder(header);
   if (entry.boolean("empty_is_unknown", false)) finder.allow_empty();
+  if (entry.boolean("required_may_be_empty", false)) finder.allow_empty_required();
   return finder;
 }
 
 }  // namespace
 
-CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
+CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead)
     : sensor_(entry.text("sensor")),
       type_(csv::payload_type(entry)),
       reader_(readable_file(entry, "path"), read_format(entry)),
@@ -32,7 +33,8 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump)
       filter_(entry, finder_),
       builder_(make_payload_builder(type_, entry, finder_)),
       group_by_time_(entry.boolean("group_by_time", false)),
-      max_time_jump_(max_time_jump) {
+      max_time_jump_(max_time_jump),
+      max_ahead_(max_ahead) {
   if (entry.has("arrival")) arrival_.emplace(entry, "arrival", finder_);
   if (group_by_time_ && !builder_->can_append()) {
     entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
@@ -63,16 +65,28 @@ void CsvFile::restart() {
   fields_of_first_row_ = 0;
   group_ = {};
   group_set_.reset();
+  failure_ = nullptr;
 }
 
 std::optional<Measurement> CsvFile::next(BadRecordList& bad_rows) {
-  while (reader_.next()) {
-    try {
-      if (auto measurement = take_row()) return measurement;
-    } catch (const BadRow& bad) {
-      bad_rows.add(reader_.place(), bad.what());
+  if (failure_) std::rethrow_exception(failure_);
+  try {
+    while (reader_.next()) {
+      try {
+        if (auto measurement = take_row()) return measurement;
+      } catch (const BadRow& bad) {
+        bad_rows.add(reader_.place(), bad.what());
+      }
     }
+  } catch (const DataError&) {
+    if (!group_set_) throw;
+    failure_ = std::current_exception();
   }
+  return rest_of_group();
+}
+
+/// The set that waits for further rows, if there is one.
+std::optional<Measurement> CsvFile::rest_of_group() {
   if (!group_set_) return std::nullopt;
   group_set_.reset();
   return std::exchange(group_, {});
@@ -95,12 +109,14 @@ std::optional<Measurement> CsvFile::take_row() {
   read.stamp = time_.read(row);
   read.arrival = arrival_ ? arrival_->read(row) : read.stamp;
   check_order(read.stamp, read.arrival);
-  if (is_repetition(row)) {
+  std::string changing = changing_values(row);
+  if (!changing_.empty() && changing == last_values_) {
     newest_ = read.arrival;
     return std::nullopt;
   }
   if (min_step_ > Duration{} && last_taken_ && read.stamp - *last_taken_ < min_step_) {
     newest_ = read.arrival;
+    last_values_ = std::move(changing);
     return std::nullopt;
   }
   if (group_set_ && read.stamp == group_.stamp) {
@@ -111,6 +127,7 @@ std::optional<Measurement> CsvFile::take_row() {
   }
   std::shared_ptr<Payload> payload = builder_->build(row);
   newest_ = read.arrival;
+  last_values_ = std::move(changing);  // not of a bad row: the next one may say the same, and well
   last_taken_ = read.stamp;
   read.payload = payload;
   if (is_cumulative_ && !make_growth(read)) return std::nullopt;
@@ -136,19 +153,18 @@ bool CsvFile::make_growth(Measurement& read) {
   return true;
 }
 
-/// True if the row says in the columns of `only_changes_of` what the last one said.
-bool CsvFile::is_repetition(Row row) {
-  if (changing_.empty()) return false;
+/// What the row says in the columns of `only_changes_of`.
+std::string CsvFile::changing_values(Row row) const {
   std::string values;
   for (const Column& column : changing_) (values += row[column.index]) += '\n';
-  if (values == last_values_) return true;
-  last_values_ = std::move(values);
-  return false;
+  return values;
 }
 
 void CsvFile::check_order(Time stamp, Time arrival) const {
-  if (arrival_ && stamp > arrival)
-    throw BadRow("the stamp lies " + seconds_text(stamp - arrival) + " s after the arrival");
+  if (arrival_ && stamp - arrival > max_ahead_) {
+    throw BadRow("the stamp lies " + seconds_text(stamp - arrival) + " s after the arrival; max_ahead_s is " +
+                 seconds_text(max_ahead_));
+  }
   if (arrival_ && arrival - stamp > max_time_jump_) {
     throw BadRow("the stamp lies " + seconds_text(arrival - stamp) + " s before the arrival; max_time_jump_s is " +
                  seconds_text(max_time_jump_));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,7 +21,7 @@ namespace waymark::csv {
 class CsvFile {
  public:
   /// Throws ConfigError or, if the file has no data row, DataError.
-  CsvFile(const Config& entry, Duration max_time_jump);
+  CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead);
 
   /// The next measurement, without channel and sequence; nothing at the end. Rows that cannot be used go to `bad_rows`.
   /// Throws DataError if the file is damaged or `bad_rows` is full.
@@ -40,7 +41,8 @@ class CsvFile {
  private:
   std::optional<Measurement> take_row();
   void check_order(Time stamp, Time arrival) const;
-  bool is_repetition(Row row);
+  std::optional<Measurement> rest_of_group();
+  std::string changing_values(Row row) const;
   bool make_growth(Measurement& read);
 
   std::string sensor_;
@@ -53,6 +55,7 @@ class CsvFile {
   std::unique_ptr<PayloadBuilder> builder_;
   bool group_by_time_ = false;
   Duration max_time_jump_;
+  Duration max_ahead_;
   Duration min_step_{};
   std::vector<Column> changing_;  // of `only_changes_of`
 
@@ -65,6 +68,7 @@ class CsvFile {
   Measurement total_;                   // of `cumulative`, the row before; no payload: none
   Measurement group_;                   // the set that rows are added to; no payload: none
   std::shared_ptr<Payload> group_set_;  // its payload, writable
+  std::exception_ptr failure_;          // thrown when the set before it is delivered
 };
 
 }  // namespace waymark::csv

@@ -46,7 +46,7 @@ class CsvSource final : public Source {
     Time due() const { return pending ? pending->arrival : file.newest_arrival(); }
   };
 
-  void add_input(const Config& entry, const Rig& rig, Duration max_time_jump);
+  void add_input(const Config& entry, const Rig& rig, Duration max_time_jump, Duration max_ahead);
   void fetch(Input& input, BadRecordList& bad_rows);
 
   std::vector<Channel> channels_;
@@ -62,14 +62,16 @@ CsvSource::CsvSource(const Config& config, const Rig& rig)
           config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0)))) {
   const double jump_s = config.positive("max_time_jump_s", 3600.0);
   if (jump_s > 9e9) config.fail("max_time_jump_s", "at most 9e9 s are expected");
+  const Duration max_ahead = from_seconds(config.number_in("max_ahead_s", 0.0, 9e9, 0.0));
   const std::vector<Config> entries = config.items("files");
   if (entries.empty()) config.fail("files", "the list is empty, at least one file is expected");
-  for (const Config& entry : entries) add_input(entry, rig, from_seconds(jump_s));
+  for (const Config& entry : entries) add_input(entry, rig, from_seconds(jump_s), max_ahead);
   if (config.has("reference")) reference_ = read_reference(config.child("reference"));
 }
 
-void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump) {
-  Input input{.file = CsvFile(entry, max_time_jump), .channel = 0, .pending = {}, .failure = {}, .delivered = 0};
+void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump, Duration max_ahead) {
+  Input input{
+      .file = CsvFile(entry, max_time_jump, max_ahead), .channel = 0, .pending = {}, .failure = {}, .delivered = 0};
   const Channel wanted = channel_to_sensor(entry, rig, input.file.payload_type(), "this file");
   for (const Input& other : inputs_) {
     std::error_code error;

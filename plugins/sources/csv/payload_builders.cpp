@@ -58,14 +58,14 @@ class NumbersBuilder final : public PayloadBuilder {
       if (!columns.has(field.name)) continue;
       NumberColumn column(columns, field.name, finder);
       if (!field.required && finder.allows_empty()) column.allow_empty();
-      columns_.emplace_back(std::move(column), field.member);
+      columns_.push_back({std::move(column), field.member, field.required});
     }
   }
 
   std::shared_ptr<Payload> build(Row row) const override {
     auto payload = std::make_shared<T>();
-    for (const auto& [column, member] : columns_) {
-      if (!column.is_unknown(row)) (*payload).*member = column.read(row);
+    for (const auto& [column, member, required] : columns_) {
+      if (required || !column.is_unknown(row)) (*payload).*member = column.read(row);
     }
     return payload;
   }
@@ -75,7 +75,7 @@ class NumbersBuilder final : public PayloadBuilder {
   std::shared_ptr<Payload> growth(const Payload& before, const Payload& after, double seconds,
                                   double wraps_at) const override {
     auto payload = std::make_shared<T>();
-    for (const auto& [column, member] : columns_) {
+    for (const auto& [column, member, required] : columns_) {
       const double first = static_cast<const T&>(before).*member;
       const double last = static_cast<const T&>(after).*member;
       (*payload).*member = column.growth(first, last, wraps_at) / seconds;
@@ -84,7 +84,12 @@ class NumbersBuilder final : public PayloadBuilder {
   }
 
  private:
-  std::vector<std::pair<NumberColumn, double T::*>> columns_;
+  struct Mapped {
+    NumberColumn column;
+    double T::*member;
+    bool required;
+  };
+  std::vector<Mapped> columns_;
   bool per_second_;
 };
 

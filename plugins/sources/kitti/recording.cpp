@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cerrno>
 #include <charconv>
@@ -143,7 +144,12 @@ void read_points(const std::filesystem::path& file, std::vector<float>& values) 
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw Unusable(file.string(), "cannot be read");
-  std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  // Block by block: the length of a folder is no length, and an iterator over its buffer throws what is no error of
+  // ours.
+  std::vector<std::uint8_t> bytes;
+  std::array<char, 65536> block{};
+  while (in.read(block.data(), block.size()) || in.gcount() > 0)
+    bytes.insert(bytes.end(), block.begin(), block.begin() + in.gcount());
   if (in.bad()) throw Unusable(file.string(), "cannot be read on");
   if (bytes.empty()) throw Unusable(file.string(), "is empty");
   return bytes;

@@ -193,10 +193,10 @@ std::shared_ptr<GnssFix> Epoch::fix() const {
   }
   fix->sigma_horizontal_m = sigmas_.horizontal_m;
   fix->sigma_vertical_m = sigmas_.vertical_m;
-  const auto& motion = rmc_motion_ ? rmc_motion_ : vtg_motion_;
-  if (motion) {
-    fix->speed_mps = motion->speed_mps;
-    fix->course_rad = motion->course_rad;
+  for (const std::optional<Motion>* motion : {&rmc_motion_, &vtg_motion_}) {
+    if (!*motion) continue;
+    if (std::isnan(fix->speed_mps)) fix->speed_mps = (*motion)->speed_mps;
+    if (std::isnan(fix->course_rad)) fix->course_rad = (*motion)->course_rad;
   }
   return fix;
 }

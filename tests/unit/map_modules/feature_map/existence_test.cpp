@@ -2,6 +2,8 @@
 // Birth and death of landmarks: what counts as a miss, and what misses do.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "feature_map_bench.hpp"
@@ -75,6 +77,27 @@ TEST(Visibility, BeyondTheViewRangeOrTheFieldOfViewNothingIsExpected) {
 TEST(Visibility, CountsFromThePoseOfTheRobot) {
   EXPECT_TRUE(visible({-8.0, 0.0}, World{}, {0.0, 0.0, 180.0 * kDegree}));
   EXPECT_FALSE(visible({8.0, 0.0}, World{}, {-15.0, 0.0, 0.0}));
+}
+
+TEST(Visibility, AScannerMayCountItsBeamsFromAnyAngle) {
+  auto existence = settings_of("{ " + kYaml).existence;
+  existence.view_half_angle = 170.0 * kDegree;
+  for (const double start : {-180.0, 0.0, 90.0}) {
+    for (const double step : {0.5, -0.5}) {
+      ScanView view;
+      view.start = start * kDegree;
+      view.step = step * kDegree;
+      view.ranges.assign(720, std::numeric_limits<float>::infinity());
+      // Behind one beam at 60° to the right something stands.
+      const double index = std::remainder(-60.0 - start, 360.0) / step;
+      view.ranges[static_cast<std::size_t>(index < 0.0 ? index + 720.0 : index)] = 3.0f;
+      for (const double bearing : {-120.0, -45.0, 45.0, 120.0}) {
+        const Eigen::Vector2d p(8.0 * std::cos(bearing * kDegree), 8.0 * std::sin(bearing * kDegree));
+        EXPECT_TRUE(should_be_seen(p, 0.2, {}, view, existence)) << start << " " << step << " " << bearing;
+      }
+      EXPECT_FALSE(should_be_seen({4.0, -4.0 * std::sqrt(3.0)}, 0.2, {}, view, existence)) << start << " " << step;
+    }
+  }
 }
 
 TEST(Visibility, ABlindBeamExpectsNothing) {

@@ -120,6 +120,18 @@ TEST_F(LogSink, TheReplayIsTheRobotWithTheLogAsSource) {
   EXPECT_THAT(replay.texts("plugin_path"), ElementsAre((out_.path().parent_path() / "mine").string()));
 }
 
+TEST_F(LogSink, AReadingThatIsNoNumberComesBackForTheHostToRefuse) {
+  start("{}");
+  WheelSpeeds wheels;
+  arrive(0, wheels, 0);
+  wheels.left_mps = std::numeric_limits<double>::quiet_NaN();
+  arrive(0, wheels, 1);
+  sink_->finish(nullptr, {});
+  const Config source = Config::load(out_.path() / "log/source.yaml").child("source");
+  EXPECT_TRUE(source.items("files").at(0).boolean("required_may_be_empty"));
+  EXPECT_GT(source.number("max_ahead_s"), 0.0);
+}
+
 TEST_F(LogSink, WithoutAConfigurationThereIsNoReplay) {
   start();
   arrive(0, WheelSpeeds{}, 0);

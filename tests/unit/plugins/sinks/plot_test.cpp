@@ -188,6 +188,20 @@ TEST_F(PlotSink, ColoursCellsInWhichParticlesDisagreeIfAsked) {
   }
 }
 
+TEST_F(PlotSink, DrawsAMapBesideAReferenceInAbsoluteCoordinates) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
+  auto reference = std::make_shared<Reference>();
+  for (int k = 0; k < 3; ++k)
+    reference->trajectory.push_back({Time{from_seconds(k)}, Pose::planar(458000.0 + k, 5428000.0, 0.0), false});
+  sink->start({out_.path(), nullptr, reference});
+  FakeSnapshot snapshot;
+  snapshot.maps_ = {{"hall", {}}};
+  snapshot.maps_[0].grid = GridView{Pose::planar(-1, -1, 0.0), 0.05, 40, 2, std::vector<std::uint8_t>(80, 100)};
+  sink->write(snapshot.at(0, Pose()));
+  sink->finish(&snapshot, {});
+  EXPECT_EQ(picture().cols, 800);
+}
+
 TEST_F(PlotSink, SaysNoDataWithoutASnapshot) {
   const auto sink = make_sink("plot", "{width_px: 800, height_px: 600}");
   sink->start({out_.path(), nullptr, nullptr});

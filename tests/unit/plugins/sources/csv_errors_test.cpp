@@ -167,6 +167,17 @@ TEST_F(CsvErrors, EqualStampsAreFine) {
 
 TEST_F(CsvErrors, StampAfterItsArrival) {
   EXPECT_THAT(wheels_error("5,1,2,4.5\n", ", arrival: 3"), HasSubstr("the stamp lies 0.5 s after the arrival"));
+  write("a.csv", "5,1,2,4.5\n");
+  EXPECT_EQ(read_all(*make("max_ahead_s: 0.5\n" + wheels_yaml("a.csv", ", arrival: 3"))).size(), 1u);
+}
+
+TEST_F(CsvErrors, AnEmptyRequiredFieldUnlessItMayBe) {
+  EXPECT_THAT(wheels_error("5,,2\n", ""), HasSubstr("is empty"));
+  write("a.csv", "5,,2\n");
+  const auto all = read_all(*make(wheels_yaml("a.csv", ", required_may_be_empty: true")));
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_TRUE(std::isnan(all[0].as<WheelSpeeds>().left_mps));
+  EXPECT_EQ(all[0].as<WheelSpeeds>().right_mps, 2.0);
 }
 
 const std::string kScan =

@@ -117,6 +117,17 @@ TEST_F(CsvPayloads, RepeatedFixesAreOne) {
               HasSubstr("the header has no column \"long\""));
 }
 
+TEST_F(CsvPayloads, ABadRowDoesNotHideItsRepetitions) {
+  write("a.csv", "t,lat,lon,x\n0,51,13,1\n1,51,14,bad\n2,51,14,3\n3,51,14,4\n");
+  const auto fixes = source(
+      "payload: GnssFix, columns: { latitude_deg: lat, longitude_deg: lon, hdop: x }, "
+      "only_changes_of: [lat, lon]",
+      "max_bad_rows: 1\n");
+  std::vector<double> read;
+  for (const Measurement& m : read_all(*fixes)) read.push_back(m.as<GnssFix>().hdop);
+  EXPECT_THAT(read, ::testing::ElementsAre(1, 3));
+}
+
 TEST_F(CsvPayloads, TotalsBecomeSpeeds) {
   write("a.csv", "t,l,r\n10,100,200\n10.5,150,200\n10.9,130,240\n");
   const std::string wheels =

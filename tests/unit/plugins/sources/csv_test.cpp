@@ -280,6 +280,16 @@ TEST_F(CsvTest, ABadRowDoesNotBreakItsGroup) {
   EXPECT_EQ(source->bad_records().size(), 1u);
 }
 
+TEST_F(CsvTest, WhatABadRowEndsIsDeliveredBeforeIt) {
+  write("a.csv", "0,1,0.1,7\n1,2,0.2,8\n1,3,0.3,9\n2,x,0.3,9\n");
+  const auto source = make(kCamera + ", group_by_time: true}]");
+  EXPECT_EQ(source->next()->as<LandmarkObservations>().landmarks.size(), 1u);
+  const auto last = source->next();
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->as<LandmarkObservations>().landmarks.size(), 2u) << "the set was complete";
+  EXPECT_THROW(source->next(), DataError);
+}
+
 TEST_F(CsvTest, ReadsTheReference) {
   write("a.csv", "0,1,2\n");
   write("truth.txt", "# t x y yaw\n10.5 1 2 0.5\n11.5 3 4 0.6\n");

@@ -108,6 +108,15 @@ TEST_F(Nmea, SentencesOfOneEpochAreOneFix) {
   EXPECT_THAT(bad_, IsEmpty());
 }
 
+TEST_F(Nmea, VtgTellsWhatRmcLeavesOut) {
+  const auto all =
+      read(line("GPRMC,120000,A,4930.0,N,00830.0,E,5.0,,311224,,,A") + line("GPVTG,90.0,T,,M,10.0,N,18.5,K,A") +
+           line("GPGGA,120000,4930.0,N,00830.0,E,1,8,1.0,100.0,M,50.0,M,,"));
+  const auto& fix = all.at(0).as<GnssFix>();
+  EXPECT_NEAR(fix.speed_mps, 5.0 * 0.514444, 1e-5) << "of RMC, which has it";
+  EXPECT_NEAR(fix.course_rad, 90.0 * kRadPerDeg, 1e-12);
+}
+
 TEST_F(Nmea, WhatIsEmptyIsUnknown) {
   const auto all = read(line("GNGGA,120000,4930.0,S,00830.0,W,2,,,100.0,M,,,,") + line("GNVTG,,T,,M,,N,36.0,K,D") +
                             line("GNGST,120000,,5.0,1.0,10,,,"),
