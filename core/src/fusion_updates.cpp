@@ -114,18 +114,22 @@ void Fusion::Impl::apply(const Measurement& m, std::size_t index, bool late, Hea
 }
 
 /// Fixes that all lie on one side of where they are expected: the robot slips, or they creep away. Which of the two
-/// cannot be told here; that the position is worse known than the filter believes is sure.
+/// cannot be told here; that the position is worse known than the filter believes is sure. Where maps localise, the
+/// place in them is known all the same: only the map's place on the Earth is widened, and without a georeference
+/// nothing, since fixes that creep would tear the map.
 void Fusion::Impl::watch_for_bias(const Measurement& m, const MixtureOutcome& outcome, Heard& heard) {
   SensorState& state = state_of(m);
   if (!state.bias.take(outcome.innovation, outcome.S)) return;
   const Eigen::Vector2d bias = state.bias.mean().head<2>();
-  filter_.inflate_pose(bias.squaredNorm(), 0.0);
+  const bool widens = filter_.georeference() || std::ranges::none_of(maps_, &MapSlot::localize);
+  if (widens) filter_.inflate_pose(bias.squaredNorm(), 0.0);
   if (settings_.smooth) smoother_.cut_next();
   heard.doubt = "its innovations point to one side: it, or what tells the motion, is wrong";
   if (state.biased++ == 0) {
-    event(m.stamp, fmt::format("{}: its innovations point to one side by {:.3g} m; it, or what tells the motion, is "
-                               "wrong, and the position was widened (further times are only counted)",
-                               parts_[m.sensor].slot.name, bias.norm()));
+    event(m.stamp,
+          fmt::format("{}: its innovations point to one side by {:.3g} m; it, or what tells the motion, is "
+                      "wrong{} (further times are only counted)",
+                      parts_[m.sensor].slot.name, bias.norm(), widens ? ", and the position was widened" : ""));
   }
   state.bias.restart();
 }
