@@ -286,6 +286,42 @@ class HalfWrong final : public Sensor {
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<HalfWrong>(*this); }
 };
 
+/// Sees two landmarks that it knows from where the robot is: it drives east with 1 m/s.
+class Surveyed final : public MapModule {
+ public:
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
+  std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
+                                             const MotionWindow&) override {
+    auto sighting = std::make_shared<test::Sighting>();
+    const Pose truth = Pose::planar(to_seconds(trigger.stamp.time_since_epoch()), 0.0, 0.0);
+    for (const Eigen::Vector2d& p_map : {Eigen::Vector2d(30, 5), Eigen::Vector2d(-8, 7)})
+      sighting->see(truth, p_map, Eigen::Vector2d::Zero());
+    return sighting;
+  }
+  std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
+};
+
+TEST(FusionBias, FixesThatCreepAwayDoNotTearParticlesFromTheirMaps) {
+  MapSlot slot;
+  slot.name = "surveyed";
+  slot.module = std::make_shared<Surveyed>();
+  slot.inputs = {2};
+  FusionRobot robot(kAtOrigin + "georeference: { enabled: false }\nsensors:\n" + kWheels + gps("jump_sigmas: 0") +
+                        "  - { name: scanner }\n",
+                    {}, {slot});
+  std::vector<Measurement> log;
+  drive(log, 0.0, 60.0, 1.0);
+  for (int k = 0; k < 60; ++k) log.push_back(fix(k + 0.05, k + 0.05, k < 10 ? 0.0 : 0.5));
+  for (int k = 0; k < 60; ++k) log.push_back(reading(k + 0.5, 2, std::make_shared<BodyTwist>()));
+  robot.play(in_order(log));
+  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations point to one side"));
+  EXPECT_THAT(robot.events(), Not(HasSubstr("widened")));
+  for (const Seen& seen : robot.seen()) {
+    if (seen.stamp <= 5.0) continue;
+    EXPECT_LT(pose_covariance(seen.belief, robot.fusion().layout())(1, 1), 0.03) << seen.stamp;
+  }
+}
+
 TEST(FusionReacquisition, AnUpdateThatFitsDoesNotHideOneThatIsAlwaysRejected) {
   FusionRobot robot(
       kAtOrigin + "sensors:\n" + kWheels + "  - { name: half, plugin: half, max_consecutive_rejections: 5 }\n",
