@@ -230,6 +230,13 @@ TEST(Evaluate, CovarianceOfTheBaseAgainstPositionsOfAnotherPoint) {
   std::vector<std::string> antenna = score;
   antenna.insert(antenna.end(), {"--lever-arm", "1,0,0"});
   EXPECT_TRUE(tells(waymark(antenna), 1, {"--covariance is that of the base", "--lever-arm", "positions.csv"}));
+  // Where the reference turns, the base is known: here the point 1 m ahead of it is where the reference says.
+  std::string ahead;
+  for (int i = 0; i < 20; ++i) ahead += fmt::format("{} {} 0.96 0 0 0 0.6 0.8\n", i, i + 0.28);
+  antenna[4] = file("ahead.txt", ahead);
+  const Outcome of_base = waymark(antenna);
+  EXPECT_EQ(of_base.exit_code, 0) << of_base.err;
+  EXPECT_THAT(of_base.out, testing::ContainsRegex("NEES of x, y, yaw +mean 0.00"));
 }
 
 TEST(Evaluate, MissingFile) {
