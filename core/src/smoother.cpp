@@ -59,21 +59,23 @@ void Smoother::load(InArchive& in) {
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
 
-/// Error states of the prediction that this step did not begin anew.
-std::vector<int> Smoother::carried_over(const Node& next) const {
+/// The error states, or, where the next step begins with a twist of its own, those without velocity and rate.
+std::vector<int> Smoother::carried_over(bool forgot_twist) const {
   constexpr int kFirstOfTwist = 6;
   const StateLayout& layout = process_.layout();
   std::vector<int> carried;
   for (int i = 0; i < layout.size(); ++i) {
     bool is_twist = false;
     for (int core = kFirstOfTwist; core < kCoreStates; ++core) is_twist = is_twist || layout.active(core) == i;
-    if (!(next.forgot_twist && is_twist)) carried.push_back(i);
+    if (!(forgot_twist && is_twist)) carried.push_back(i);
   }
   return carried;
 }
 
 std::vector<SmoothedPose> Smoother::smooth() const {
   const StateLayout& layout = process_.layout();
+  const std::vector<int> all = carried_over(false);
+  const std::vector<int> without_twist = carried_over(true);
   std::vector<SmoothedPose> result(nodes_.size());
   Belief later;
   for (std::size_t k = nodes_.size(); k-- > 0;) {
@@ -82,7 +84,7 @@ std::vector<SmoothedPose> Smoother::smooth() const {
       Belief predicted = now;
       process_.predict(predicted, later.stamp, nodes_[k].standing);
       const ErrorMatrix F = process_.transition(now.mean, to_seconds(later.stamp - now.stamp));
-      const std::vector<int> carried = carried_over(nodes_[k + 1]);
+      const std::vector<int>& carried = nodes_[k + 1].forgot_twist ? without_twist : all;
       const Eigen::MatrixXd before = predicted.P(carried, carried);
       const Eigen::MatrixXd PFt = now.P * F.transpose();
       const Eigen::MatrixXd G = gaussian::divide(PFt(Eigen::all, carried), before);

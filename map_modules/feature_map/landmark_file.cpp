@@ -14,7 +14,6 @@ namespace waymark {
 
 namespace {
 
-constexpr int kVersion = 1;
 static_assert(map_formats::LandmarkEntry::kMaxBins <= Signature::kMaxBins);
 
 Landmark landmark_of(const map_formats::LandmarkEntry& entry, const FeatureMapSettings& settings) {
@@ -37,7 +36,7 @@ std::string landmark_file(const LandmarkStore& landmarks, const Pose& T_enu_map)
   std::string text = fmt::format(
       "# Landmarks of a feature map (waymark); covariances of east, north, radius: ee, en, nn, er, nr, rr.\n"
       "version: {}\nlandmarks:{}\n",
-      kVersion, landmarks.size() == 0 ? " []" : "");
+      map_formats::kLandmarkListVersion, landmarks.size() == 0 ? " []" : "");
   auto out = std::back_inserter(text);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();

@@ -83,8 +83,9 @@ bool ExpectedView::should_show(const Eigen::Vector2d& p_map, double radius) cons
   if (view_.ranges.empty()) return true;
   const double half_width = std::asin(std::min(1.0, radius / distance));
   const double last_index = static_cast<double>(view_.ranges.size()) - 1.0;
-  const double a = (as_scanned(bearing) - half_width - view_.start) / view_.step;
-  const double b = (as_scanned(bearing) + half_width - view_.start) / view_.step;
+  const double scanned = as_scanned(bearing);
+  const double a = (scanned - half_width - view_.start) / view_.step;
+  const double b = (scanned + half_width - view_.start) / view_.step;
   const double low = std::floor(std::min(a, b));
   const double high = std::ceil(std::max(a, b));
   if (low < 0.0 || high > last_index) return false;

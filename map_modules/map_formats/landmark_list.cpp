@@ -12,7 +12,6 @@ namespace waymark::map_formats {
 
 namespace {
 
-constexpr std::int64_t kVersion = 1;
 constexpr double kSurveyedSigma = 0.01;  // m, where nothing else is said
 
 Eigen::Matrix3d read_covariance(const Config& config, bool of_position_only, const Eigen::Matrix3d& fallback) {
@@ -75,8 +74,8 @@ LandmarkEntry read_landmark(const Config& config) {
 
 std::vector<LandmarkEntry> read_landmark_list(const std::filesystem::path& file) {
   const Config config = Config::load(file);
-  if (const std::int64_t version = config.integer("version"); version != kVersion) {
-    config.fail("version", fmt::format("{} is not {}, the only one that is known", version, kVersion));
+  if (const std::int64_t version = config.integer("version"); version != kLandmarkListVersion) {
+    config.fail("version", fmt::format("{} is not {}, the only one that is known", version, kLandmarkListVersion));
   }
   std::vector<LandmarkEntry> landmarks;
   std::size_t bins = 0;

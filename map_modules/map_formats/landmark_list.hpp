@@ -11,6 +11,9 @@
 
 namespace waymark::map_formats {
 
+/// Of the format, as `version` says.
+constexpr int kLandmarkListVersion = 1;
+
 /// One landmark of a file: position and radius, how it looks, how sure it is that it is there.
 struct LandmarkEntry {
   static constexpr std::size_t kMaxBins = 128;

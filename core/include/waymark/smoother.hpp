@@ -47,7 +47,7 @@ class WAYMARK_API Smoother {
     bool forgot_twist = false;
   };
   Belief belief_of(const Node& node) const;
-  std::vector<int> carried_over(const Node& next) const;
+  std::vector<int> carried_over(bool forgot_twist) const;
 
   const ProcessModel& process_;
   std::vector<Node> nodes_;

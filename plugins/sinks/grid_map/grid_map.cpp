@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "map_modules/map_formats/file_stem.hpp"
 #include "map_modules/map_formats/map_server.hpp"
+#include "waymark/file_stems.hpp"
 #include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
 
@@ -19,7 +19,7 @@ class GridMap : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    map_formats::FileStems stems;
+    FileStems stems({"config"});  // config.yaml is the run's own
     for (const MapDescription& map : last->best_maps(MapDetail::with_grids)) {
       const std::string stem = stems.of(map.module);
       if (!map.grid) continue;

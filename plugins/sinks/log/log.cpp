@@ -14,6 +14,7 @@
 
 #include "log_table.hpp"
 #include "replay.hpp"
+#include "waymark/file_stems.hpp"
 #include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
 
@@ -21,17 +22,6 @@ namespace waymark::log_sink {
 namespace {
 
 constexpr std::size_t kMostTables = 50;  // of one sensor; every one is an open file
-
-/// A name that is a file's name on any system.
-std::string file_stem(std::string name) {
-  std::ranges::replace_if(
-      name,
-      [](char c) {
-        return !((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '-');
-      },
-      '_');
-  return name;
-}
 
 /// What the source delivers, as text and images that the csv source reads back.
 class Log final : public Sink {
@@ -98,8 +88,7 @@ class Log final : public Sink {
           fmt::format("sensor {}: its payloads have more than {} layouts (beams, angles); a log needs a file for each",
                       sensor, kMostTables));
     }
-    std::string stem = file_stem(sensor);
-    for (int number = 2; !stems_.insert(stem).second; ++number) stem = fmt::format("{}_{}", file_stem(sensor), number);
+    const std::string stem = stems_.of(sensor);
     std::unique_ptr<RowWriter> rows;
     try {
       rows = make_row_writer(measurement, folder_ / stem, png_compression_);
@@ -187,7 +176,7 @@ class Log final : public Sink {
   std::string config_;
   std::string reference_;             // YAML
   std::vector<std::string> sensors_;  // names by index in the rig
-  std::set<std::string> stems_{"reference_trajectory", "reference_landmarks"};
+  FileStems stems_{{"reference_trajectory", "reference_landmarks"}};
   std::vector<Entry> tables_;
   std::optional<std::pair<std::size_t, Time>> last_;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "map_modules/map_formats/file_stem.hpp"
+#include "waymark/file_stems.hpp"
 #include "waymark/output_file.hpp"
 #include "waymark/plugin.hpp"
 
@@ -18,7 +18,7 @@ class MapFiles : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    map_formats::FileStems stems;
+    FileStems stems({"config"});  // config.yaml is the run's own
     for (const MapDescription& map : last->best_maps(MapDetail::with_files)) {
       const std::string stem = stems.of(map.module);
       for (const MapFile& file : map.files) write_file(out_dir_ / (stem + file.extension), file.content);
