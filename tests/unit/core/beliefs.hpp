@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "waymark/nav_state.hpp"
-#include "waymark/random.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/math/random.hpp"
 
 /// States and covariances that the tests of the filter draw.
 namespace waymark::test {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "particles/particle_filter.hpp"
 #include "unit/core/beliefs.hpp"
 #include "unit/core/toy_map.hpp"
-#include "waymark/particle_filter.hpp"
 
 namespace waymark::test {
 
@@ -18,8 +18,8 @@ class ParticleRun {
   explicit ParticleRun(const ParticleFilterSettings& settings, std::vector<std::shared_ptr<MapModule>> modules = {})
       : modules_(static_cast<int>(modules.size())), filter_(process_, std::move(modules), settings) {}
 
-  ParticleFilter& filter() { return filter_; }
-  const ProcessModel& process() const { return process_; }
+  particles::ParticleFilter& filter() { return filter_; }
+  const estimation::ProcessModel& process() const { return process_; }
   const StateLayout& layout() const { return layout_; }
 
   Belief prior() const {
@@ -50,7 +50,7 @@ class ParticleRun {
       const double y = 0.1 * noise.normal();
       sighting.see(truth, landmark, {x, y});
     }
-    std::vector<MappingInput> inputs;
+    std::vector<particles::MappingInput> inputs;
     for (int i = 0; i < modules_; ++i) inputs.push_back({i, &sighting, 1.0, true});
     return filter_.map(inputs, 3);
   }
@@ -69,18 +69,18 @@ class ParticleRun {
 
  private:
   StateLayout layout_{StateLayout::Motion::planar, {{"sensor", {}}}};
-  ProcessModel process_{layout_, {{0.5, 0.1, 0.0}, {0.0, 0.0, 0.3}}};
+  estimation::ProcessModel process_{layout_, {{0.5, 0.1, 0.0}, {0.0, 0.0, 0.3}}};
   int modules_;
-  ParticleFilter filter_;
+  particles::ParticleFilter filter_;
 };
 
 inline std::vector<gaussian::Density> densities(ParticleRun& run, const Update& model) {
   std::vector<gaussian::Density> result;
-  for (const Particle& particle : run.filter().particles()) {
+  for (const particles::Particle& particle : run.filter().particles()) {
     Linearization linear;
-    ekf::Innovation innovation;
+    estimation::ekf::Innovation innovation;
     model.linearize({particle.belief.mean, nullptr}, linear);
-    ekf::innovate(particle.belief, run.layout(), 0, linear, innovation);
+    estimation::ekf::innovate(particle.belief, run.layout(), 0, linear, innovation);
     result.push_back(innovation.density);
   }
   return result;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "fake_snapshot.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {
