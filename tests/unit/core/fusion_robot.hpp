@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "unit/core/beliefs.hpp"
-#include "waymark/host/fusion.hpp"
+#include "waymark/host/robot.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin_loader.hpp"
 
 namespace waymark::test {
 
@@ -24,33 +23,17 @@ struct Seen {
   Belief belief;  ///< empty before the start
 };
 
-/// A host built from YAML with the real sensor plugins, and what it showed.
+/// A robot built from YAML with the real sensor plugins, and what its observer saw.
 class FusionRobot {
  public:
-  explicit FusionRobot(const std::string& yaml, std::vector<std::pair<std::string, std::shared_ptr<Sensor>>> own = {},
-                       std::vector<MapSlot> maps = {}) {
-    const Config config = Config::parse(yaml, "robot.yaml");
-    const PluginLoader loader({WAYMARK_PLUGIN_DIR});
-    std::vector<SensorSlot> slots;
-    std::vector<Mounting> mountings;
-    for (const Config& entry : config.items("sensors")) mountings.push_back(read_mounting(entry));
-    const Rig rig(std::move(mountings));
-    for (const Config& entry : config.items("sensors")) {
-      slots.push_back(read_sensor_slot(entry));
-      SensorSlot& slot = slots.back();
-      const auto mine = std::find_if(own.begin(), own.end(), [&](const auto& o) { return o.first == slot.plugin; });
-      if (mine != own.end()) {
-        slot.sensor = mine->second;
-      } else if (!slot.plugin.empty()) {
-        slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
-      }
-    }
-    fusion_ = std::make_unique<Fusion>(
-        read_fusion_settings(config), std::move(slots), std::move(maps), [this](const Snapshot& snapshot) {
-          const Measurement& m = snapshot.measurement();
-          seen_.push_back({to_seconds(m.stamp.time_since_epoch()), m.sensor, snapshot.fate(),
-                           snapshot.started() ? snapshot.belief() : Belief{}});
-        });
+  explicit FusionRobot(const std::string& yaml, const host::OwnSensors& own = {}, std::vector<MapSlot> maps = {}) {
+    host::Robot robot = host::Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}), own);
+    robot.maps = std::move(maps);
+    fusion_ = robot.fusion([this](const Snapshot& snapshot) {
+      const Measurement& m = snapshot.measurement();
+      seen_.push_back({to_seconds(m.stamp.time_since_epoch()), m.sensor, snapshot.fate(),
+                       snapshot.started() ? snapshot.belief() : Belief{}});
+    });
   }
 
   Fusion& fusion() { return *fusion_; }
