@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion/fusion_view.hpp"
+#include "fusion/snapshot_view.hpp"
 
 #include <cmath>
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace waymark::fusion {
 
-std::vector<ParticleView> FusionView::particles() const {
+std::vector<ParticleView> SnapshotView::particles() const {
   std::vector<ParticleView> views;
   views.reserve(filter_.particles().size());
   for (const particles::Particle& particle : filter_.particles()) {
@@ -17,7 +17,7 @@ std::vector<ParticleView> FusionView::particles() const {
   return views;
 }
 
-std::vector<StampedPose> FusionView::best_path() const {
+std::vector<StampedPose> SnapshotView::best_path() const {
   std::vector<StampedPose> path = best().path.poses();
   if (filter_.georeference()) {
     const Pose T_enu_map = filter_.T_enu_map(best());
@@ -26,7 +26,7 @@ std::vector<StampedPose> FusionView::best_path() const {
   return path;
 }
 
-std::vector<MapDescription> FusionView::best_maps(MapDetail detail) const {
+std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
   std::vector<MapDescription> result;
   std::vector<const ParticleMap*> of_all;
   of_all.reserve(filter_.particles().size());
@@ -49,7 +49,7 @@ std::vector<MapDescription> FusionView::best_maps(MapDetail detail) const {
   return result;
 }
 
-std::optional<GridView> FusionView::mixture_of(std::size_t map) const {
+std::optional<GridView> SnapshotView::mixture_of(std::size_t map) const {
   std::vector<particles::WeightedGrid> grids;
   grids.reserve(filter_.particles().size());
   for (const particles::Particle& particle : filter_.particles()) {
@@ -61,7 +61,7 @@ std::optional<GridView> FusionView::mixture_of(std::size_t map) const {
 
 /// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that is
 /// known.
-void FusionView::place_on_earth(MapDescription& map) const {
+void SnapshotView::place_on_earth(MapDescription& map) const {
   const estimation::Georeference& georeference = *filter_.georeference();
   const Pose T_enu_map = filter_.T_enu_map(best());
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the parts of a robot fit together.
+#include "fusion/setup.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <ranges>
+#include <utility>
 
-#include "fusion/fusion_impl.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark {
+namespace waymark::fusion {
 
-bool goes_on_to_be_fused(const SensorSlot& slot) {
+bool is_fused_after_start(const SensorSlot& slot) {
   return slot.fuse.mode != FuseRule::Mode::start && slot.fuse.mode != FuseRule::Mode::none;
 }
 
+namespace {
+
+/// True if an absolute sensor can find the start (`fused` false), or is fused after it (`fused` true).
 bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
   return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
     return s.enabled && s.sensor && s.sensor->is_absolute() && s.fuse.mode != FuseRule::Mode::none &&
-           (!fused || goes_on_to_be_fused(s));
+           (!fused || is_fused_after_start(s));
   });
 }
-
-namespace {
 
 bool begin_with_a_place(const std::vector<MapSlot>& maps) {
   return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->begins_with_a_place(); });
@@ -33,6 +35,10 @@ bool needs_georeference(const FusionSettings& settings, const std::vector<Sensor
                         const std::vector<MapSlot>& maps) {
   return settings.georeference.enabled && !maps.empty() && !begin_with_a_place(maps) && has_absolute(sensors, true);
 }
+
+bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front() == static_cast<int>(sensor); }
+
+}  // namespace
 
 /// Only particles with maps weigh what comes late; a belief alone is rewound.
 ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
@@ -48,15 +54,13 @@ std::vector<std::shared_ptr<MapModule>> modules_of(const std::vector<MapSlot>& m
   return modules;
 }
 
-bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front() == static_cast<int>(sensor); }
-
-std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorPart>& parts,
+std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorRecord>& sensors,
                                                       const std::vector<MapSlot>& maps) {
   std::vector<monitoring::HealthMonitor::Role> roles;
-  roles.reserve(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const SensorSlot& slot = parts[i].slot;
-    const bool fused = slot.enabled && goes_on_to_be_fused(slot);
+  roles.reserve(sensors.size());
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const SensorSlot& slot = sensors[i].slot;
+    const bool fused = slot.enabled && is_fused_after_start(slot);
     const bool localizes =
         std::ranges::any_of(maps, [&](const MapSlot& map) { return map.localize && triggers(map, i); });
     const bool in_place = std::ranges::any_of(maps, [&](const MapSlot& map) {
@@ -71,27 +75,23 @@ std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorPa
   return roles;
 }
 
-std::vector<SensorPart> parts_of(std::vector<SensorSlot>&& sensors, const std::vector<MapSlot>& maps) {
-  std::vector<SensorPart> parts;
-  parts.reserve(sensors.size());
+std::vector<SensorRecord> make_records(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
+  std::vector<SensorRecord> records;
+  records.reserve(sensors.size());
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    SensorSlot& slot = sensors[i];
+    const SensorSlot& slot = sensors[i];
     const particles::UpdatePolicy policy{static_cast<int>(i), particles::Gates(slot.gate_probability),
                                          slot.weight_exponent, false, slot.sensor && slot.sensor->is_absolute()};
     const bool triggering = std::ranges::any_of(maps, [&](const MapSlot& map) { return triggers(map, i); });
-    parts.push_back({std::move(slot), policy, triggering});
+    SensorState state{slot.sensor, FuseGate(slot.fuse)};
+    records.push_back({slot, policy, triggering, std::move(state), 0, false, std::nullopt});
   }
-  return parts;
+  return records;
 }
 
-std::vector<SensorState> states_of(const std::vector<SensorPart>& parts) {
-  std::vector<SensorState> states;
-  states.reserve(parts.size());
-  for (const SensorPart& part : parts) states.push_back({part.slot.sensor, FuseGate(part.slot.fuse)});
-  return states;
+StartKnowledge start_knowledge(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
+  return {has_absolute(sensors, false), has_absolute(sensors, true), begin_with_a_place(maps)};
 }
-
-}  // namespace
 
 std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                                              const std::vector<MapSlot>& maps) {
@@ -118,7 +118,7 @@ namespace {
 void check_magnetometers(const std::vector<SensorSlot>& sensors) {
   const SensorSlot* first = nullptr;
   for (const SensorSlot& slot : sensors) {
-    if (!slot.enabled || !slot.sensor || !goes_on_to_be_fused(slot) || !slot.sensor->uses_magnetometer()) continue;
+    if (!slot.enabled || !slot.sensor || !is_fused_after_start(slot) || !slot.sensor->uses_magnetometer()) continue;
     if (first != nullptr) {
       throw ConfigError(fmt::format(
           "sensors.{} and sensors.{} both take their heading from a magnetometer: if it is the same one, leave it to "
@@ -135,13 +135,13 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
                  const std::vector<MapSlot>& maps) {
   const auto any = [&](auto property) {
     return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
-      return s.enabled && s.sensor && goes_on_to_be_fused(s) && property(*s.sensor);
+      return s.enabled && s.sensor && is_fused_after_start(s) && property(*s.sensor);
     });
   };
   const bool has_motion_sensor = any([](const Sensor& s) { return s.is_motion_source(); });
   const bool has_localizing_map = std::ranges::any_of(maps, [&](const MapSlot& m) {
     const SensorSlot& trigger = sensors[static_cast<std::size_t>(m.inputs.front())];
-    return m.localize && trigger.enabled && goes_on_to_be_fused(trigger);
+    return m.localize && trigger.enabled && is_fused_after_start(trigger);
   });
   if (settings.motion_from_maps && has_motion_sensor) {
     throw ConfigError("motion.told_by: maps is for a robot without a motion sensor, but one is enabled");
@@ -161,30 +161,4 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
   check_magnetometers(sensors);
 }
 
-Fusion::Impl::Impl(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps,
-                   Observer observer)
-    : settings_(settings),
-      layout_(settings.motion, (check_parts(settings, sensors, maps), block_owners(settings, sensors, maps))),
-      process_(layout_, settings.process_noise),
-      parts_(),
-      maps_(std::move(maps)),
-      filter_(process_, modules_of(maps_), filter_settings(settings, maps_), georeference_of(layout_, sensors.size())),
-      clocks_(settings.clock, sensors.size()),
-      queue_(settings.max_latency),
-      committed_{{},
-                 monitoring::Standstill(sensors.size(), settings.standstill_after),
-                 monitoring::HealthMonitor(settings.health, {}, settings.motion_from_maps)},
-      history_(maps_.empty() ? settings.history : Duration::zero()),
-      smoother_(process_),
-      finder_(settings.start, layout_,
-              {has_absolute(sensors, false), has_absolute(sensors, true), begin_with_a_place(maps_)}),
-      datum_(settings.datum),
-      observer_(std::move(observer)) {
-  parts_ = parts_of(std::move(sensors), maps_);
-  committed_.sensors = states_of(parts_);
-  committed_.health = monitoring::HealthMonitor(settings.health, roles_of(parts_, maps_), settings.motion_from_maps);
-  newest_.resize(parts_.size());
-  unusable_to_.resize(maps_.size());
-}
-
-}  // namespace waymark
+}  // namespace waymark::fusion

@@ -4,18 +4,23 @@
 #include <optional>
 #include <vector>
 
-#include "particles/particle_filter.hpp"
+#include "fusion/committed.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/snapshot.hpp"
 
 namespace waymark::fusion {
 
 /// The snapshot that sinks see: the filter after one measurement.
-class FusionView final : public Snapshot {
+class SnapshotView final : public Snapshot {
  public:
-  FusionView(const particles::ParticleFilter& filter, const std::vector<MapSlot>& maps, const Health& health,
-             bool started, const Measurement& measurement, Fate fate)
-      : filter_(filter), maps_(maps), health_(health), started_(started), measurement_(measurement), fate_(fate) {}
+  SnapshotView(const Committed& committed, const std::vector<MapSlot>& maps, bool started,
+               const Measurement& measurement, Fate fate)
+      : filter_(committed.filter),
+        maps_(maps),
+        health_(committed.health.health()),
+        started_(started),
+        measurement_(measurement),
+        fate_(fate) {}
 
   Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
@@ -30,7 +35,7 @@ class FusionView final : public Snapshot {
   std::vector<MapDescription> best_maps(MapDetail detail) const override;
 
  private:
-  const particles::Particle& best() const { return filter_.particles()[static_cast<std::size_t>(filter_.best())]; }
+  const particles::Particle& best() const { return filter_.set()[filter_.set().best()]; }
   std::optional<GridView> mixture_of(std::size_t map) const;
   void place_on_earth(MapDescription& map) const;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the particles are, as a copy to go back to and as bytes on a checkpoint.
+// What the particles are, as a copy to roll back to and as bytes on a checkpoint.
 #include <string>
+#include <utility>
 
 #include "estimation/belief_archive.hpp"
 #include "particles/particle_filter.hpp"
@@ -8,28 +9,14 @@
 
 namespace waymark::particles {
 
-Particle Particle::clone() const {
-  Particle copy{belief, log_weight, {}, path};
-  copy.maps.reserve(maps.size());
-  for (const auto& map : maps) copy.maps.push_back(map ? map->clone() : nullptr);
-  return copy;
-}
-
-ParticleFilter::State ParticleFilter::state() const {
-  State state;
-  state.particles.reserve(particles_.size());
-  for (const Particle& particle : particles_) state.particles.push_back(particle.clone());
-  state.resamplings = resamplings_;
-  state.mapping_steps = mapping_steps_;
-  return state;
-}
+ParticleFilter::State ParticleFilter::state() const { return {set_.clone(), resamplings_, mapping_steps_}; }
 
 void ParticleFilter::restore(const State& state) {
-  for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i] = state.particles[i].clone();
+  for (std::size_t i = 0; i < set_.size(); ++i) set_[i] = state.particles[i].clone();
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
-  past_.clear();
-  mixture_valid_ = false;
+  recollection_.past().clear();
+  mixture_is_current_ = false;
 }
 
 void ParticleFilter::save(const State& state, OutArchive& out) const {
@@ -52,9 +39,9 @@ ParticleFilter::State ParticleFilter::load_state(InArchive& in) const {
   in.section("particle_filter", 2);
   std::uint64_t count = 0;
   in.value(count);
-  if (count != particles_.size()) {
+  if (count != set_.size()) {
     throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
-                    std::to_string(particles_.size()));
+                    std::to_string(set_.size()));
   }
   State state;
   in.value(state.resamplings);
@@ -76,19 +63,19 @@ ParticleFilter::State ParticleFilter::load_state(InArchive& in) const {
 
 void ParticleFilter::save(OutArchive& out) const {
   save(state(), out);
-  past_.save(out);
-  out.value(mixture_valid_);
-  if (mixture_valid_) estimation::save_belief(mixture_, out);
+  recollection_.past().save(out);
+  out.value(mixture_is_current_);
+  if (mixture_is_current_) estimation::save_belief(mixture_, out);
 }
 
 void ParticleFilter::load(InArchive& in) {
   State state = load_state(in);
-  particles_ = std::move(state.particles);
+  set_.replace(std::move(state.particles));
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
-  past_.load(in, particles_.size(), layout());
-  in.value(mixture_valid_);  // after a mapping step it is not what the sampled particles have
-  if (mixture_valid_) estimation::load_belief(mixture_, in, layout());
+  recollection_.past().load(in, set_.size(), layout());
+  in.value(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
+  if (mixture_is_current_) estimation::load_belief(mixture_, in, layout());
 }
 
 }  // namespace waymark::particles
