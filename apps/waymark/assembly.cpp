@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <set>
 
-#include "waymark/error.hpp"
-#include "waymark/fusion.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/host/fusion.hpp"
 
 namespace waymark {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "waymark/fusion_settings.hpp"
+#include "waymark/host/fusion_settings.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/interface/sink.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
-#include "waymark/rig.hpp"
-#include "waymark/sink.hpp"
-#include "waymark/source.hpp"
 
 namespace waymark {
 

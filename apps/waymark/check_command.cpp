@@ -7,7 +7,7 @@
 
 #include "assembly.hpp"
 #include "commands.hpp"
-#include "waymark/fusion.hpp"
+#include "waymark/host/fusion.hpp"
 
 namespace waymark {
 
@@ -65,10 +65,7 @@ void check(const std::filesystem::path& file, const std::vector<std::string>& ov
   const Fusion fusion(robot.settings, robot.sensors, robot.maps, nullptr);
   fmt::print("{}: valid\n", file.string());
   const StateLayout& layout = fusion.layout();
-  int map_states = 0;
-  for (const StateLayout::Owner& owner : layout.owners()) {
-    if (owner.name == Georeference::kOwner) map_states = static_cast<int>(owner.block.size());
-  }
+  const int map_states = fusion.georeference_states();
   fmt::print("\nmotion {}: {} error states, {} of them from sensors' own blocks{}\n",
              layout.motion() == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
              layout.size(), layout.block_size() - map_states,

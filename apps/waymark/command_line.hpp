@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

@@ -12,7 +12,7 @@
 
 #include "apps/waymark/command_line.hpp"
 #include "apps/waymark/evaluation/report.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

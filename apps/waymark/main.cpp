@@ -13,7 +13,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "evaluate_command.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 int main(int argc, char** argv) {
   // A full disk or a closed pipe is an error to report, not a signal to die of.

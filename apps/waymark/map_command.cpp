@@ -19,8 +19,8 @@
 #include "commands.hpp"
 #include "map_modules/map_formats/landmark_list.hpp"
 #include "map_modules/map_formats/map_server.hpp"
-#include "waymark/error.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

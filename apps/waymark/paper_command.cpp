@@ -16,8 +16,8 @@
 #include "apps/waymark/paper/page.hpp"
 #include "apps/waymark/paper/sawtooth.hpp"
 #include "commands.hpp"
-#include "waymark/error.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

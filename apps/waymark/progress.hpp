@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "waymark/snapshot.hpp"
+#include "waymark/interface/snapshot.hpp"
 
 namespace waymark {
 

@@ -15,8 +15,8 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "progress.hpp"
-#include "waymark/fusion.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/host/fusion.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

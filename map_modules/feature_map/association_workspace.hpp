@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "waymark/assignment.hpp"
+#include "waymark/math/assignment.hpp"
 
 namespace waymark {
 

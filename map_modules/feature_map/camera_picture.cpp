@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "picture_colors.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "waymark/pose.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark {
 

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "camera_extraction.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

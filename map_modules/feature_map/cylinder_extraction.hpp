@@ -8,7 +8,7 @@
 
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark {
 

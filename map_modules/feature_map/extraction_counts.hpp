@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "camera_extraction.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark {
 

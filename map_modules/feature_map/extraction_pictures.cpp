@@ -14,8 +14,8 @@
 
 #include "camera_picture.hpp"
 #include "picture_colors.hpp"
-#include "waymark/error.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

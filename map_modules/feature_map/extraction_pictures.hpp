@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "camera_extraction.hpp"
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <system_error>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

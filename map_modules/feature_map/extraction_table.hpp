@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "extraction_pictures.hpp"
-#include "waymark/config.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

@@ -11,8 +11,8 @@
 #include "extraction_table.hpp"
 #include "landmark_file.hpp"
 #include "particle_feature_map.hpp"
-#include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "feature_observation.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "map_modules/map_formats/load_settings.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark {
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 
-#include "waymark/payloads.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/rig.hpp"
 
 namespace waymark {
 

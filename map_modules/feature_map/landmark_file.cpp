@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "map_modules/map_formats/landmark_list.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

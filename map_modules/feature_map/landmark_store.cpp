@@ -5,7 +5,7 @@
 #include <numeric>
 #include <unordered_set>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

@@ -10,8 +10,8 @@
 
 #include "landmark.hpp"
 #include "landmark_leaf.hpp"
-#include "waymark/archive.hpp"
-#include "waymark/cow.hpp"
+#include "waymark/io/archive.hpp"
+#include "waymark/memory/cow.hpp"
 
 namespace waymark {
 

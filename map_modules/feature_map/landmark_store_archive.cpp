@@ -4,7 +4,7 @@
 #include <string>
 
 #include "landmark_store.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 

@@ -7,7 +7,7 @@
 #include "feature_map_settings.hpp"
 #include "landmark_store.hpp"
 #include "matching.hpp"
-#include "waymark/lineage.hpp"
+#include "waymark/memory/lineage.hpp"
 
 namespace waymark {
 

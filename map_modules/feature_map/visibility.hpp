@@ -3,7 +3,7 @@
 
 #include "feature_map_settings.hpp"
 #include "feature_observation.hpp"
-#include "waymark/pose.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark {
 

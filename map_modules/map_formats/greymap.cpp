@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::map_formats {
 

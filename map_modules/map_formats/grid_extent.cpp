@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::map_formats {
 

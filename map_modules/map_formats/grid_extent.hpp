@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::map_formats {
 

@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::map_formats {
 

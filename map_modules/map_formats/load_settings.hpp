@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::map_formats {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "greymap.hpp"
-#include "waymark/config.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::map_formats {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::map_formats {
 

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::map_formats {
 

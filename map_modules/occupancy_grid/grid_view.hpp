@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "tile_tree.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::grid {
 

@@ -5,7 +5,7 @@
 
 #include "occupancy_grid_settings.hpp"
 #include "tile_tree.hpp"
-#include "waymark/pose.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::grid {
 

@@ -4,7 +4,7 @@
 #include "particle_grid.hpp"
 #include "scan_observation.hpp"
 #include "scan_spacing.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

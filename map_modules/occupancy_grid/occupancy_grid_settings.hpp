@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "scan_settings.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::grid {
 

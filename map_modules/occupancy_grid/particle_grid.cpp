@@ -10,7 +10,7 @@
 #include "grid_view.hpp"
 #include "map_file.hpp"
 #include "scan_insertion.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::grid {
 

@@ -9,7 +9,7 @@
 #include "scan_matching.hpp"
 #include "scan_observation.hpp"
 #include "tile_tree.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::grid {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "scan_settings.hpp"
-#include "waymark/map_module.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::grid {
 

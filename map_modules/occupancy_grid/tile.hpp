@@ -10,7 +10,7 @@
 #include "cell.hpp"
 #include "distance_field.hpp"
 #include "scan_settings.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::grid {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

@@ -7,7 +7,7 @@
 
 #include "cloud_observation.hpp"
 #include "column_window.hpp"
-#include "waymark/pose.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::octo {
 

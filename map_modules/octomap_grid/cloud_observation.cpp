@@ -9,8 +9,8 @@
 
 #include "scan_beams.hpp"
 #include "voxel_tile.hpp"
-#include "waymark/error.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::octo {
 

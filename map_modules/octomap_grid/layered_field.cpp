@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "waymark/error.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::octo {
 

@@ -9,7 +9,7 @@
 #include "scan_matching.hpp"
 #include "tiled_cells.hpp"
 #include "voxel_tile.hpp"
-#include "waymark/pose.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::octo {
 

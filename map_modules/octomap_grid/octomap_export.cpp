@@ -10,7 +10,7 @@
 
 #include "map_modules/map_formats/octree_bytes.hpp"
 #include "octomap_file.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

@@ -9,7 +9,7 @@
 
 #include "column_window.hpp"
 #include "map_modules/map_formats/octree_bytes.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

@@ -6,7 +6,7 @@
 
 #include "octomap_grid_settings.hpp"
 #include "voxel_tile.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::octo {
 

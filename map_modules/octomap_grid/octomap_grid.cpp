@@ -4,7 +4,7 @@
 #include "cloud_observation.hpp"
 #include "particle_octomap.hpp"
 #include "scan_spacing.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scan_settings.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::octo {
 

@@ -7,7 +7,7 @@
 #include "layered_field.hpp"
 #include "map_view.hpp"
 #include "octomap_file.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

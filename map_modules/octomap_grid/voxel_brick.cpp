@@ -7,7 +7,7 @@
 #include <memory>
 #include <new>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "voxel_odds.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::octo {
 

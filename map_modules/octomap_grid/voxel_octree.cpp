@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 

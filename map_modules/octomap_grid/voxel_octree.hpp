@@ -9,7 +9,7 @@
 
 #include "voxel_brick.hpp"
 #include "voxel_odds.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::octo {
 

@@ -10,7 +10,7 @@
 #include "distance_field.hpp"
 #include "shared_tree.hpp"
 #include "voxel_octree.hpp"
-#include "waymark/cow.hpp"
+#include "waymark/memory/cow.hpp"
 
 namespace waymark::octo {
 

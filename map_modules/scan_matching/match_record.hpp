@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "scan_matching.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::grid {
 

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "scan_settings.hpp"
-#include "waymark/error.hpp"
-#include "waymark/map_module.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::grid {
 

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "waymark/gaussian.hpp"
-#include "waymark/random.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/math/gaussian.hpp"
+#include "waymark/math/random.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::grid {
 

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 
 #include "map_modules/map_formats/load_settings.hpp"
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::grid {
 

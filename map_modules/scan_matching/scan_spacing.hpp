@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "scan_settings.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::grid {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "cell.hpp"
-#include "waymark/archive.hpp"
-#include "waymark/cow.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/io/archive.hpp"
+#include "waymark/memory/cow.hpp"
 
 namespace waymark::grid {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::grid {
 

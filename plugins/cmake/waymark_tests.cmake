@@ -53,7 +53,7 @@ function(waymark_add_test_program name)
   add_executable(${name} ${files})
   set_target_properties(${name} PROPERTIES UNITY_BUILD OFF) # files share names for their own helpers
   target_link_libraries(${name} PRIVATE waymark_test_main waymark::loader fmt::fmt)
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/core/src)
   set(plugin_dir ${WAYMARK_PLUGIN_OUTPUT_DIR})
   set(source_dir ${PROJECT_SOURCE_DIR})
   if(NOT test_ABSOLUTE)

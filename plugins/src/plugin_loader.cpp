@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "plugin_library.hpp"
-#include "waymark/nearest_name.hpp"
+#include "waymark/config/nearest_name.hpp"
 
 namespace waymark {
 namespace {

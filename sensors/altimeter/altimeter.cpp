@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {
@@ -54,7 +54,7 @@ class Altimeter final : public Sensor {
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const auto& reading = measurement.as<Height>();
     if (!std::isfinite(reading.height_m)) throw DataError("the height is not finite");
-    if (prediction.layout.motion() == StateLayout::Motion::planar) return;
+    if (prediction.planar()) return;
     const bool reported = use_reported_ && std::isfinite(reading.sigma_m);
     const double sigma = reported ? std::max(sigma_, reading.sigma_m) : sigma_;
     out.emplace<HeightUpdate>(level_ + reading.height_m, arm_, sigma * sigma, offset_.initial_sigma > 0.0 ? 1 : 0);

@@ -11,9 +11,8 @@
 #include "field_monitor.hpp"
 #include "heading_monitor.hpp"
 #include "magnetometer.hpp"
-#include "waymark/ekf.hpp"
-#include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {
@@ -154,10 +153,7 @@ class Compass final : public Sensor {
   bool is_plausible(Time stamp, const Direction& seen, const Prediction& prediction) {
     const double variance = seen.sigma * seen.sigma + offset_sigma_ * offset_sigma_;
     const compass::DirectionUpdate model(seen.u_base, seen.heading, variance, 0);
-    Linearization linear;
-    ekf::Innovation innovation;
-    model.linearize({prediction.belief.mean, nullptr}, linear);
-    ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
+    const PredictedInnovation innovation = prediction.innovation(model);
     const double offset = offset_sigma_ > 0.0 ? prediction.block[0] : 0.0;
     return jumps_.judge(stamp, so3::wrap(innovation.nu(0) - offset), innovation.S(0, 0));
   }

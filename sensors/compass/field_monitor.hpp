@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 
 #include "earth_field.hpp"
-#include "waymark/archive.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::compass {
 

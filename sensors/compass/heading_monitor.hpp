@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "waymark/archive.hpp"
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::compass {
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::compass {
 

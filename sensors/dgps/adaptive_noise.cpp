@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::dgps {
 

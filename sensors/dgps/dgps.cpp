@@ -10,8 +10,7 @@
 #include "fix_position.hpp"
 #include "inflation.hpp"
 #include "updates.hpp"
-#include "waymark/ekf.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {
@@ -113,7 +112,7 @@ class Dgps final : public Sensor {
     const Eigen::Matrix2d prior = seen.S - stated_.x() * Eigen::Matrix2d::Identity();
     used_ *= reacquisition_.factor(measurement.stamp, seen.innovation, prior, R);
 
-    const bool height = prediction.layout.motion() == StateLayout::Motion::spatial && std::isfinite(p.z());
+    const bool height = !prediction.planar() && std::isfinite(p.z());
     out.emplace<dgps::PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
                                       offset_states());
     pending_ = true;
@@ -213,11 +212,8 @@ class Dgps final : public Sensor {
                                       const Prediction& prediction) const {
     const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;
     const dgps::PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
-    Linearization linear;
-    ekf::Innovation innovation;
+    const PredictedInnovation innovation = prediction.innovation(model);
     const NavState& state = prediction.belief.mean;
-    model.linearize({state, nullptr}, linear);
-    ekf::innovate(prediction.belief, prediction.layout, 0, linear, innovation);
     dgps::ObservedFix seen;
     seen.stamp = stamp;
     seen.z = p.head<2>();
@@ -227,8 +223,7 @@ class Dgps final : public Sensor {
     seen.sigma = std::sqrt(variance);
     const Eigen::Vector3d v = state.v_base + state.w_base.cross(lever_arm_);
     seen.speed = (state.T_map_base.q * v).head<2>().norm();
-    const int forward = prediction.layout.active(6);
-    seen.speed_sigma = std::sqrt(std::max(0.0, prediction.belief.P(forward, forward)));
+    seen.speed_sigma = std::sqrt(std::max(0.0, prediction.velocity_variance().x()));
     seen.standing = prediction.standing;
     return seen;
   }

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string_view>
 
-#include "waymark/archive.hpp"
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::dgps {
 

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "waymark/config.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::dgps {
 

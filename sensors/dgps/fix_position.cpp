@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::dgps {
 

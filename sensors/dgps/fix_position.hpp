@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "waymark/payloads.hpp"
-#include "waymark/sensor.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/sensor.hpp"
 
 namespace waymark::dgps {
 

@@ -4,10 +4,10 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "waymark/archive.hpp"
-#include "waymark/config.hpp"
-#include "waymark/payloads.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/archive.hpp"
 
 /// Times in which a fix is worth less than it says. All factors are of the variance and at least 1.
 namespace waymark::dgps {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "waymark/so3.hpp"
-#include "waymark/update.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::dgps {
 

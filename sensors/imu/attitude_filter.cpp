@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "waymark/so3.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::imu {
 

@@ -13,9 +13,9 @@
 #include "magnetic_field.hpp"
 #include "rest_detector.hpp"
 #include "saturation.hpp"
-#include "waymark/archive.hpp"
-#include "waymark/payloads.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::imu {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "attitude_settings.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::imu {
 

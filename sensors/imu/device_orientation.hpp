@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "waymark/config.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::imu {
 

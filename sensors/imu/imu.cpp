@@ -116,7 +116,7 @@ class Imu final : public Sensor {
     if (fault_) throw DataError(*fault_);
 
     const double dt = std::clamp(interval, kMinInterval, filter_.settings().max_gap_s);
-    const bool planar = prediction.layout.motion() == StateLayout::Motion::planar;
+    const bool planar = prediction.planar();
     if (tells_standstill_ && has_rate) out.report_motion(!filter_.resting());
     if (heading_) {
       if (device_) {
@@ -191,10 +191,8 @@ class Imu final : public Sensor {
   }
 
   static bool is_known_to_drive(const Prediction& prediction) {
-    const StateLayout& layout = prediction.layout;
     const double speed = prediction.belief.mean.v_base.head<2>().norm();
-    double variance = 0.0;
-    for (const int i : {layout.active(6), layout.active(7)}) variance = std::max(variance, prediction.belief.P(i, i));
+    const double variance = std::max(0.0, prediction.velocity_variance().head<2>().maxCoeff());
     return speed > std::max(kCrawl, 3.0 * std::sqrt(variance));
   }
 

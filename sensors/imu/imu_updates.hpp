@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "waymark/so3.hpp"
-#include "waymark/update.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::imu {
 

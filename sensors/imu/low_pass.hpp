@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::imu {
 

@@ -5,7 +5,7 @@
 
 #include "attitude_settings.hpp"
 #include "low_pass.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::imu {
 

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "attitude_settings.hpp"
-#include "waymark/archive.hpp"
+#include "waymark/io/archive.hpp"
 
 namespace waymark::imu {
 

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "model_files.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::magnetic {
 

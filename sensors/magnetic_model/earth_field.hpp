@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "waymark/config.hpp"
-#include "waymark/sensor.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/sensor.hpp"
 
 namespace waymark::magnetic {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark {
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string_view>
 
-#include "waymark/config.hpp"
-#include "waymark/measurement.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/measurement.hpp"
 
 namespace waymark {
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "temporary_folder.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

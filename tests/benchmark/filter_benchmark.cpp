@@ -7,13 +7,13 @@
 #include <memory>
 #include <vector>
 
+#include "estimation/ekf.hpp"
+#include "particles/particle_filter.hpp"
+#include "particles/resampling.hpp"
 #include "unit/core/beliefs.hpp"
 #include "unit/core/toy_map.hpp"
-#include "waymark/ekf.hpp"
-#include "waymark/particle_filter.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
-#include "waymark/resampling.hpp"
 
 namespace waymark {
 namespace {
@@ -22,19 +22,19 @@ namespace {
 void ekf_measurement(benchmark::State& state) {
   const auto motion = state.range(0) == 0 ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
   const StateLayout layout(motion, {{"wheels", test::block_of(3)}});
-  const ProcessModel process(layout, {});
+  const estimation::ProcessModel process(layout, {});
   Belief belief;
   belief.mean.v_base.x() = 1.0;
   belief.mean.block = BlockVector::Zero(3);
   belief.P = 0.01 * ErrorMatrix::Identity(layout.size(), layout.size());
   const test::TwistModel twist({1.0, 0.0, 0.1}, {0.1, 0.1, 0.05});
   Linearization model;
-  ekf::Innovation innovation;
+  estimation::ekf::Innovation innovation;
   for (auto _ : state) {
     process.predict(belief, belief.stamp + from_seconds(0.025), false);
     twist.linearize({belief.mean, belief.mean.block.data()}, model);
-    ekf::innovate(belief, layout, 0, model, innovation);
-    ekf::apply(belief, layout, innovation);
+    estimation::ekf::innovate(belief, layout, 0, model, innovation);
+    estimation::ekf::apply(belief, layout, innovation);
     benchmark::DoNotOptimize(belief);
   }
   state.SetLabel(std::to_string(layout.size()) + " error states");
@@ -46,8 +46,8 @@ void resampling(benchmark::State& state) {
   std::vector<double> log_weights(static_cast<std::size_t>(state.range(0)));
   Random random = test::stream(1);
   for (double& w : log_weights) w = random.normal();
-  normalize_log_weights(log_weights);
-  for (auto _ : state) benchmark::DoNotOptimize(systematic_resample(log_weights, 0.37));
+  particles::normalize_log_weights(log_weights);
+  for (auto _ : state) benchmark::DoNotOptimize(particles::systematic_resample(log_weights, 0.37));
 }
 BENCHMARK(resampling)->ArgName("particles")->RangeMultiplier(10)->Range(10, 10000);
 
@@ -67,7 +67,8 @@ class Orchard {
     ParticleFilterSettings settings;
     settings.particles = particles;
     settings.threads = threads;
-    filter_ = std::make_unique<ParticleFilter>(process_, std::vector<std::shared_ptr<MapModule>>{module_}, settings);
+    filter_ = std::make_unique<particles::ParticleFilter>(process_, std::vector<std::shared_ptr<MapModule>>{module_},
+                                                          settings);
     Belief prior;
     prior.mean.v_base.x() = 1.0;
     prior.mean.block = BlockVector::Zero(3);
@@ -110,12 +111,12 @@ class Orchard {
     }
     observation_ = module_->extract({.stamp = filter_->stamp(), .sensor = 0, .payload = seen}, {}, {});
   }
-  void map() { filter_->map(std::vector<MappingInput>{{0, observation_.get(), 1.0, true}}, 0); }
+  void map() { filter_->map(std::vector<particles::MappingInput>{{0, observation_.get(), 1.0, true}}, 0); }
 
   StateLayout layout_;
-  ProcessModel process_;
+  estimation::ProcessModel process_;
   std::shared_ptr<MapModule> module_;
-  std::unique_ptr<ParticleFilter> filter_;
+  std::unique_ptr<particles::ParticleFilter> filter_;
   std::vector<Eigen::Vector2d> landmarks_;
   std::vector<Eigen::Vector2d> near_;
   std::shared_ptr<const Observation> observation_;

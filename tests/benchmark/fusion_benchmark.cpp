@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "unit/core/beliefs.hpp"
-#include "waymark/fusion.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/host/fusion.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

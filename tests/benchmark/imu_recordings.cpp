@@ -12,8 +12,8 @@
 #include <numbers>
 #include <string_view>
 
-#include "waymark/error.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::imu {
 

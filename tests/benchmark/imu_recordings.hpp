@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/payloads.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::imu {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 #include "waymark/testing/map_module_contract.hpp"
 

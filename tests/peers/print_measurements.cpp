@@ -8,7 +8,7 @@
 #include <exception>
 #include <limits>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace {

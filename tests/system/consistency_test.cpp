@@ -11,8 +11,8 @@
 #include <numeric>
 #include <vector>
 
+#include "particles/particle_filter.hpp"
 #include "unit/core/toy_map.hpp"
-#include "waymark/particle_filter.hpp"
 
 namespace waymark {
 namespace {

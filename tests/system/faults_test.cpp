@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/fusion.hpp"
+#include "waymark/host/fusion.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "tests/system/outputs.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::system_test {
 namespace {

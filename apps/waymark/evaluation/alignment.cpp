@@ -8,7 +8,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "waymark/pose.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::evaluation {
 

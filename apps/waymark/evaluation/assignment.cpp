@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/waymark/evaluation/assignment.hpp"
 
-#include "waymark/assignment.hpp"
+#include "waymark/math/assignment.hpp"
 
 namespace waymark::evaluation {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/waymark/evaluation/trajectory_io.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::evaluation {
 

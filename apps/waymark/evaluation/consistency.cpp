@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "apps/waymark/evaluation/table.hpp"
-#include "waymark/error.hpp"
-#include "waymark/gaussian.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::evaluation {
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "waymark/error.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::evaluation {
 

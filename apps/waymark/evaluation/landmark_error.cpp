@@ -5,7 +5,7 @@
 
 #include "apps/waymark/evaluation/alignment.hpp"
 #include "apps/waymark/evaluation/assignment.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -11,7 +11,7 @@
 #include <iterator>
 #include <string>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

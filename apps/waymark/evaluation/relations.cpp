@@ -9,7 +9,7 @@
 
 #include "apps/waymark/evaluation/table.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "apps/waymark/evaluation/table.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <system_error>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

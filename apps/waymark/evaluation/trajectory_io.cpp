@@ -9,7 +9,7 @@
 #include <limits>
 #include <string_view>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

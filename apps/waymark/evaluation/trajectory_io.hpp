@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "apps/waymark/evaluation/table.hpp"
-#include "waymark/pose.hpp"
-#include "waymark/sensor.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/interface/sensor.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::evaluation {
 

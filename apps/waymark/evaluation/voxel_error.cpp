@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "apps/waymark/maps/octree_file.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 

@@ -9,7 +9,7 @@
 
 #include "map_modules/map_formats/grid_extent.hpp"
 #include "octree_file.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::maps {
 

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::maps {
 

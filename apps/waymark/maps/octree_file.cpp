@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "map_modules/map_formats/octree_bytes.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::maps {
 

@@ -10,7 +10,7 @@
 #include "apps/waymark/evaluation/landmark_error.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 #include "apps/waymark/paper/scenarios.hpp"
-#include "waymark/source.hpp"
+#include "waymark/interface/source.hpp"
 
 namespace waymark::paper {
 

@@ -12,9 +12,9 @@
 #include "apps/waymark/assembly.hpp"
 #include "apps/waymark/paper/course.hpp"
 #include "apps/waymark/paper/spread.hpp"
-#include "waymark/error.hpp"
-#include "waymark/fusion.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/host/fusion.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::paper {
 namespace {

@@ -6,12 +6,12 @@
 #include <string_view>
 #include <type_traits>
 
-#include "waymark/config.hpp"
-#include "waymark/map_module.hpp"
-#include "waymark/rig.hpp"
-#include "waymark/sensor.hpp"
-#include "waymark/sink.hpp"
-#include "waymark/source.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/interface/sensor.hpp"
+#include "waymark/interface/sink.hpp"
+#include "waymark/interface/source.hpp"
 
 /// What a plugin author includes. A plugin is one class of one of the four kinds and one line:
 ///

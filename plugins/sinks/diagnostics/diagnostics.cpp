@@ -10,8 +10,8 @@
 #include "health_log.hpp"
 #include "map_figures_log.hpp"
 #include "thinned_series.hpp"
-#include "waymark/nav_state.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/health.hpp"
-#include "waymark/snapshot.hpp"
+#include "waymark/interface/health.hpp"
+#include "waymark/interface/snapshot.hpp"
 
 namespace waymark {
 

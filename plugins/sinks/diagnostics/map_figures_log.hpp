@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "waymark/output_file.hpp"
-#include "waymark/snapshot.hpp"
+#include "waymark/interface/snapshot.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 

@@ -2,8 +2,8 @@
 #include <string>
 
 #include "map_modules/map_formats/map_server.hpp"
-#include "waymark/file_stems.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/io/file_stems.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "waymark/output_file.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

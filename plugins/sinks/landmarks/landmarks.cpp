@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "waymark/output_file.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

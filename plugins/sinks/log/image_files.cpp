@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "waymark/error.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark::log_sink {
 namespace {

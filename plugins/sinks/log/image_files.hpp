@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::log_sink {
 

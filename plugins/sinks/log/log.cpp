@@ -14,8 +14,8 @@
 
 #include "log_table.hpp"
 #include "replay.hpp"
-#include "waymark/file_stems.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/io/file_stems.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark::log_sink {

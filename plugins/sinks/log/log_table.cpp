@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "replay.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::log_sink {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "row_writers.hpp"
-#include "waymark/measurement.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark::log_sink {
 

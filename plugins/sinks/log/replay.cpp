@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "waymark/config.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark::log_sink {
 namespace {

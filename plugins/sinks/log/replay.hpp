@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/source.hpp"
+#include "waymark/interface/source.hpp"
 
 namespace waymark::log_sink {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "image_files.hpp"
-#include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::log_sink {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/measurement.hpp"
+#include "waymark/interface/measurement.hpp"
 
 namespace waymark::log_sink {
 

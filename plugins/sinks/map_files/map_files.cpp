@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "waymark/file_stems.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/io/file_stems.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

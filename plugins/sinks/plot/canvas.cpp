@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::plot {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/snapshot.hpp"
+#include "waymark/interface/snapshot.hpp"
 
 namespace waymark::plot {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/output_file.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 namespace waymark {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "recording.hpp"
+#include "waymark/config/source_config.hpp"
 #include "waymark/plugin.hpp"
-#include "waymark/source_config.hpp"
 
 namespace waymark::carmen {
 namespace {

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::carmen {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::carmen {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/payloads.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::carmen {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "waymark/error.hpp"
-#include "waymark/pose_increment.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/pose_increment.hpp"
 
 namespace waymark::carmen {
 namespace {

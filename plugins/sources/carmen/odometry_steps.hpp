@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "messages.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/bad_record_list.hpp"
 
 namespace waymark::carmen {
 

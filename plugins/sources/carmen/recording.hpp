@@ -13,8 +13,8 @@
 
 #include "messages.hpp"
 #include "odometry_steps.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/io/bad_record_list.hpp"
 
 namespace waymark::carmen {
 

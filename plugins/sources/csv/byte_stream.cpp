@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::csv {
 namespace {

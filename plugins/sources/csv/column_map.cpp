@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "number_text.hpp"
-#include "waymark/nearest_name.hpp"
+#include "waymark/config/nearest_name.hpp"
 
 namespace waymark::csv {
 namespace {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "delimited_reader.hpp"
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::csv {
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "waymark/source_config.hpp"
+#include "waymark/config/source_config.hpp"
 
 namespace waymark::csv {
 namespace {

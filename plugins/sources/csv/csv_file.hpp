@@ -11,9 +11,9 @@
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
 #include "payload_builders.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/config.hpp"
-#include "waymark/measurement.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/io/bad_record_list.hpp"
 
 namespace waymark::csv {
 

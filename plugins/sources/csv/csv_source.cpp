@@ -9,8 +9,8 @@
 #include "csv_file.hpp"
 #include "number_text.hpp"
 #include "reference.hpp"
+#include "waymark/config/source_config.hpp"
 #include "waymark/plugin.hpp"
-#include "waymark/source_config.hpp"
 
 namespace waymark::csv {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "number_text.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::csv {
 namespace {

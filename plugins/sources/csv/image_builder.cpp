@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "number_text.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::csv {
 namespace {

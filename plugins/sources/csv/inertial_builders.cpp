@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "number_text.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::csv {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "waymark/pose_increment.hpp"
+#include "waymark/math/pose_increment.hpp"
 
 namespace waymark::csv {
 namespace {

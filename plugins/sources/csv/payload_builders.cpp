@@ -13,8 +13,8 @@
 #include "inertial_builders.hpp"
 #include "motion_builder.hpp"
 #include "number_text.hpp"
-#include "waymark/payloads.hpp"
-#include "waymark/source_config.hpp"
+#include "waymark/config/source_config.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::csv {
 namespace {

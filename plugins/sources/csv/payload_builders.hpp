@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "column_map.hpp"
-#include "waymark/config.hpp"
-#include "waymark/measurement.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/measurement.hpp"
 
 namespace waymark::csv {
 

@@ -6,7 +6,7 @@
 
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
-#include "waymark/source_config.hpp"
+#include "waymark/config/source_config.hpp"
 
 namespace waymark::csv {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "waymark/config.hpp"
-#include "waymark/source.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/source.hpp"
 
 namespace waymark::csv {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "planar_cut.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::kitti {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "waymark/config.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/rig.hpp"
 
 namespace waymark::kitti {
 

@@ -13,10 +13,10 @@
 #include "planar_cut.hpp"
 #include "recording.hpp"
 #include "unusable.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/config/source_config.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/bad_record_list.hpp"
 #include "waymark/plugin.hpp"
-#include "waymark/source_config.hpp"
 
 namespace waymark::kitti {
 namespace {

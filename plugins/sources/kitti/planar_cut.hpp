@@ -6,9 +6,9 @@
 #include <numbers>
 #include <span>
 
-#include "waymark/config.hpp"
-#include "waymark/payloads.hpp"
-#include "waymark/pose.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::kitti {
 

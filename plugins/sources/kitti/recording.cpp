@@ -17,7 +17,7 @@
 
 #include "timestamps.hpp"
 #include "unusable.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::kitti {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::kitti {
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::kitti {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "sentence.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::nmea {
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "epoch.hpp"
-#include "waymark/bad_record_list.hpp"
+#include "waymark/io/bad_record_list.hpp"
 
 namespace waymark::nmea {
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::nmea {
 namespace {

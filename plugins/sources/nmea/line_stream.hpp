@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::nmea {
 

@@ -14,10 +14,10 @@
 #include "epoch_clock.hpp"
 #include "line_stream.hpp"
 #include "sentence.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/config/source_config.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/io/bad_record_list.hpp"
 #include "waymark/plugin.hpp"
-#include "waymark/source_config.hpp"
 
 namespace waymark::nmea {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::nmea {
 

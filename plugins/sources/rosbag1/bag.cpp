@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "decompress.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::rosbag1 {
 namespace {

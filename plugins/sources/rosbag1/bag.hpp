@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bag_records.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::rosbag1 {
 

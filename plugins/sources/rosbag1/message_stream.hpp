@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "bag.hpp"
-#include "waymark/bad_record_list.hpp"
+#include "waymark/io/bad_record_list.hpp"
 
 namespace waymark::rosbag1 {
 

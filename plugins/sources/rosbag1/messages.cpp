@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::rosbag1 {
 namespace {

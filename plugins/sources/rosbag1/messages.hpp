@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/measurement.hpp"
+#include "waymark/interface/measurement.hpp"
 #include "wire.hpp"
 
 namespace waymark::rosbag1 {

@@ -16,10 +16,10 @@
 #include "bag.hpp"
 #include "message_stream.hpp"
 #include "messages.hpp"
-#include "waymark/bad_record_list.hpp"
-#include "waymark/nearest_name.hpp"
+#include "waymark/config/nearest_name.hpp"
+#include "waymark/config/source_config.hpp"
+#include "waymark/io/bad_record_list.hpp"
 #include "waymark/plugin.hpp"
-#include "waymark/source_config.hpp"
 
 namespace waymark::rosbag1 {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::rosbag1 {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "placing.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "waymark/config.hpp"
-#include "waymark/pose.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/math/pose.hpp"
 
 namespace waymark::simulator {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "streams.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::simulator {
 namespace {

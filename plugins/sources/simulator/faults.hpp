@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string_view>
 
-#include "waymark/config.hpp"
-#include "waymark/measurement.hpp"
-#include "waymark/random.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/math/random.hpp"
 #include "windows.hpp"
 
 namespace waymark::simulator {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 #include "windows.hpp"
 #include "world.hpp"
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/config.hpp"
-#include "waymark/random.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/math/random.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "texture.hpp"
-#include "waymark/pose.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/math/pose.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

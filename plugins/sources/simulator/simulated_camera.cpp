@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "streams.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::simulator {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "renderer.hpp"
 #include "simulated_sensor.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
 #include "windows.hpp"
 
 namespace waymark::simulator {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "simulated_sensor.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "windows.hpp"
 
 namespace waymark::simulator {

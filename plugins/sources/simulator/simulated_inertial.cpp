@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "streams.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::simulator {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "magnetism.hpp"
 #include "simulated_sensor.hpp"
-#include "waymark/random.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark::simulator {
 

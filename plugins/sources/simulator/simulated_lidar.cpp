@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "streams.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::simulator {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "simulated_sensor.hpp"
-#include "waymark/random.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
+#include "waymark/math/random.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

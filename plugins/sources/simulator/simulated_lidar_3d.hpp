@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "simulated_sensor.hpp"
-#include "waymark/rig.hpp"
+#include "waymark/interface/rig.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

@@ -9,10 +9,10 @@
 
 #include "course.hpp"
 #include "faults.hpp"
-#include "waymark/archive.hpp"
-#include "waymark/config.hpp"
-#include "waymark/measurement.hpp"
-#include "waymark/source.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/interface/source.hpp"
+#include "waymark/io/archive.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {

@@ -21,7 +21,7 @@
 #include "simulated_lidar_3d.hpp"
 #include "simulated_wheels.hpp"
 #include "surfaces_file.hpp"
-#include "waymark/output_file.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 #include "world.hpp"
 

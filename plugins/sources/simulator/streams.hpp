@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "waymark/random.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark::simulator {
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/config.hpp"
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::simulator {
 

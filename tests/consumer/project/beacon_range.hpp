@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "waymark/measurement.hpp"
+#include "waymark/interface/measurement.hpp"
 
 /// A payload of our own: the distance from an antenna on the robot to a radio beacon. Its name carries a version.
 struct BeaconRange : waymark::PayloadOf<BeaconRange> {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "beacon_range.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 using namespace waymark;

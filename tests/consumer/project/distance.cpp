@@ -2,7 +2,7 @@
 // A sink: how far the robot has driven, as a table over time.
 #include <optional>
 
-#include "waymark/output_file.hpp"
+#include "waymark/io/output_file.hpp"
 #include "waymark/plugin.hpp"
 
 using namespace waymark;

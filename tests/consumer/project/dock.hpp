@@ -2,7 +2,7 @@
 #pragma once
 #include <Eigen/LU>
 
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 /// What the camera saw, the same for all particles.
 struct Seen : waymark::Observation {

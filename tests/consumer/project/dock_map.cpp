@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin.hpp"
 
 using namespace waymark;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "dock.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/math/gaussian.hpp"
 
 using waymark::Observation, waymark::PoseGaussian;
 

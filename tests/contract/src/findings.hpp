@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/archive.hpp"
-#include "waymark/error.hpp"
-#include "waymark/measurement.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/io/archive.hpp"
 #include "waymark/testing/violations.hpp"
 
 namespace waymark::testing {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "findings.hpp"
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::testing {
 

@@ -5,7 +5,7 @@
 
 #include "findings.hpp"
 #include "map_check.hpp"
-#include "waymark/workers.hpp"
+#include "particles/workers.hpp"
 
 namespace waymark::testing {
 

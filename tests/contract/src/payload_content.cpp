@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::testing {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "waymark/measurement.hpp"
+#include "waymark/interface/measurement.hpp"
 
 namespace waymark::testing {
 

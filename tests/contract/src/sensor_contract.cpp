@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
+#include "estimation/ekf.hpp"
 #include "findings.hpp"
 #include "update_check.hpp"
-#include "waymark/ekf.hpp"
 
 namespace waymark::testing {
 

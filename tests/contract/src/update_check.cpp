@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-#include "waymark/workers.hpp"
+#include "particles/workers.hpp"
 
 namespace waymark::testing {
 

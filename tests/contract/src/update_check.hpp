@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "findings.hpp"
-#include "waymark/nav_state.hpp"
-#include "waymark/random.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/math/random.hpp"
 #include "waymark/testing/sensor_contract.hpp"
-#include "waymark/update.hpp"
 
 namespace waymark::testing {
 

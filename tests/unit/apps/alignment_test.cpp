@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -12,8 +12,8 @@
 #include <string>
 
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::evaluation {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "waymark/nav_state.hpp"
-#include "waymark/random.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/math/random.hpp"
 
 /// States and covariances that the tests of the filter draw.
 namespace waymark::test {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "unit/core/beliefs.hpp"
-#include "waymark/fusion.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/host/fusion.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::test {
 

@@ -35,7 +35,7 @@ std::vector<std::pair<int, std::string>> ParticleRun::map(const Pose& truth, Ran
     const double y = 0.1 * noise.normal();
     sighting.see(truth, landmark, {x, y});
   }
-  std::vector<MappingInput> inputs;
+  std::vector<particles::MappingInput> inputs;
   for (int i = 0; i < modules_; ++i) inputs.push_back({i, &sighting, 1.0, true});
   return filter_.map(inputs, 3);
 }
@@ -55,11 +55,11 @@ void ParticleRun::restore(const std::string& bytes) {
 
 std::vector<gaussian::Density> densities(ParticleRun& run, const Update& model) {
   std::vector<gaussian::Density> result;
-  for (const Particle& particle : run.filter().particles()) {
+  for (const particles::Particle& particle : run.filter().particles()) {
     Linearization linear;
-    ekf::Innovation innovation;
+    estimation::ekf::Innovation innovation;
     model.linearize({particle.belief.mean, nullptr}, linear);
-    ekf::innovate(particle.belief, run.layout(), 0, linear, innovation);
+    estimation::ekf::innovate(particle.belief, run.layout(), 0, linear, innovation);
     result.push_back(innovation.density);
   }
   return result;

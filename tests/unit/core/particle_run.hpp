@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "particles/particle_filter.hpp"
 #include "unit/core/beliefs.hpp"
 #include "unit/core/toy_map.hpp"
-#include "waymark/particle_filter.hpp"
 
 namespace waymark::test {
 
@@ -16,8 +16,8 @@ class ParticleRun {
  public:
   explicit ParticleRun(const ParticleFilterSettings& settings, std::vector<std::shared_ptr<MapModule>> modules = {});
 
-  ParticleFilter& filter() { return filter_; }
-  const ProcessModel& process() const { return process_; }
+  particles::ParticleFilter& filter() { return filter_; }
+  const estimation::ProcessModel& process() const { return process_; }
   const StateLayout& layout() const { return layout_; }
 
   Belief prior() const;
@@ -33,9 +33,9 @@ class ParticleRun {
 
  private:
   StateLayout layout_{StateLayout::Motion::planar, {{"sensor", {}}}};
-  ProcessModel process_{layout_, {{0.5, 0.1, 0.0}, {0.0, 0.0, 0.3}}};
+  estimation::ProcessModel process_{layout_, {{0.5, 0.1, 0.0}, {0.0, 0.0, 0.3}}};
   int modules_;
-  ParticleFilter filter_;
+  particles::ParticleFilter filter_;
 };
 
 std::vector<gaussian::Density> densities(ParticleRun& run, const Update& model);

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/cow.hpp"
-#include "waymark/error.hpp"
-#include "waymark/map_module.hpp"
-#include "waymark/update.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/memory/cow.hpp"
 
 namespace waymark::test {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::sensor_test {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "apps/waymark/maps/octree_file.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::maps {
 namespace {

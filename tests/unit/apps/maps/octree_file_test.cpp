@@ -10,8 +10,8 @@
 
 #include "map_modules/map_formats/octree_bytes.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
-#include "waymark/random.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark::maps {
 namespace {

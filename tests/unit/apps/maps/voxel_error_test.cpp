@@ -7,7 +7,7 @@
 
 #include "apps/waymark/maps/octree_file.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::evaluation {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "camera_extraction.hpp"
 #include "feature_map_bench.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 /// Images of cylinders, made ray by ray, for the tests of the camera.
 namespace waymark::feature_map_test {

@@ -10,7 +10,7 @@
 
 #include "camera_bench.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

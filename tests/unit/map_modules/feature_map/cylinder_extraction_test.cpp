@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "feature_map_bench.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "feature_map_bench.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "camera_bench.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

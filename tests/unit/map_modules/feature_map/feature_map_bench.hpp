@@ -11,7 +11,7 @@
 
 #include "cylinder_extraction.hpp"
 #include "particle_feature_map.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 
 /// Worlds, scans and landmarks for the tests of the feature map.
 namespace waymark::feature_map_test {

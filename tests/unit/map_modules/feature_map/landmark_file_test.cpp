@@ -9,8 +9,8 @@
 
 #include "feature_map_bench.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::feature_map_test {
 namespace {

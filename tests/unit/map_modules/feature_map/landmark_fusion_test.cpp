@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "feature_map_bench.hpp"
-#include "waymark/gaussian.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/gaussian.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "feature_map_bench.hpp"
-#include "waymark/error.hpp"
-#include "waymark/random.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

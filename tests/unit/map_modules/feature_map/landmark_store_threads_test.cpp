@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "feature_map_bench.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "feature_map_bench.hpp"
 #include "visibility.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

@@ -11,10 +11,10 @@
 
 #include "simulated_room.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
+#include "waymark/math/random.hpp"
 #include "waymark/plugin_loader.hpp"
-#include "waymark/random.hpp"
 
 namespace waymark::grid_test {
 namespace {

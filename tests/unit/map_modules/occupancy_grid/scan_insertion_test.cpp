@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "simulated_room.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::grid_test {
 namespace {

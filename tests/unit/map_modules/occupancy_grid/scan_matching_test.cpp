@@ -11,8 +11,8 @@
 #include <string>
 
 #include "simulated_room.hpp"
-#include "waymark/error.hpp"
-#include "waymark/gaussian.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::grid_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "waymark/time.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::grid {
 namespace {

@@ -15,7 +15,7 @@
 #include "map_modules/occupancy_grid/particle_grid.hpp"
 #include "map_modules/occupancy_grid/scan_insertion.hpp"
 #include "map_modules/occupancy_grid/scan_observation.hpp"
-#include "waymark/config.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::grid_test {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::grid {
 namespace {

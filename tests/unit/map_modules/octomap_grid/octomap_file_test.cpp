@@ -13,7 +13,7 @@
 #include "map_modules/octomap_grid/map_view.hpp"
 #include "simulated_hall.hpp"
 #include "temporary_folder.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo_test {
 namespace {

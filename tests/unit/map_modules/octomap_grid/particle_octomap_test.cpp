@@ -12,7 +12,7 @@
 #include "map_modules/occupancy_grid/particle_grid.hpp"
 #include "simulated_hall.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo_test {
 namespace {

@@ -13,8 +13,8 @@
 #include "map_modules/octomap_grid/cloud_insertion.hpp"
 #include "map_modules/octomap_grid/cloud_observation.hpp"
 #include "map_modules/octomap_grid/particle_octomap.hpp"
-#include "waymark/config.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::octo_test {
 

@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::octo {
 namespace {

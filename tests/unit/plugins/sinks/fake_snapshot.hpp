@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "waymark/config.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/sink.hpp"
+#include "waymark/interface/snapshot.hpp"
 #include "waymark/plugin_loader.hpp"
-#include "waymark/sink.hpp"
-#include "waymark/snapshot.hpp"
 
 /// What the tests of sinks share: a snapshot made by hand.
 namespace waymark::test {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "unit/core/fusion_robot.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

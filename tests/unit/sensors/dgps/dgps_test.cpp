@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimation/georeference.hpp"
 #include "unit/sensors/sensor_bench.hpp"
-#include "waymark/georeference.hpp"
 
 namespace waymark {
 namespace {
@@ -305,10 +305,10 @@ TEST(DgpsDoubts, AJumpIsSaidAndGivesNoUpdate) {
 
 TEST(DgpsDoubts, WhereTheMapHasAPlaceOnTheEarthTheFixIsLookedForThere) {
   const auto sensor = make_sensor("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3 }");
-  const StateLayout layout(
-      StateLayout::Motion::planar,
-      {{"gps", {}},
-       {std::string(Georeference::kOwner), Georeference::block(StateLayout::Motion::planar, {.enabled = true})}});
+  const StateLayout layout(StateLayout::Motion::planar,
+                           {{"gps", {}},
+                            {std::string(estimation::Georeference::kOwner),
+                             estimation::Georeference::block(StateLayout::Motion::planar, {.enabled = true})}});
   NavState mean;
   mean.T_map_base = Pose::planar(100.0, 60.0, 0.5 * std::numbers::pi);  // in ENU, as the mixture is
   mean.block.setZero(layout.block_size());

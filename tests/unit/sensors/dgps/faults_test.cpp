@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "unit/core/fusion_robot.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "adaptive_noise.hpp"
 #include "inflation.hpp"
-#include "waymark/random.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark::dgps {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "attitude_filter.hpp"
-#include "waymark/so3.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::imu {
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::magnetic {
 namespace {

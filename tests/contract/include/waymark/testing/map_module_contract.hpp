@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/map_module.hpp"
+#include "waymark/interface/map_module.hpp"
 #include "waymark/testing/violations.hpp"
 
 namespace waymark::testing {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "waymark/sensor.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/testing/violations.hpp"
 
 namespace waymark::testing {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "waymark/source.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/testing/violations.hpp"
 
 namespace waymark::testing {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "unit/plugins/sinks/fake_snapshot.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "unit/plugins/sinks/fake_snapshot.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "temporary_folder.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

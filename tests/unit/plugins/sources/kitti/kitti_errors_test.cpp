@@ -8,7 +8,7 @@
 
 #include "unit/plugins/sources/csv/csv_fixture.hpp"
 #include "unit/plugins/sources/kitti/kitti_fixture.hpp"
-#include "waymark/error.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::kitti_test {
 namespace {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "temporary_folder.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

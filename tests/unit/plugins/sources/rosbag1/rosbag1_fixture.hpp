@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::rosbag1_test {

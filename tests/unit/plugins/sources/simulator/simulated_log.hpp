@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/payloads.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 /// What the tests of the simulator share.

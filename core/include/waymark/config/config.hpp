@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/api.hpp"
+#include "waymark/base/error.hpp"
+
+namespace waymark {
+
+/// One node of the YAML, and what was read of it. Every read marks the key; `reject_unread` then finds the typos. Reads
+/// with a fallback note the effective value, so the effective configuration can be shown. Cheap to copy (a handle). All
+/// reads throw ConfigError: `file:line:col: sensors.gps.sigma_m: "abc" is not a number`.
+class WAYMARK_API Config {
+ public:
+  /// `key=value` with a dotted path: `filter.particles=100`, `sensors.gps.sigma_m=0.1`, `sinks.0.plugin=tum`. An
+  /// element of a list is named by its index, or by its `name`, or by its `plugin`. The value is YAML, so `[1, 2]` is a
+  /// list.
+  using Override = std::string;
+
+  /// Reads a file. `${name}` is replaced from the block `variables:` (whose values an override may set) or, for names
+  /// in capitals, from the environment. Duplicate keys are refused. Throws ConfigError.
+  static Config load(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
+  /// The same for text, under a name for messages.
+  static Config parse(std::string_view yaml, std::string_view name = "text",
+                      const std::vector<Override>& overrides = {});
+
+  // --- scalars of a mapping ------------------------------------------------------------------------------------------
+  double number(std::string_view key) const;  ///< finite
+  double number(std::string_view key, double fallback) const;
+  double positive(std::string_view key) const;  ///< finite and > 0
+  double positive(std::string_view key, double fallback) const;
+  double non_negative(std::string_view key) const;
+  double non_negative(std::string_view key, double fallback) const;
+  double number_in(std::string_view key, double low, double high) const;  ///< low <= value <= high
+  double number_in(std::string_view key, double low, double high, double fallback) const;
+  std::int64_t integer(std::string_view key) const;
+  std::int64_t integer(std::string_view key, std::int64_t fallback) const;
+  std::int64_t integer_in(std::string_view key, std::int64_t low, std::int64_t high, std::int64_t fallback) const;
+  bool boolean(std::string_view key) const;  ///< true/false, yes/no, on/off
+  bool boolean(std::string_view key, bool fallback) const;
+  std::string text(std::string_view key) const;
+  std::string text(std::string_view key, std::string_view fallback) const;
+  /// One of the words; the error lists them.
+  std::string choice(std::string_view key, std::initializer_list<std::string_view> words) const;
+  std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
+                     std::string_view fallback) const;
+  /// A list of exactly `count` numbers (any count if negative).
+  std::vector<double> numbers(std::string_view key, int count = -1) const;
+  std::vector<double> numbers(std::string_view key, int count, const std::vector<double>& fallback) const;
+  std::vector<std::string> texts(std::string_view key) const;  ///< a list of words, or one word
+  std::vector<std::string> texts(std::string_view key, const std::vector<std::string>& fallback) const;
+
+  // --- structure -----------------------------------------------------------------------------------------------------
+  bool has(std::string_view key) const;                   ///< does not count as a read
+  Config child(std::string_view key) const;               ///< a mapping that must be there
+  Config child_or_empty(std::string_view key) const;      ///< a mapping, or an empty one if the key is absent
+  std::vector<Config> items(std::string_view key) const;  ///< a list of mappings that must be there
+  std::vector<Config> items_or_empty(std::string_view key) const;
+  std::vector<std::string> keys() const;        ///< in the order of the file; does not count as a read
+  bool is_mapping(std::string_view key) const;  ///< does not count as a read
+  bool is_list(std::string_view key) const;     ///< does not count as a read
+
+  // --- errors and reports --------------------------------------------------------------------------------------------
+  /// Throws ConfigError at the key's place (or at this node's, if the key is absent).
+  [[noreturn]] void fail(std::string_view key, std::string_view message) const;
+  /// Throws ConfigError at this node's place.
+  [[noreturn]] void fail(std::string_view message) const;
+  std::string place() const;           ///< "file:line:col"
+  std::string path() const;            ///< "sensors.gps"
+  std::filesystem::path file() const;  ///< of the YAML; relative paths in it count from its folder
+
+  /// Throws ConfigError for the first key below this node that nothing has read, with the nearest key that was asked
+  /// for.
+  void reject_unread() const;
+  /// Marks this node and all below as read: for what a disabled part does not need.
+  void ignore() const;
+  /// The effective configuration as YAML: what was given and, behind `# default`, what was filled in.
+  std::string effective() const;
+
+  struct Node;  ///< private to the implementation
+
+ private:
+  Config(std::shared_ptr<Node> root, Node* node) : root_(std::move(root)), node_(node) {}
+  const Node& read(std::string_view key) const;
+  const Node* read_if(std::string_view key) const;
+
+  std::shared_ptr<Node> root_;  // keeps the tree
+  Node* node_;
+};
+
+}  // namespace waymark

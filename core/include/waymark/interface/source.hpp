@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/interface/measurement.hpp"
+#include "waymark/io/archive.hpp"
+#include "waymark/math/pose.hpp"
+
+namespace waymark {
+
+/// A stream of one payload type that a source delivers to one sensor of the YAML.
+struct Channel {
+  std::string sensor;        ///< name in the YAML
+  std::string payload_type;  ///< "waymark/LaserScan@1"
+};
+
+/// What is known to be true, for pictures and scores: simulated truth, a survey, motion capture. Never seen by a
+/// filter.
+struct Reference {
+  struct Point {
+    Time stamp;
+    Pose T_map_base;  ///< yaw is meaningful only if `has_yaw`
+    bool has_yaw = false;
+  };
+  struct Landmark {
+    std::string name;
+    Eigen::Vector2d p_map;
+    double radius_m = 0.0;  ///< NaN: unknown
+  };
+  std::vector<Point> trajectory;
+  std::vector<Landmark> landmarks;
+};
+
+/// A row or record that a source skipped.
+struct BadRecord {
+  std::string place;   ///< "file:line"
+  std::string reason;  ///< what was found and what was expected
+};
+
+/// Where measurements come from. Pulled, so a replay is deterministic and drops nothing. Constructed from the YAML:
+/// `explicit MySource(const Config&)` or `MySource(const Config&, const Rig&)`.
+class WAYMARK_TYPE Source {
+ public:
+  virtual ~Source() = default;
+
+  /// What this source delivers; `Measurement::sensor` of `next()` is an index into this list.
+  virtual const std::vector<Channel>& channels() const = 0;
+
+  /// The next measurement in order of arrival, or nothing at the end. Throws DataError when the data cannot be read on.
+  virtual std::optional<Measurement> next() = 0;
+
+  /// Share of the log that was read, 0..1; negative if unknown (live).
+  virtual double progress() const { return -1.0; }
+
+  /// Records skipped so far.
+  virtual const std::vector<BadRecord>& bad_records() const {
+    static const std::vector<BadRecord> none;
+    return none;
+  }
+
+  /// What a person should know about the log once it was read: messages that nothing reads, repairs. One line each.
+  virtual std::vector<std::string> notices() const { return {}; }
+
+  /// Truth or survey, if the source knows one.
+  virtual std::shared_ptr<const Reference> reference() const { return nullptr; }
+
+  /// The position in the log.
+  virtual void save(OutArchive&) const {}
+  virtual void load(InArchive&) {}
+};
+
+}  // namespace waymark

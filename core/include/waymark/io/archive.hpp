@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <istream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "waymark/base/api.hpp"
+#include "waymark/base/time.hpp"
+
+namespace waymark {
+
+/// A versioned binary stream for checkpoints, little endian. Objects that several owners share are written once and
+/// shared again after loading.
+class WAYMARK_API OutArchive {
+ public:
+  explicit OutArchive(std::ostream& stream) : stream_(stream) {}
+
+  /// Opens a section: what follows belongs to `name` in this version.
+  void section(std::string_view name, std::uint32_t version);
+  void bytes(const void* data, std::size_t size);
+
+  template <class T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void value(const T& v) { bytes(&v, sizeof v); }
+  void value(std::string_view text) {
+    value(static_cast<std::uint64_t>(text.size()));
+    bytes(text.data(), text.size());
+  }
+  void value(Time time) { value(time.time_since_epoch().count()); }
+  void value(const std::optional<Time>& time) {
+    value(time.has_value());
+    value(time.value_or(Time{}));
+  }
+  template <class T, int R, int C, int O, int MR, int MC>
+  void value(const Eigen::Matrix<T, R, C, O, MR, MC>& m) {
+    value(static_cast<std::int32_t>(m.rows()));
+    value(static_cast<std::int32_t>(m.cols()));
+    bytes(m.data(), sizeof(T) * static_cast<std::size_t>(m.size()));
+  }
+  template <class T>
+  requires std::is_trivially_copyable_v<T>
+  void values(const std::vector<T>& v) {
+    value(static_cast<std::uint64_t>(v.size()));
+    bytes(v.data(), sizeof(T) * v.size());
+  }
+
+  /// True if `object` is met for the first time and its content must follow; either way its number is written.
+  bool first_sight(const void* object);
+
+ private:
+  std::ostream& stream_;
+  std::map<const void*, std::uint64_t> seen_;
+};
+
+/// The reading side of `OutArchive`. Every call throws DataError if the stream ends early or a section does not fit.
+class WAYMARK_API InArchive {
+ public:
+  explicit InArchive(std::istream& stream) : stream_(stream) {}
+
+  /// Checks the section's name and returns its version; throws if the version is newer than `newest`.
+  std::uint32_t section(std::string_view name, std::uint32_t newest);
+  void bytes(void* data, std::size_t size);
+
+  template <class T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void value(T& v) { bytes(&v, sizeof v); }
+  void value(std::string& text) {
+    text.resize(count(1));
+    bytes(text.data(), text.size());
+  }
+  void value(Time& time) {
+    Duration::rep count = 0;
+    value(count);
+    time = Time{Duration{count}};
+  }
+  void value(std::optional<Time>& time) {
+    bool known = false;
+    Time stamp{};
+    value(known);
+    value(stamp);
+    time = known ? std::optional(stamp) : std::nullopt;
+  }
+  template <class T, int R, int C, int O, int MR, int MC>
+  void value(Eigen::Matrix<T, R, C, O, MR, MC>& m) {
+    std::int32_t rows = 0;
+    std::int32_t cols = 0;
+    value(rows);
+    value(cols);
+    const bool fits = rows >= 0 && cols >= 0 &&
+                      (R == Eigen::Dynamic ? (MR == Eigen::Dynamic || rows <= MR) : rows == R) &&
+                      (C == Eigen::Dynamic ? (MC == Eigen::Dynamic || cols <= MC) : cols == C);
+    if (!fits) fail("a matrix has another shape");
+    m.resize(rows, cols);
+    bytes(m.data(), sizeof(T) * static_cast<std::size_t>(m.size()));
+  }
+  template <class T>
+  requires std::is_trivially_copyable_v<T>
+  void values(std::vector<T>& v) {
+    v.resize(count(sizeof(T)));
+    bytes(v.data(), sizeof(T) * v.size());
+  }
+
+  /// The shared object with the number that comes next: the one already loaded, or null, and then `remember` must be
+  /// called with it under the number returned in `number`.
+  std::shared_ptr<void> shared(std::uint64_t& number);
+  void remember(std::uint64_t number, std::shared_ptr<void> object) { objects_[number] = std::move(object); }
+
+ private:
+  [[noreturn]] void fail(std::string_view what) const;
+  std::size_t count(std::size_t element_size);
+
+  std::istream& stream_;
+  std::map<std::uint64_t, std::shared_ptr<void>> objects_;
+};
+
+}  // namespace waymark

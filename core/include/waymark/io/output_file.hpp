@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "waymark/base/api.hpp"
+
+namespace waymark {
+
+/// A file that appears under its name only when it is complete: text goes to `<name>.partial`, `commit` renames. If the
+/// disk fills up, what was written up to the last complete line is kept under the name, and Error is thrown.
+class WAYMARK_API OutputFile {
+ public:
+  /// Throws Error if the file cannot be created.
+  explicit OutputFile(std::filesystem::path path);
+  /// Without `commit` the partial file is removed.
+  ~OutputFile();
+  OutputFile(OutputFile&&) noexcept;
+  OutputFile& operator=(OutputFile&&) = delete;
+
+  /// Appends text; buffered. Throws Error naming the file and the system's reason.
+  void write(std::string_view text);
+  /// Writes out, syncs and renames. Throws Error; then what fits is kept.
+  void commit();
+
+ private:
+  void flush();
+  [[noreturn]] void fail(const char* doing, int system_error);
+
+  std::filesystem::path path_;
+  std::filesystem::path partial_;
+  std::string buffer_;
+  int descriptor_ = -1;
+  std::size_t written_ = 0;
+  std::size_t last_line_end_ = 0;
+};
+
+/// One call: the whole file or none. Throws Error.
+WAYMARK_API void write_file(const std::filesystem::path& path, std::string_view content);
+
+/// Creates a folder and those above it, as far as they are missing. Throws Error naming it, as `what` it is, and the
+/// system's reason.
+WAYMARK_API void create_folder(const std::filesystem::path& folder, std::string_view what = "folder");
+
+}  // namespace waymark

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "waymark/io/archive.hpp"
+
+namespace waymark {
+
+/// What has happened to a particle and its ancestors, one item after the other, as a leaf of the ancestry tree:
+/// particles with common ancestors share the trunk, and what no living particle descends from is freed. Copying is
+/// O(1).
+template <class Item>
+class Lineage {
+ public:
+  Lineage() = default;
+  Lineage(const Lineage&) = default;
+  Lineage(Lineage&&) noexcept = default;
+  Lineage& operator=(const Lineage& other) {
+    if (this != &other) {
+      std::shared_ptr<Node> leaf = other.leaf_;  // before the release, which may free what both share
+      release(std::move(leaf_));
+      leaf_ = std::move(leaf);
+    }
+    return *this;
+  }
+  Lineage& operator=(Lineage&& other) noexcept {
+    if (this != &other) {
+      release(std::move(leaf_));
+      leaf_ = std::move(other.leaf_);
+    }
+    return *this;
+  }
+  ~Lineage() { release(std::move(leaf_)); }
+
+  void append(Item item) { leaf_ = std::make_shared<Node>(Node{std::move(item), std::move(leaf_)}); }
+  bool empty() const { return leaf_ == nullptr; }
+  /// The newest item, or null.
+  const Item* last() const { return leaf_ == nullptr ? nullptr : &leaf_->item; }
+
+  /// From the root to this leaf.
+  std::vector<Item> items() const {
+    std::vector<Item> result;
+    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) result.push_back(node->item);
+    std::reverse(result.begin(), result.end());
+    return result;
+  }
+
+  /// Leaf first, down to the first item that another lineage has already written; `write(item, out)` writes one.
+  template <class Write>
+  void save(OutArchive& out, const Write& write) const {
+    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) {
+      out.value(true);
+      if (!out.first_sight(node)) return;
+      write(node->item, out);
+    }
+    out.value(false);
+  }
+
+  /// Reads what `save` wrote; `read(item, in)` reads one.
+  template <class Read>
+  void load(InArchive& in, const Read& read) {
+    release(std::move(leaf_));
+    std::shared_ptr<Node>* slot = &leaf_;
+    while (true) {
+      bool more = false;
+      in.value(more);
+      if (!more) return;
+      std::uint64_t number = 0;
+      if (auto known = in.shared(number)) {
+        *slot = std::static_pointer_cast<Node>(known);
+        return;
+      }
+      auto node = std::make_shared<Node>();
+      in.remember(number, node);
+      read(node->item, in);
+      *slot = node;
+      slot = &node->parent;
+    }
+  }
+
+ private:
+  struct Node {
+    Item item;
+    std::shared_ptr<Node> parent;
+    // Whoever holds the last handle (an archive, another thread's lineage) frees the rest of the chain, so this must
+    // not recurse either.
+    ~Node() { release(std::move(parent)); }
+  };
+  /// Frees a chain without recursion: a path of an hour has 10^5 nodes.
+  static void release(std::shared_ptr<Node> node) {
+    while (node != nullptr && node.use_count() == 1) node = std::move(node->parent);
+  }
+
+  std::shared_ptr<Node> leaf_;
+};
+
+}  // namespace waymark

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "config/node.hpp"
+
+namespace waymark {
+namespace {
+
+using Node = Config::Node;
+using Kind = Node::Kind;
+
+[[noreturn]] void refuse_unknown(const Node& node, const Node& parent) {
+  const std::string near = config::nearest_key(node.key, parent.asked);
+  std::string hint = fmt::format("did you mean \"{}\"?", near);
+  if (near.empty())
+    hint = parent.asked.empty() ? "no keys are known here" : "known here: " + config::join(parent.asked);
+  throw ConfigError(fmt::format("{}: {}: unknown key; {}", node.key_place(), node.path(), hint));
+}
+
+void check(const Node& node) {
+  if (node.ignored) return;
+  for (const auto& child : node.children) {
+    if (child->is_default) continue;
+    if (node.kind == Kind::mapping && !child->was_read) refuse_unknown(*child, node);
+    check(*child);
+  }
+}
+
+void ignore_all(Node& node) {
+  node.was_read = true;
+  node.ignored = true;
+  for (const auto& child : node.children) ignore_all(*child);
+}
+
+}  // namespace
+
+void Config::fail(std::string_view key, std::string_view message) const {
+  const Node* child = node_->find(key);
+  if (child != nullptr) config::fail_at(*child, message);
+  const std::string above = path();
+  throw ConfigError(fmt::format("{}: {}{}{}: {}", place(), above, above.empty() ? "" : ".", key, message));
+}
+
+void Config::fail(std::string_view message) const { config::fail_at(*node_, message); }
+
+std::string Config::place() const { return node_->place(); }
+
+std::string Config::path() const { return node_->path(); }
+
+std::filesystem::path Config::file() const { return *root_->origin; }
+
+void Config::reject_unread() const { check(*node_); }
+
+void Config::ignore() const { ignore_all(*node_); }
+
+}  // namespace waymark

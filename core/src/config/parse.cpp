@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include "config/node.hpp"
+
+namespace waymark {
+namespace config {
+namespace {
+
+constexpr int kMaxDepth = 64;
+constexpr int kMaxNodes = 200'000;  // aliases of aliases grow without end
+
+/// Turns yaml-cpp's nodes into ours.
+class Converter {
+ public:
+  Converter(std::shared_ptr<const std::string> origin, bool in_lines)
+      : origin_(std::move(origin)), in_lines_(in_lines) {}
+
+  std::unique_ptr<Node> convert(const YAML::Node& yaml) {
+    auto root = std::make_unique<Node>();
+    fill(yaml, *root, 0);
+    return root;
+  }
+
+ private:
+  /// Fills a node that already hangs in its tree, so that errors can name its path.
+  void fill(const YAML::Node& yaml, Node& node, int depth) {
+    node.origin = origin_;
+    // A value that is not there has no place of its own: it stands where its key stands.
+    const bool placed = in_lines_ && !yaml.Mark().is_null() && !yaml.IsNull();
+    node.line = placed ? yaml.Mark().line + 1 : node.key_line;
+    node.column = placed ? yaml.Mark().column + 1 : node.key_column;
+    if (node.line == 0 && node.parent != nullptr) {
+      node.line = node.parent->line;
+      node.column = node.parent->column;
+    }
+    if (depth > kMaxDepth || ++count_ > kMaxNodes) fail_at(node, "is nested too deeply or without end");
+    switch (yaml.Type()) {
+      case YAML::NodeType::Undefined:
+      case YAML::NodeType::Null:
+        break;
+      case YAML::NodeType::Scalar:
+        node.kind = Node::Kind::scalar;
+        node.text = yaml.Scalar();
+        node.quoted = yaml.Tag() == "!" || yaml.Tag() == "tag:yaml.org,2002:str";
+        break;
+      case YAML::NodeType::Sequence:
+        node.kind = Node::Kind::list;
+        for (const YAML::Node& element : yaml) fill(element, node.add(std::make_unique<Node>()), depth + 1);
+        break;
+      case YAML::NodeType::Map:
+        node.kind = Node::Kind::mapping;
+        add_entries(yaml, node, depth);
+        break;
+    }
+  }
+
+  void add_entries(const YAML::Node& yaml, Node& node, int depth) {
+    std::map<std::string, std::string> places;
+    for (const auto& entry : yaml) {
+      if (!entry.first.IsScalar()) fail_at(node, "has a key that is no word");
+      Node& child = node.add(std::make_unique<Node>());
+      child.key = entry.first.Scalar();
+      if (in_lines_) {
+        child.key_line = entry.first.Mark().line + 1;
+        child.key_column = entry.first.Mark().column + 1;
+      }
+      child.origin = origin_;
+      const auto [first, is_new] = places.try_emplace(child.key, child.key_place());
+      if (!is_new) {
+        throw ConfigError(fmt::format("{}: {}: the key is given twice; the first is at {}", child.key_place(),
+                                      child.path(), first->second));
+      }
+      fill(entry.second, child, depth + 1);
+    }
+  }
+
+  std::shared_ptr<const std::string> origin_;
+  bool in_lines_;
+  int count_ = 0;
+};
+
+std::string line_of(const std::string& text, int line) {
+  std::istringstream stream(text);
+  std::string found;
+  for (int i = 0; i <= line && std::getline(stream, found); ++i) continue;
+  return found;
+}
+
+}  // namespace
+
+std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const std::string> origin, bool in_lines) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    const bool placed = in_lines && !error.mark.is_null();
+    // In flow style the braces of a variable are YAML's own.
+    const bool variable = !error.mark.is_null() && line_of(text, error.mark.line).find("${") != std::string::npos;
+    throw ConfigError(fmt::format(
+        "{}{}: {}{}", *origin, placed ? fmt::format(":{}:{}", error.mark.line + 1, error.mark.column + 1) : "",
+        error.msg, variable ? "; between { } or [ ] a variable needs quotes: \"${name}\"" : ""));
+  }
+  if (documents.size() > 1) throw ConfigError(*origin + ": has several documents (---), one is expected");
+  return Converter(std::move(origin), in_lines).convert(documents.empty() ? YAML::Node() : documents.front());
+}
+
+namespace {
+
+std::unique_ptr<Node> load_tree(const std::string& text, const std::string& name,
+                                const std::vector<Config::Override>& overrides) {
+  auto root = parse_yaml(text, std::make_shared<const std::string>(name), true);
+  if (root->kind == Node::Kind::null) {
+    root->kind = Node::Kind::mapping;
+    root->line = root->column = 1;
+  }
+  if (root->kind != Node::Kind::mapping) fail_at(*root, root->description() + " is not a mapping of keys to values");
+  for (const Config::Override& text_of_override : overrides) apply_override(*root, text_of_override);
+  substitute_variables(*root);
+  return root;
+}
+
+std::string read_whole(const std::filesystem::path& file) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(file, error);
+  if (is_folder) throw ConfigError(file.string() + ": is a folder, a YAML file is expected");
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::generic_category().message(errno)));
+  std::ostringstream text;
+  if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
+  if (stream.bad()) throw ConfigError(fmt::format("{}: reading failed", file.string()));
+  std::string content = std::move(text).str();
+  const auto is_binary = [](char c) {
+    return (c >= '\0' && c < ' ' && c != '\n' && c != '\r' && c != '\t') || c == '\x7f';
+  };
+  if (const auto at = std::ranges::find_if(content, is_binary); at != content.end()) {
+    throw ConfigError(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
+                                  std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
+  }
+  return content;
+}
+
+}  // namespace
+}  // namespace config
+
+Config Config::load(const std::filesystem::path& file, const std::vector<Override>& overrides) {
+  std::shared_ptr<Node> root = config::load_tree(config::read_whole(file), file.string(), overrides);
+  return {root, root.get()};
+}
+
+Config Config::parse(std::string_view yaml, std::string_view name, const std::vector<Override>& overrides) {
+  std::shared_ptr<Node> root = config::load_tree(std::string(yaml), std::string(name), overrides);
+  return {root, root.get()};
+}
+
+}  // namespace waymark

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <set>
+
+#include "config/node.hpp"
+#include "waymark/config/nearest_name.hpp"
+
+namespace waymark::config {
+namespace {
+
+using Kind = Node::Kind;
+
+std::vector<std::string> keys_of(const Node& mapping) {
+  std::vector<std::string> keys;
+  for (const auto& child : mapping.children) keys.push_back(child->key);
+  return keys;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string>& words) {
+  const std::string near = nearest_name(word, words);
+  return near.empty() ? "; there are: " + join(words) : fmt::format("; did you mean \"{}\"?", near);
+}
+
+// --- overrides
+// ---------------------------------------------------------------------------------------------------------
+
+/// The element of a list that a word means: its `name`, its `plugin` or its index. Null if there is none.
+Node* find_element(const Node& list, const std::string& word) {
+  for (const char* label : {"name", "plugin"}) {
+    for (const auto& element : list.children) {
+      const Node* child = element->find(label);
+      if (child != nullptr && child->kind == Kind::scalar && child->text == word) return element.get();
+    }
+  }
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
+  const bool is_index = error == std::errc{} && end == word.data() + word.size() && index < list.children.size();
+  return is_index ? list.children[index].get() : nullptr;
+}
+
+std::vector<std::string> element_names(const Node& list) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < list.children.size(); ++i) {
+    const Node& element = *list.children[i];
+    const Node* label = element.find("name");
+    if (label == nullptr) label = element.find("plugin");
+    names.push_back(label != nullptr && label->kind == Kind::scalar ? label->text : std::to_string(i));
+  }
+  return names;
+}
+
+std::vector<std::string> split(std::string_view path) {
+  std::vector<std::string> words(1);
+  for (const char c : path) {
+    if (c == '.') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
+/// One step down the tree; makes what a mapping lacks.
+Node& step(Node& node, const std::string& word, const std::shared_ptr<const std::string>& origin) {
+  if (node.kind == Kind::null) node.kind = Kind::mapping;
+  if (node.kind == Kind::list) {
+    if (Node* element = find_element(node, word); element != nullptr) return *element;
+    throw ConfigError(fmt::format("{}: {} has no element \"{}\"; there are: {}", *origin, node.path(), word,
+                                  join(element_names(node))));
+  }
+  if (node.kind != Kind::mapping) {
+    throw ConfigError(fmt::format("{}: {} is {}, not a mapping or a list", *origin, node.path(), node.description()));
+  }
+  if (Node* child = node.find(word); child != nullptr) return *child;
+  if (node.parent != nullptr && node.parent->parent == nullptr && node.key == "variables") {
+    throw ConfigError(fmt::format("{}: there is no variable \"{}\"{}", *origin, word, suggestion(word, keys_of(node))));
+  }
+  auto child = std::make_unique<Node>();
+  child->key = word;
+  child->origin = origin;
+  return node.add(std::move(child));
+}
+
+// --- variables
+// ---------------------------------------------------------------------------------------------------------
+
+bool is_name(std::string_view name) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  return !name.empty() && is_letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
+}
+
+bool is_in_capitals(std::string_view name) {
+  return std::none_of(name.begin(), name.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+/// Replaces variables; each is resolved when it is first used.
+class Substitution {
+ public:
+  explicit Substitution(Node* variables) : variables_(variables) {}
+
+  void apply(Node& node) {
+    if (node.kind == Kind::scalar) {
+      apply_to_scalar(node);
+      return;
+    }
+    for (const auto& child : node.children) {
+      if (child.get() != variables_) apply(*child);
+    }
+  }
+
+ private:
+  void apply_to_scalar(Node& node) {
+    const std::string text = node.text;
+    if (text.find("${") == std::string::npos) return;
+    if (text.front() == '$' && text[1] == '{' && text.find('}') == text.size() - 1) {
+      node.assign(value(text.substr(2, text.size() - 3), node));
+      return;
+    }
+    std::string result;
+    bool replaced = false;
+    for (std::size_t at = 0; at < text.size();) {
+      if (text.compare(at, 3, "$${") == 0) {  // the way to write a literal ${
+        result += "${";
+        at += 3;
+      } else if (text.compare(at, 2, "${") == 0) {
+        const std::size_t end = text.find('}', at);
+        if (end == std::string::npos) throw_at(node, fmt::format("\"{}\": a ${{ has no }}", text));
+        const std::string name = text.substr(at + 2, end - at - 2);
+        const Node found = copy(value(name, node));
+        if (found.kind != Kind::scalar && found.kind != Kind::null) {
+          throw_at(node, fmt::format("${{{}}}: is {} and cannot stand inside a text", name, found.description()));
+        }
+        result += found.text;
+        replaced = true;
+        at = end + 1;
+      } else {
+        result += text[at++];
+      }
+    }
+    node.text = result;
+    if (replaced) node.quoted = false;
+  }
+
+  static Node copy(const Node& node) {
+    Node result;
+    result.assign(node);
+    return result;
+  }
+
+  /// The value of a variable, itself already substituted.
+  Node value(const std::string& name, const Node& user) {
+    if (!is_name(name)) throw_at(user, fmt::format("${{{}}}: a variable's name has letters, digits and _ only", name));
+    Node* variable = variables_ == nullptr ? nullptr : variables_->find(name);
+    if (variable == nullptr) return from_environment(name, user);
+    if (!done_.contains(variable)) {
+      if (!open_.insert(variable).second) throw_at(user, fmt::format("${{{}}}: the variable refers to itself", name));
+      apply(*variable);
+      open_.erase(variable);
+      done_.insert(variable);
+    }
+    return copy(*variable);
+  }
+
+  Node from_environment(const std::string& name, const Node& user) const {
+    if (!is_in_capitals(name)) {
+      const std::vector<std::string> names = variables_ == nullptr ? std::vector<std::string>{} : keys_of(*variables_);
+      throw_at(user, fmt::format("${{{}}}: variables: has no such name{}", name, suggestion(name, names)));
+    }
+    const char* text = std::getenv(name.c_str());
+    if (text == nullptr || *text == '\0') {
+      throw_at(user, fmt::format(
+                         "${{{}}}: the environment variable {} is not set; set it, or define {} under variables:", name,
+                         name, name));
+    }
+    Node result;
+    result.kind = Kind::scalar;
+    result.text = text;
+    return result;
+  }
+
+  [[noreturn]] static void throw_at(const Node& node, const std::string& message) {
+    throw ConfigError(node.place() + ": " + message);
+  }
+
+  Node* variables_;
+  std::set<const Node*> open_;
+  std::set<const Node*> done_;
+};
+
+}  // namespace
+
+void apply_override(Node& root, const Config::Override& override_text) {
+  const auto origin = std::make_shared<const std::string>("--set " + override_text);
+  const std::size_t equals = override_text.find('=');
+  if (equals == std::string::npos || equals == 0) throw ConfigError(*origin + ": key=value is expected");
+  const std::vector<std::string> words = split(std::string_view(override_text).substr(0, equals));
+  auto value = parse_yaml(override_text.substr(equals + 1), origin, false);
+  Node* node = &root;
+  for (const std::string& word : words) {
+    if (word.empty()) throw ConfigError(*origin + ": the key has an empty part");
+    node = &step(*node, word, origin);
+  }
+  // `assign` drops the quotes: a shell leaves none of the user's intent.
+  node->assign(*value);
+  node->origin = origin;
+  node->line = node->column = node->key_line = node->key_column = 0;
+}
+
+void substitute_variables(Node& root) {
+  Node* variables = root.find("variables");
+  if (variables != nullptr && variables->kind != Kind::mapping && variables->kind != Kind::null) {
+    fail_at(*variables, variables->description() + " is not a mapping of names to values");
+  }
+  Substitution(variables).apply(root);
+  std::erase_if(root.children, [variables](const auto& child) { return child.get() == variables; });
+}
+
+}  // namespace waymark::config

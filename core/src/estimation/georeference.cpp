@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/georeference.hpp"
+
+#include <cassert>
+
+#include "waymark/math/so3.hpp"
+
+namespace waymark::estimation {
+
+StateBlock Georeference::block(StateLayout::Motion motion, const GeoreferenceSettings& settings) {
+  StateBlock block;
+  const auto add = [&](const char* name, double walk) {
+    BlockState state;
+    state.name = name;
+    state.walk_per_sqrt_m = walk;
+    block.push_back(state);
+  };
+  add("map_east_m", settings.position_walk_per_sqrt_m);
+  add("map_north_m", settings.position_walk_per_sqrt_m);
+  if (motion == StateLayout::Motion::spatial) add("map_up_m", settings.position_walk_per_sqrt_m);
+  add("map_yaw_rad", settings.yaw_walk_per_sqrt_m);
+  return block;
+}
+
+Georeference::Georeference(const StateLayout& layout, int owner)
+    : layout_(layout),
+      offset_(layout.block_offset(owner)),
+      first_(layout.core_size() + offset_),
+      has_height_(layout.motion() == StateLayout::Motion::spatial),
+      yaw_(has_height_ ? 3 : 2) {
+  assert(layout.owners()[static_cast<std::size_t>(owner)].name == kOwner);
+}
+
+Pose Georeference::T_enu_map(const NavState& state) const {
+  const auto& b = state.block;
+  Pose pose = Pose::planar(b[offset_], b[offset_ + 1], b[offset_ + yaw_]);
+  if (has_height_) pose.p.z() = b[offset_ + 2];
+  return pose;
+}
+
+NavState Georeference::in_enu(const NavState& state) const {
+  NavState enu = state;
+  enu.T_map_base = T_enu_map(state) * state.T_map_base;
+  return enu;
+}
+
+EarthJacobian Georeference::jacobian(const NavState& state) const {
+  return jacobian(T_enu_map(state), state.T_map_base.p);
+}
+
+EarthJacobian Georeference::jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const {
+  EarthJacobian jacobian;
+  jacobian.R_enu_map = T_enu_map.q.toRotationMatrix();
+  jacobian.lever_enu = jacobian.R_enu_map * p_map_base;
+  jacobian.first_state = first_;
+  jacobian.has_height = has_height_;
+  return jacobian;
+}
+
+void Georeference::to_enu(Belief& belief) const {
+  const Pose T = T_enu_map(belief.mean);
+  const EarthJacobian earth = jacobian(T, belief.mean.T_map_base.p);
+  const int n = layout_.size();
+  const int yaw = first_ + yaw_;
+  ErrorMatrix& P = belief.P;
+  // J differs from the identity in the pose's rows only: δp' = R δp + δt + (ẑ × R p) δψ, δθ' = R δθ + ẑ δψ. First the
+  // rows of J P, then its columns by the same rule.
+  const auto compose = [&](auto&& get, auto&& set) {
+    using Line = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxErrorStates, 1>;
+    std::array<Line, 6> before;
+    for (int i = 0; i < 6; ++i) {
+      if (layout_.active(i) >= 0) before[static_cast<std::size_t>(i)] = get(layout_.active(i));
+    }
+    const Line turned = get(yaw);
+    for (int part = 0; part < 2; ++part) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const int row = layout_.active(3 * part + axis);
+        if (row < 0) continue;
+        Line line = Line::Zero(n);
+        for (int k = 0; k < 3; ++k) {
+          const int from = 3 * part + k;
+          if (layout_.active(from) >= 0) line += earth.R_enu_map(axis, k) * before[static_cast<std::size_t>(from)];
+        }
+        if (part == 0) {
+          const Eigen::Vector3d moved(-earth.lever_enu.y(), earth.lever_enu.x(), 0.0);
+          line += moved[axis] * turned;
+          if (axis < 2 || has_height_) line += get(first_ + axis);
+        } else if (axis == 2) {
+          line += turned;
+        }
+        set(row, line);
+      }
+    }
+  };
+  compose([&](int i) { return P.row(i).transpose(); }, [&](int i, const auto& line) { P.row(i) = line.transpose(); });
+  compose([&](int i) { return P.col(i); }, [&](int i, const auto& line) { P.col(i) = line; });
+  belief.mean.T_map_base = T * belief.mean.T_map_base;
+}
+
+void Georeference::take_over_start(Belief& prior) const {
+  const auto& pose = layout_.pose_indices();
+  const Pose start = prior.mean.T_map_base;
+  const double yaw = start.yaw();
+  prior.mean.block[offset_] = start.p.x();
+  prior.mean.block[offset_ + 1] = start.p.y();
+  if (has_height_) prior.mean.block[offset_ + 2] = start.p.z();
+  prior.mean.block[offset_ + yaw_] = yaw;
+  prior.mean.T_map_base = T_enu_map(prior.mean).inverse() * start;
+
+  const Eigen::Matrix3d P = pose_covariance(prior, layout_);
+  for (std::size_t i = 0; i < 3; ++i) {
+    prior.P.row(pose[i]).setZero();
+    prior.P.col(pose[i]).setZero();
+  }
+  prior.P(planar_states(), planar_states()) = P;
+}
+
+void Georeference::inflate(Belief& belief, double position_variance, double yaw_variance) const {
+  belief.P(first_, first_) += position_variance;
+  belief.P(first_ + 1, first_ + 1) += position_variance;
+  belief.P(first_ + yaw_, first_ + yaw_) += yaw_variance;
+}
+
+Eigen::Matrix2d Georeference::point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const {
+  const Pose T = T_enu_map(belief.mean);
+  const Eigen::Vector2d lever = (T.q * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0)).head<2>();
+  Eigen::Matrix<double, 2, 3> J;
+  J << 1.0, 0.0, -lever.y(), 0.0, 1.0, lever.x();
+  const Eigen::Matrix3d P = belief.P(planar_states(), planar_states());
+  return J * P * J.transpose();
+}
+
+}  // namespace waymark::estimation

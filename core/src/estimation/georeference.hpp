@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string_view>
+
+#include "estimation/process_model.hpp"
+#include "waymark/base/api.hpp"
+#include "waymark/host/filter_settings.hpp"
+#include "waymark/interface/nav_state.hpp"
+
+namespace waymark::estimation {
+
+/// What an absolute sensor's Jacobians, taken in ENU, mean for the states of the filter: pose in the map and
+/// georeference.
+struct EarthJacobian {
+  Eigen::Matrix3d R_enu_map;
+  Eigen::Vector3d lever_enu;  ///< from the map's origin to the base
+  int first_state = 0;        ///< of the block, among the active error states
+  bool has_height = false;
+};
+
+/// The map's place on the Earth, enu_T_map, as states of the filter (REP-105: earth → map): x, y, yaw, and z where the
+/// motion is spatial. The start pose is the map's origin without uncertainty, and what is not known of it on the Earth
+/// is this block's: absolute sensors then turn and shift a map that is already written, instead of fighting it.
+/// It is no sensor's, but lies in the same joint state, as the last owner of the layout.
+class WAYMARK_API Georeference {
+ public:
+  static constexpr std::string_view kOwner = "georeference";
+  /// The states to append: x, y, (z,) yaw.
+  static StateBlock block(StateLayout::Motion motion, const GeoreferenceSettings& settings);
+
+  /// `owner` is its place in the layout, which must outlive it.
+  Georeference(const StateLayout& layout, int owner);
+
+  /// enu_T_map as this state has it.
+  Pose T_enu_map(const NavState& state) const;
+  /// The state with its pose in ENU; twist and blocks as they are.
+  NavState in_enu(const NavState& state) const;
+  /// The belief with its pose in ENU, composed to first order: mean and covariance, correlations included.
+  void to_enu(Belief& belief) const;
+  EarthJacobian jacobian(const NavState& state) const;
+
+  /// Moves the pose of a start prior into the block: the map's origin is the start pose, and certain.
+  void take_over_start(Belief& prior) const;
+  /// Adds variance, so that a map that lost its place on the Earth can be placed again.
+  void inflate(Belief& belief, double position_variance, double yaw_variance) const;
+  /// Covariance of (east, north) of a fixed point of the map that its place on the Earth alone accounts for.
+  Eigen::Matrix2d point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const;
+
+ private:
+  EarthJacobian jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const;
+  /// Error states of the block's x, y and yaw.
+  std::array<int, 3> planar_states() const { return {first_, first_ + 1, first_ + yaw_}; }
+
+  const StateLayout& layout_;
+  int offset_;  // within NavState::block
+  int first_;   // among the error states
+  bool has_height_;
+  int yaw_;  // place of the yaw in the block: 2 or 3
+};
+
+}  // namespace waymark::estimation

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/smoother.hpp"
+
+#include <algorithm>
+
+#include "estimation/belief_archive.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
+
+namespace waymark::estimation {
+
+void Smoother::add(const Belief& posterior, bool standing, bool forgot_twist) {
+  if (!nodes_.empty() && nodes_.back().stamp == posterior.stamp) {
+    amend(posterior, standing);  // updates of one moment are one step
+    nodes_.back().cut_before = nodes_.back().cut_before || cut_next_;
+    nodes_.back().forgot_twist = nodes_.back().forgot_twist || forgot_twist;
+  } else {
+    nodes_.push_back({posterior.stamp, posterior.mean, posterior.P, standing, cut_next_, forgot_twist});
+  }
+  cut_next_ = false;
+}
+
+void Smoother::amend(const Belief& posterior, bool standing) {
+  if (nodes_.empty()) return;
+  nodes_.back().mean = posterior.mean;
+  nodes_.back().P = posterior.P;
+  nodes_.back().standing = standing;
+}
+
+void Smoother::save(std::size_t size, OutArchive& out) const {
+  out.section("smoother", 2);
+  out.value(cut_next_);
+  out.value(static_cast<std::uint64_t>(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    save_belief(belief_of(nodes_[i]), out);
+    out.value(nodes_[i].standing);
+    out.value(nodes_[i].cut_before);
+    out.value(nodes_[i].forgot_twist);
+  }
+}
+
+void Smoother::load(InArchive& in) {
+  if (in.section("smoother", 2) < 2) throw DataError("the checkpoint is of an older kind");
+  in.value(cut_next_);
+  std::uint64_t size = 0;
+  in.value(size);
+  nodes_.clear();
+  for (std::uint64_t i = 0; i < size; ++i) {
+    Belief belief;
+    load_belief(belief, in, process_.layout());
+    Node& node = nodes_.emplace_back();
+    node.stamp = belief.stamp;
+    node.mean = belief.mean;
+    node.P = belief.P;
+    in.value(node.standing);
+    in.value(node.cut_before);
+    in.value(node.forgot_twist);
+  }
+}
+
+Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
+
+/// The error states, or, where the next step begins with a twist of its own, those without velocity and rate.
+std::vector<int> Smoother::carried_over(bool forgot_twist) const {
+  constexpr int kFirstOfTwist = 6;
+  const StateLayout& layout = process_.layout();
+  std::vector<int> carried;
+  for (int i = 0; i < layout.size(); ++i) {
+    bool is_twist = false;
+    for (int core = kFirstOfTwist; core < kCoreStates; ++core) is_twist = is_twist || layout.active(core) == i;
+    if (!(forgot_twist && is_twist)) carried.push_back(i);
+  }
+  return carried;
+}
+
+std::vector<SmoothedPose> Smoother::smooth() const {
+  const StateLayout& layout = process_.layout();
+  const std::vector<int> all = carried_over(false);
+  const std::vector<int> without_twist = carried_over(true);
+  std::vector<SmoothedPose> result(nodes_.size());
+  Belief later;
+  for (std::size_t k = nodes_.size(); k-- > 0;) {
+    Belief now = belief_of(nodes_[k]);
+    if (k + 1 < nodes_.size() && !nodes_[k + 1].cut_before) {
+      Belief predicted = now;
+      process_.predict(predicted, later.stamp, nodes_[k].standing);
+      const ErrorMatrix F = process_.transition(now.mean, to_seconds(later.stamp - now.stamp));
+      const std::vector<int>& carried = nodes_[k + 1].forgot_twist ? without_twist : all;
+      const Eigen::MatrixXd before = predicted.P(carried, carried);
+      const Eigen::MatrixXd PFt = now.P * F.transpose();
+      const Eigen::MatrixXd G = gaussian::divide(PFt(Eigen::all, carried), before);
+      const ErrorVector learnt = boxminus(later.mean, predicted.mean, layout);
+      boxplus(now.mean, G * learnt(carried), layout);
+      now.P += G * (later.P(carried, carried) - before) * G.transpose();
+      now.P = (0.5 * (now.P + now.P.transpose())).eval();
+      for (Eigen::Index i = 0; i < now.P.rows(); ++i) now.P(i, i) = std::max(now.P(i, i), 0.0);
+    }
+    result[k] = {now.stamp, now.mean.T_map_base, pose_covariance(now, layout)};
+    later = now;
+  }
+  return result;
+}
+
+}  // namespace waymark::estimation

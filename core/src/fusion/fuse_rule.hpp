@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <optional>
+
+#include "waymark/host/fusion_settings.hpp"
+
+namespace waymark::fusion {
+
+/// Decides, measurement by measurement in stamp order, which ones the filter may see.
+class FuseGate {
+ public:
+  explicit FuseGate(const FuseRule& rule) : rule_(rule) {}
+
+  bool fuses(Time stamp) {
+    if (!first_) first_ = stamp;
+    if (last_ && stamp - *last_ > rule_.gap) ++stretch_;
+    last_ = std::max(last_.value_or(stamp), stamp);  // one may come late
+    switch (rule_.mode) {
+      case FuseRule::Mode::all:
+        return true;
+      case FuseRule::Mode::alternate:
+        return (stamp - *first_) % (rule_.on + rule_.off) < rule_.on;
+      case FuseRule::Mode::stretches:
+        return stretch_ % 2 == 0;
+      case FuseRule::Mode::start:  // the start has been found by now
+      case FuseRule::Mode::none:
+        return false;
+    }
+    return true;
+  }
+
+  void save(OutArchive& out) const {
+    out.value(first_);
+    out.value(last_);
+    out.value(stretch_);
+  }
+  void load(InArchive& in) {
+    in.value(first_);
+    in.value(last_);
+    in.value(stretch_);
+  }
+
+ private:
+  FuseRule rule_;
+  std::optional<Time> first_;
+  std::optional<Time> last_;
+  int stretch_ = 0;
+};
+
+}  // namespace waymark::fusion

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/start_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimation/ekf.hpp"
+
+namespace waymark::fusion {
+
+std::optional<Start> StartFinder::consider(const Measurement& measurement, const std::optional<StartHint>& hint) {
+  if (!knowledge_.absolute_known || (settings_.position && settings_.yaw))
+    return make_start(measurement.stamp, nullptr);
+  if (!hint) return std::nullopt;
+
+  if (hint->yaw_rad) {
+    yaw_ = hint->yaw_rad;
+    yaw_sigma_ = hint->yaw_sigma_rad;
+  }
+  if (hint->p_map_point) take_course(measurement, *hint);
+  const bool have_yaw = settings_.yaw || yaw_;
+  const Fix* fix = first_fix();
+  if (!have_yaw || (!settings_.position && fix == nullptr)) return std::nullopt;
+  return make_start(fix != nullptr ? fix->stamp : measurement.stamp, fix);
+}
+
+/// The course between two fixes of one antenna; two antennas lie apart also on a robot that stands.
+void StartFinder::take_course(const Measurement& measurement, const StartHint& hint) {
+  const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
+  if (first == first_fixes_.end()) {
+    first_fixes_.push_back({measurement.sensor, measurement.stamp, measurement.sequence, hint});
+    return;
+  }
+  if (settings_.yaw || yaw_ || measurement.stamp <= first->stamp) return;
+  const Eigen::Vector2d course = (*hint.p_map_point - *first->hint.p_map_point).head<2>();
+  const double sigma = std::hypot(hint.sigma_m, first->hint.sigma_m);
+  if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
+    // A robot that starts to drive is taken to drive forwards.
+    yaw_ = std::atan2(course.y(), course.x());
+    yaw_sigma_ = std::max(settings_.yaw_sigma, sigma / course.norm());
+  }
+}
+
+Start StartFinder::make_start(Time stamp, const Fix* fix) const {
+  Start start;
+  const double yaw = settings_.yaw ? *settings_.yaw : yaw_.value_or(0.0);
+  const double yaw_sigma = yaw_ && !settings_.yaw ? yaw_sigma_ : settings_.yaw_sigma;
+  Eigen::Vector2d position = settings_.position.value_or(Eigen::Vector2d::Zero());
+  double position_sigma = settings_.position_sigma;
+  Eigen::Vector2d position_by_yaw = Eigen::Vector2d::Zero();  // ∂position/∂yaw
+  if (!settings_.position && fix != nullptr) {
+    const Eigen::Vector2d arm = (so3::from_rpy(0.0, 0.0, yaw) * fix->hint.p_base_point).head<2>();
+    position = fix->hint.p_map_point->head<2>() - arm;
+    position_by_yaw = {arm.y(), -arm.x()};
+    position_sigma = std::max(position_sigma, fix->hint.sigma_m);
+    start.used = true;
+    start.used_sensor = fix->sensor;
+    start.used_sequence = fix->sequence;
+  }
+  start.prior.stamp = stamp;
+  start.prior.mean.T_map_base = Pose::planar(position.x(), position.y(), yaw);
+  start.prior.mean.T_map_base.p.z() = settings_.height;
+  start.prior.mean.block.setZero(layout_.block_size());
+  start.prior.P.setZero(layout_.size(), layout_.size());
+  for (int i = 0; i < layout_.block_size(); ++i) {
+    const BlockState& state = layout_.block_state(i);
+    const int k = layout_.core_size() + i;
+    start.prior.mean.block[i] = state.initial;
+    start.prior.P(k, k) = state.initial_sigma * state.initial_sigma;
+  }
+  estimation::ekf::release(start.prior, layout_, settings_.velocity_sigma, settings_.rate_sigma);
+
+  // Without an absolute sensor in the filter the start pose is the map's gauge and has no uncertainty. In a map of the
+  // place it has, and stays a Gaussian until the map is met: each particle then looks for itself in all of it.
+  if (knowledge_.absolute_fused || knowledge_.place_known) {
+    start.draw = !knowledge_.place_known;
+    const auto& index = layout_.pose_indices();
+    const double yaw_variance = yaw_sigma * yaw_sigma;
+    ErrorMatrix& P = start.prior.P;
+    const Eigen::Matrix2d position_block = position_sigma * position_sigma * Eigen::Matrix2d::Identity() +
+                                           yaw_variance * position_by_yaw * position_by_yaw.transpose();
+    for (int i = 0; i < 2; ++i) {
+      const int row = index[static_cast<std::size_t>(i)];
+      for (int j = 0; j < 2; ++j) P(row, index[static_cast<std::size_t>(j)]) = position_block(i, j);
+      P(row, index[2]) = P(index[2], row) = yaw_variance * position_by_yaw[i];
+    }
+    P(index[2], index[2]) = yaw_variance;
+  }
+  return start;
+}
+
+std::string StartFinder::missing() const {
+  if (!settings_.position && first_fixes_.empty())
+    return "no sensor gave a plausible position (set initial.x_m and initial.y_m, or check the position sensor)";
+  return "the heading is unknown: no two fixes lie far enough apart (set initial.yaw_deg, or drive on)";
+}
+
+}  // namespace waymark::fusion

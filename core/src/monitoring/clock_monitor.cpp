@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "monitoring/clock_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace waymark::monitoring {
+
+namespace {
+
+/// So many equal stamps in a row are a clock that stands, not several readings of one moment.
+constexpr int kStuck = 10;
+/// So many measurements that agree on another time are the new truth: the clock was set.
+constexpr int kAgreeing = 5;
+/// A stamp of exactly zero is a time only in a log that begins at zero.
+constexpr Duration kZeroIsPlausible = std::chrono::hours(24);
+
+double seconds(Time time) { return to_seconds(time.time_since_epoch()); }
+
+}  // namespace
+
+std::optional<std::string> ClockMonitor::fault(const Measurement& m) {
+  Arrivals& sensor = sensors_[m.sensor];
+  ++sensor.count;
+  auto found = find_fault(m, sensor);
+  if (found) {
+    ++sensor.mistimed;
+    return found;
+  }
+  now_ = std::max(now_.value_or(m.arrival), m.arrival);
+  if (sensor.timed++ == 0) {
+    sensor.first = sensor.newest = m.stamp;
+  } else {
+    if (m.stamp < sensor.newest) ++sensor.reordered;
+    sensor.first = std::min(sensor.first, m.stamp);
+    sensor.gap_max = std::max(sensor.gap_max, m.stamp - sensor.newest);
+    sensor.newest = std::max(sensor.newest, m.stamp);
+  }
+  const double latency = to_seconds(m.arrival - m.stamp);
+  sensor.latency_sum += latency;
+  sensor.latency_max = std::max(sensor.latency_max, latency);
+  return std::nullopt;
+}
+
+std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Arrivals& sensor) {
+  sensor.equal_in_a_row = sensor.count > 1 && m.stamp == sensor.previous ? sensor.equal_in_a_row + 1 : 0;
+  sensor.previous = m.stamp;
+  if (m.stamp == Time{} && m.arrival - m.stamp > kZeroIsPlausible) return "zero stamp: the clock was never set";
+  if (m.stamp - m.arrival > settings_.max_ahead) {
+    return fmt::format("stamp {:.3f} s after its own arrival: the clock is ahead", to_seconds(m.stamp - m.arrival));
+  }
+  if (sensor.equal_in_a_row >= kStuck) {
+    return fmt::format("stamp {:.3f} for the {}th time in a row: the clock is stuck", seconds(m.stamp),
+                       sensor.equal_in_a_row + 1);
+  }
+  if (now_ && m.stamp - *now_ > settings_.max_jump) {
+    // One stamp that lies years ahead would make all others late for ever; several that agree are a clock that was set.
+    const bool agrees =
+        jumps_in_a_row_ > 0 && m.stamp - jumped_to_ < settings_.max_jump && jumped_to_ - m.stamp < settings_.max_jump;
+    jumps_in_a_row_ = agrees ? jumps_in_a_row_ + 1 : 1;
+    jumped_to_ = m.stamp;
+    if (jumps_in_a_row_ < kAgreeing) {
+      return fmt::format("stamp {:.3f} lies {:.3g} s after all others: the clock jumped", seconds(m.stamp),
+                         to_seconds(m.stamp - *now_));
+    }
+  }
+  jumps_in_a_row_ = 0;
+  if (now_ && *now_ - m.stamp > settings_.max_jump) {
+    return fmt::format("stamp {:.3f} lies {:.3g} s before all others: the clock went backwards", seconds(m.stamp),
+                       to_seconds(*now_ - m.stamp));
+  }
+  return std::nullopt;
+}
+
+void ClockMonitor::report(std::size_t index, SensorReport& report) const {
+  const Arrivals& sensor = sensors_[index];
+  report.measurements = sensor.count;
+  report.reordered = sensor.reordered;
+  report.mistimed = sensor.mistimed;
+  if (sensor.timed == 0) return;
+  report.first_s = seconds(sensor.first);
+  report.last_s = seconds(sensor.newest);
+  report.latency_mean_s = sensor.latency_sum / static_cast<double>(sensor.timed);
+  report.latency_max_s = sensor.latency_max;
+  report.gap_max_s = to_seconds(sensor.gap_max);
+}
+
+}  // namespace waymark::monitoring

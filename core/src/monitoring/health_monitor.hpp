@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/host/fusion_settings.hpp"
+#include "waymark/interface/health.hpp"
+#include "waymark/interface/snapshot.hpp"
+#include "waymark/io/archive.hpp"
+
+namespace waymark::monitoring {
+
+/// What one measurement did, for its sensor's health.
+struct Heard {
+  Fate fate = Fate::fused;
+  double nis = 0.0;  ///< summed over its updates
+  int dof = 0;       ///< rows of its updates; 0: none
+  std::string_view doubt = {};
+  /// Whether the maps that localise by it told something about the pose; nothing if they were not asked.
+  std::optional<bool> located = {};
+};
+
+/// Judges sensors and the whole from what becomes of their measurements (estimation.md §2: NIS, gate rates), in stamp
+/// order. Copyable: it is rewound with the filter.
+class HealthMonitor {
+ public:
+  /// What is known of a sensor at load.
+  struct Role {
+    std::string_view name;  ///< must outlive the monitor
+    bool tells_motion = false;
+    bool ties_to_map = false;  ///< absolute, or the trigger of a map that localises
+    bool in_place = false;     ///< the trigger of a map that localises and was loaded
+    bool fused = true;
+  };
+  HealthMonitor(const HealthSettings& settings, const std::vector<Role>& roles, bool motion_from_maps);
+
+  void start(Time stamp) { started_ = stamp; }
+  void heard(std::size_t sensor, Time stamp, const Heard& what);
+  void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
+  void mistimed(std::size_t sensor, Time stamp);
+  /// True if most of what the sensor sees tells nothing about where in the loaded map the robot is.
+  bool is_elsewhere(std::size_t sensor) const { return is_elsewhere(sensors_[sensor]); }
+  /// The belief was widened: what came before cannot be trusted.
+  void reacquired(Time stamp) { reacquired_ = stamp; }
+
+  /// Settles the state of all at `now`. `position_sigma`: of the pose, the larger axis [m].
+  void judge(Time now, double position_sigma);
+  const Health& health() const { return health_; }
+
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  struct Track {
+    Role role;
+    bool broken = false;
+    std::optional<Time> last;       // stamp of the last measurement
+    std::optional<Time> last_good;  // of the last one that was accepted
+    double interval = 0.0;          // running mean [s]
+    double count = 0.0;             // of measurements, up to the window
+    double gated = 0.0;             // running shares
+    double unusable = 0.0;
+    bool located = true;  // by the last step of its maps; before the first that was, a map had nothing to tell
+    bool was_located = false;
+    double steps = 0.0;      // of its maps, up to the window
+    double nowhere = 0.0;    // running share of those that told nothing
+    double nis_ratio = 1.0;  // running mean of NIS over its degrees of freedom, gated ones clamped
+    std::string doubt;
+    std::optional<Time> doubted;
+  };
+  static bool is_elsewhere(const Track& track);
+  void judge_sensor(const Track& track, Time now, SensorHealth& health) const;
+  double off_probability() const;
+
+  HealthSettings settings_;
+  bool motion_from_maps_;
+  std::vector<Track> sensors_;
+  std::optional<Time> started_;
+  std::optional<Time> reacquired_;
+  Health health_;
+};
+
+}  // namespace waymark::monitoring

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particles/past_beliefs.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "estimation/belief_archive.hpp"
+#include "waymark/base/error.hpp"
+
+namespace waymark::particles {
+
+std::vector<Belief>& PastBeliefs::add(Time now, std::size_t slots) {
+  Record record;
+  // The one that reaches back to the span itself stays; an older one gives its storage.
+  while (records_.size() > 1 && records_[1].stamp <= now - span_) {
+    record.beliefs.swap(records_.front().beliefs);
+    records_.pop_front();
+  }
+  record.stamp = now;
+  record.beliefs.resize(slots);
+  records_.push_back(std::move(record));
+  return records_.back().beliefs;
+}
+
+void PastBeliefs::resampled(const std::vector<int>& ancestors) {
+  if (records_.empty()) return;
+  std::vector<int>& before = records_.back().ancestors;
+  if (before.empty()) {
+    before = ancestors;
+    return;
+  }
+  std::vector<int> composed(ancestors.size());
+  for (std::size_t i = 0; i < ancestors.size(); ++i) composed[i] = before[static_cast<std::size_t>(ancestors[i])];
+  before = std::move(composed);
+}
+
+void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const {
+  std::vector<std::size_t> slot(slots);
+  for (std::size_t i = 0; i < slots; ++i) slot[i] = i;
+  for (std::size_t k = records_.size(); k-- > 0;) {
+    const Record& record = records_[k];
+    if (!record.ancestors.empty()) {
+      for (std::size_t& s : slot) s = static_cast<std::size_t>(record.ancestors[s]);
+    }
+    if (record.stamp > stamp) continue;
+    out.resize(slots);
+    for (std::size_t i = 0; i < slots; ++i) out[i] = &record.beliefs[slot[i]];
+    return;
+  }
+}
+
+void PastBeliefs::save(OutArchive& out) const {
+  out.section("past_beliefs", 1);
+  out.value(static_cast<std::uint64_t>(records_.size()));
+  for (const Record& record : records_) {
+    out.value(record.stamp);
+    out.values(record.ancestors);
+    out.value(static_cast<std::uint64_t>(record.beliefs.size()));
+    for (const Belief& belief : record.beliefs) estimation::save_belief(belief, out);
+  }
+}
+
+void PastBeliefs::load(InArchive& in, std::size_t slots, const StateLayout& layout) {
+  in.section("past_beliefs", 1);
+  std::uint64_t records = 0;
+  in.value(records);
+  records_.clear();
+  for (std::uint64_t i = 0; i < records; ++i) {
+    Record& record = records_.emplace_back();
+    in.value(record.stamp);
+    in.values(record.ancestors);
+    std::uint64_t beliefs = 0;
+    in.value(beliefs);
+    const auto is_slot = [&](int slot) { return slot >= 0 && static_cast<std::size_t>(slot) < slots; };
+    if (beliefs != slots || !(record.ancestors.empty() || record.ancestors.size() == slots) ||
+        !std::ranges::all_of(record.ancestors, is_slot)) {
+      throw DataError("the checkpoint's earlier beliefs are not those of its particles");
+    }
+    for (std::uint64_t k = 0; k < beliefs; ++k) estimation::load_belief(record.beliefs.emplace_back(), in, layout);
+  }
+}
+
+}  // namespace waymark::particles

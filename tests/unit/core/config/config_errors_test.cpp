@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+
+#include "temporary_folder.hpp"
+#include "waymark/config/config.hpp"
+
+namespace waymark {
+namespace {
+
+std::string message_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// The error of parsing alone.
+std::string parse_error(std::string_view yaml, const std::vector<Config::Override>& overrides = {}) {
+  return message_of([&] { Config::parse(yaml, "f.yaml", overrides); });
+}
+
+/// The error of one read from the sensor `gps`.
+template <class Read>
+std::string read_error(const std::string& line, Read read) {
+  const Config config = Config::parse("sensors:\n  - name: gps\n    " + line + "\n", "f.yaml");
+  const Config gps = config.items("sensors")[0];
+  gps.text("name");
+  return message_of([&] { read(gps); });
+}
+
+TEST(ConfigErrors, NameTextThatIsNoNumber) {
+  EXPECT_EQ(read_error("sigma_m: abc", [](const Config& c) { c.number("sigma_m"); }),
+            "f.yaml:3:14: sensors.gps.sigma_m: \"abc\" is not a number");
+  EXPECT_EQ(read_error("sigma_m: 1.5x", [](const Config& c) { c.number("sigma_m"); }),
+            "f.yaml:3:14: sensors.gps.sigma_m: \"1.5x\" is not a number");
+}
+
+TEST(ConfigErrors, RefuseQuotedNumbers) {
+  EXPECT_EQ(read_error("sigma_m: \"5\"", [](const Config& c) { c.number("sigma_m"); }),
+            "f.yaml:3:14: sensors.gps.sigma_m: \"5\" is text, write it without quotes");
+  EXPECT_EQ(read_error("on: 'true'", [](const Config& c) { c.boolean("on"); }),
+            "f.yaml:3:9: sensors.gps.on: \"true\" is text, write it without quotes");
+}
+
+TEST(ConfigErrors, RefuseWhatIsNotFinite) {
+  for (const char* value : {".inf", "-.inf", ".nan", "inf", "nan", "-Infinity", "+.INF"}) {
+    EXPECT_EQ(read_error("x: " + std::string(value), [](const Config& c) { c.number("x"); }),
+              "f.yaml:3:8: sensors.gps.x: " + std::string(value) + " must be finite");
+  }
+  EXPECT_NE(read_error("x: 1e999", [](const Config& c) { c.number("x"); }).find("1e999 is too large"),
+            std::string::npos);
+}
+
+TEST(ConfigErrors, NameTheBound) {
+  EXPECT_EQ(read_error("x: -1", [](const Config& c) { c.positive("x"); }), "f.yaml:3:8: sensors.gps.x: -1 must be > 0");
+  EXPECT_EQ(read_error("x: 0", [](const Config& c) { c.positive("x", 1.0); }),
+            "f.yaml:3:8: sensors.gps.x: 0 must be > 0");
+  EXPECT_EQ(read_error("x: -1", [](const Config& c) { c.non_negative("x"); }),
+            "f.yaml:3:8: sensors.gps.x: -1 must be >= 0");
+  EXPECT_EQ(read_error("x: 2", [](const Config& c) { c.number_in("x", 0.0, 1.0); }),
+            "f.yaml:3:8: sensors.gps.x: 2 must lie in [0, 1]");
+  EXPECT_EQ(read_error("x: 0", [](const Config& c) { c.integer_in("x", 1, 9, 5); }),
+            "f.yaml:3:8: sensors.gps.x: 0 must lie in [1, 9]");
+}
+
+TEST(ConfigErrors, RefuseFractionsForWholeNumbers) {
+  EXPECT_EQ(read_error("n: 1.5", [](const Config& c) { c.integer("n"); }),
+            "f.yaml:3:8: sensors.gps.n: 1.5 is not a whole number");
+  EXPECT_NE(read_error("n: 99999999999999999999", [](const Config& c) { c.integer("n"); }).find("too large"),
+            std::string::npos);
+}
+
+TEST(ConfigErrors, NameTheWrongKind) {
+  EXPECT_EQ(read_error("x: [1]", [](const Config& c) { c.number("x"); }),
+            "f.yaml:3:8: sensors.gps.x: a list is not a number");
+  EXPECT_EQ(read_error("x: 5", [](const Config& c) { c.child("x"); }), "f.yaml:3:8: sensors.gps.x: 5 is not a mapping");
+  EXPECT_EQ(read_error("x: word", [](const Config& c) { c.items("x"); }),
+            "f.yaml:3:8: sensors.gps.x: \"word\" is not a list");
+  EXPECT_EQ(read_error("x: [word]", [](const Config& c) { c.items("x"); }),
+            "f.yaml:3:9: sensors.gps.x[0]: \"word\" is not a mapping");
+  EXPECT_EQ(read_error("x: 5", [](const Config& c) { c.boolean("x"); }),
+            "f.yaml:3:8: sensors.gps.x: 5 is not true or false");
+}
+
+TEST(ConfigErrors, NameAKeyWithoutAValue) {
+  EXPECT_EQ(read_error("x:", [](const Config& c) { c.number("x", 1.0); }),
+            "f.yaml:3:5: sensors.gps.x: has no value; a number is expected");
+  EXPECT_EQ(read_error("x: ~", [](const Config& c) { c.text("x"); }),
+            "f.yaml:3:5: sensors.gps.x: has no value; a text is expected");
+}
+
+TEST(ConfigErrors, NameTheLengthOfAList) {
+  EXPECT_EQ(read_error("x: [1, 2]", [](const Config& c) { c.numbers("x", 3); }),
+            "f.yaml:3:8: sensors.gps.x: has 2 elements; a list of 3 numbers is expected");
+  EXPECT_EQ(read_error("x: [1, b, 2]", [](const Config& c) { c.numbers("x", 3); }),
+            "f.yaml:3:12: sensors.gps.x[1]: \"b\" is not a number");
+  EXPECT_EQ(read_error("x: 1", [](const Config& c) { c.numbers("x", 3); }),
+            "f.yaml:3:8: sensors.gps.x: 1 is not a list of 3 numbers");
+}
+
+TEST(ConfigErrors, ListTheChoices) {
+  EXPECT_EQ(read_error("model: akerman",
+                       [](const Config& c) {
+                         c.choice("model", {"differential", "ackermann"});
+                       }),
+            "f.yaml:3:12: sensors.gps.model: \"akerman\" is not one of: differential, ackermann");
+}
+
+TEST(ConfigErrors, NameWhatIsMissing) {
+  EXPECT_EQ(read_error("sigma: 1", [](const Config& c) { c.number("sigma_m"); }),
+            "f.yaml:2:5: sensors.gps: sigma_m is missing; did you mean \"sigma\"?");
+  EXPECT_EQ(read_error("other: 1", [](const Config& c) { c.number("sigma_m"); }),
+            "f.yaml:2:5: sensors.gps: sigma_m is missing");
+  EXPECT_EQ(message_of([] { Config::parse("a: 1", "f.yaml").child("filter"); }), "f.yaml:1:1: filter is missing");
+}
+
+TEST(ConfigErrors, FailNamesPlaceAndKey) {
+  const Config config = Config::parse("filter:\n  seed: 1\n", "f.yaml");
+  const Config filter = config.child("filter");
+  EXPECT_EQ(message_of([&] { filter.fail("seed", "is bad"); }), "f.yaml:2:9: filter.seed: is bad");
+  EXPECT_EQ(message_of([&] { filter.fail("absent", "is bad"); }), "f.yaml:2:3: filter.absent: is bad");
+  EXPECT_EQ(message_of([&] { filter.fail("is bad"); }), "f.yaml:2:3: filter: is bad");
+  EXPECT_EQ(message_of([&] { config.child_or_empty("none").fail("is bad"); }), "f.yaml:1:1: none: is bad");
+}
+
+TEST(ConfigErrors, UnknownKeySuggestsTheNearest) {
+  const auto read = [](const Config& c) {
+    c.number("sigma_m", 1.0);
+    c.number("rate_hz", 1.0);
+    c.number("yaw_deg", 0.0);
+    c.reject_unread();
+  };
+  EXPECT_EQ(read_error("sigmma_m: 1", read),
+            "f.yaml:3:5: sensors.gps.sigmma_m: unknown key; did you mean \"sigma_m\"?");
+  EXPECT_EQ(read_error("sgima_m: 1", read), "f.yaml:3:5: sensors.gps.sgima_m: unknown key; did you mean \"sigma_m\"?");
+  EXPECT_EQ(read_error("rate_per_s: 1", read),
+            "f.yaml:3:5: sensors.gps.rate_per_s: unknown key; did you mean \"rate_hz\"?");
+  EXPECT_EQ(read_error("yaw: 1", read), "f.yaml:3:5: sensors.gps.yaw: unknown key; did you mean \"yaw_deg\"?");
+  EXPECT_EQ(read_error("frobnicate: 1", read),
+            "f.yaml:3:5: sensors.gps.frobnicate: unknown key; known here: name, sigma_m, rate_hz, yaw_deg");
+}
+
+TEST(ConfigErrors, UnknownKeyAtTheTop) {
+  EXPECT_EQ(message_of([] {
+              const Config config = Config::parse("fliter: {}\n", "f.yaml");
+              config.child_or_empty("filter");
+              config.reject_unread();
+            }),
+            "f.yaml:1:1: fliter: unknown key; did you mean \"filter\"?");
+}
+
+TEST(ConfigErrors, RefuseDuplicateKeys) {
+  EXPECT_EQ(parse_error("a: 1\nb:\n  c: 1\n  d: 2\n  c: 3\n"),
+            "f.yaml:5:3: b.c: the key is given twice; the first is at f.yaml:3:3");
+}
+
+TEST(ConfigErrors, PlaceWrongSyntax) {
+  EXPECT_EQ(parse_error("a: 1\nb: [1, 2\n").rfind("f.yaml:", 0), 0u);
+  EXPECT_EQ(parse_error("a: 1\n b: 2\n").rfind("f.yaml:2:", 0), 0u);
+  EXPECT_NE(parse_error("a: { b: ${c} }\n").find("\"${name}\""), std::string::npos);
+}
+
+TEST(ConfigErrors, RefuseWhatIsNoMapping) {
+  EXPECT_EQ(parse_error("- 1\n- 2\n"), "f.yaml:1:1: a list is not a mapping of keys to values");
+  EXPECT_EQ(parse_error("a: 1\n---\nb: 2\n"), "f.yaml: has several documents (---), one is expected");
+}
+
+TEST(ConfigErrors, RefuseEndlessAliases) {
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string below = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + below;
+    for (int j = 0; j < 9; ++j) bomb += ", " + below;
+    bomb += "]\n";
+  }
+  EXPECT_NE(parse_error(bomb).find("nested too deeply or without end"), std::string::npos);
+}
+
+TEST(ConfigErrors, ExplainAnUnsetEnvironmentVariable) {
+  unsetenv("WAYMARK_TEST_UNSET");
+  const std::string unset = parse_error("a:\n  b: x/${WAYMARK_TEST_UNSET}\n");
+  EXPECT_EQ(
+      unset.rfind("f.yaml:2:6: ${WAYMARK_TEST_UNSET}: the environment variable WAYMARK_TEST_UNSET is not set; ", 0), 0u)
+      << unset;
+  setenv("WAYMARK_TEST_UNSET", "", 1);
+  EXPECT_EQ(parse_error("a:\n  b: x/${WAYMARK_TEST_UNSET}\n"), unset);
+  unsetenv("WAYMARK_TEST_UNSET");
+}
+
+TEST(ConfigErrors, ExplainWrongVariables) {
+  EXPECT_EQ(parse_error("variables: { log: x }\na: ${lgo}"),
+            "f.yaml:2:4: ${lgo}: variables: has no such name; did you mean \"log\"?");
+  EXPECT_EQ(parse_error("variables:\n  a: ${b}\n  b: ${a}\nc: ${a}\n"),
+            "f.yaml:3:6: ${a}: the variable refers to itself");
+  EXPECT_EQ(parse_error("variables: { l: [1] }\na: x${l}"),
+            "f.yaml:2:4: ${l}: is a list and cannot stand inside a text");
+  EXPECT_EQ(parse_error("a: x${b"), "f.yaml:1:4: \"x${b\": a ${ has no }");
+  EXPECT_EQ(parse_error("variables: 5\n"), "f.yaml:1:12: variables: 5 is not a mapping of names to values");
+}
+
+TEST(ConfigErrors, ExplainWrongOverrides) {
+  EXPECT_EQ(parse_error("variables: { log: x }\n", {"variables.lgo=y"}),
+            "--set variables.lgo=y: there is no variable \"lgo\"; did you mean \"log\"?");
+  EXPECT_EQ(parse_error("sensors: [{name: gps}, {plugin: imu}, {x: 1}]", {"sensors.lidar.x=1"}),
+            "--set sensors.lidar.x=1: sensors has no element \"lidar\"; there are: gps, imu, 2");
+  EXPECT_EQ(parse_error("a: 5", {"a.b=1"}), "--set a.b=1: a is 5, not a mapping or a list");
+  EXPECT_EQ(parse_error("a: 5", {"a"}), "--set a: key=value is expected");
+  EXPECT_EQ(parse_error("a: 5", {"a..b=1"}), "--set a..b=1: the key has an empty part");
+  EXPECT_EQ(parse_error("a: 5", {"a=[1"}).rfind("--set a=[1: ", 0), 0u);
+}
+
+TEST(ConfigErrors, NameTheOverrideAsThePlace) {
+  EXPECT_EQ(message_of([] { Config::parse("a: 5", "f.yaml", {"a=x"}).number("a"); }),
+            "--set a=x: a: \"x\" is not a number");
+  EXPECT_EQ(message_of([] {
+              const Config config = Config::parse("filter: {}", "f.yaml", {"filter.particels=5"});
+              config.child("filter").integer("particles", 1);
+              config.reject_unread();
+            }),
+            "--set filter.particels=5: filter.particels: unknown key; did you mean \"particles\"?");
+}
+
+TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
+  const test::TemporaryFolder folder;
+  EXPECT_NE(message_of([&] { Config::load(folder); }).find("is a folder"), std::string::npos);
+  const std::string missing = message_of([&] { Config::load(folder / "none.yaml"); });
+  EXPECT_EQ(missing, (folder / "none.yaml").string() + ": cannot be read: No such file or directory");
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particles/path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <sstream>
+
+#include "unit/core/beliefs.hpp"
+
+namespace waymark {
+namespace {
+
+void extend(particles::Path& path, int from, int to) {
+  for (int i = from; i < to; ++i) path.append(test::at(i), Pose::planar(i, -i, 0.001 * i));
+}
+
+std::string saved(const std::vector<particles::Path>& paths) {
+  std::ostringstream stream;
+  OutArchive out(stream);
+  for (const particles::Path& path : paths) path.save(out);
+  return stream.str();
+}
+
+TEST(particles::Path, StartsEmpty) {
+  const particles::Path path;
+  EXPECT_TRUE(path.empty());
+  EXPECT_TRUE(path.poses().empty());
+}
+
+TEST(particles::Path, ListsThePosesFromTheRootToTheLeaf) {
+  particles::Path path;
+  extend(path, 0, 4);
+  const auto poses = path.poses();
+  ASSERT_EQ(poses.size(), 4U);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(poses[static_cast<std::size_t>(i)].stamp, test::at(i));
+    EXPECT_EQ(poses[static_cast<std::size_t>(i)].T_map_base.p, Eigen::Vector3d(i, -i, 0.0));
+  }
+}
+
+TEST(particles::Path, CopiesShareTheTrunkAndGrowApart) {
+  particles::Path a;
+  extend(a, 0, 3);
+  particles::Path b = a;
+  extend(a, 10, 12);
+  extend(b, 20, 21);
+  ASSERT_EQ(a.poses().size(), 5U);
+  ASSERT_EQ(b.poses().size(), 4U);
+  EXPECT_EQ(a.poses()[2].stamp, b.poses()[2].stamp);
+  EXPECT_EQ(a.poses()[3].stamp, test::at(10));
+  EXPECT_EQ(b.poses()[3].stamp, test::at(20));
+}
+
+TEST(particles::Path, ABranchSurvivesTheOther) {
+  particles::Path kept;
+  {
+    particles::Path dropped;
+    extend(dropped, 0, 5);
+    kept = dropped;
+    extend(dropped, 5, 9);
+  }
+  EXPECT_EQ(kept.poses().size(), 5U);
+}
+
+TEST(particles::Path, AssignmentToItselfChangesNothing) {
+  particles::Path path;
+  extend(path, 0, 3);
+  const particles::Path& same = path;
+  path = same;
+  EXPECT_EQ(path.poses().size(), 3U);
+}
+
+constexpr int kLong = 1'000'000;
+
+TEST(particles::Path, AMillionPosesAreFreedWithoutRecursion) {
+  auto path = std::make_unique<particles::Path>();
+  extend(*path, 0, kLong);
+  const particles::Path copy = *path;
+  path.reset();
+  EXPECT_EQ(copy.poses().size(), static_cast<std::size_t>(kLong));
+}
+
+TEST(particles::Path, AMillionPosesAreFreedWithoutRecursionWhenAssignedOver) {
+  particles::Path path;
+  extend(path, 0, kLong);
+  path = particles::Path();
+  EXPECT_TRUE(path.empty());
+}
+
+TEST(particles::Path, LoadingGivesBackTheSamePoses) {
+  particles::Path path;
+  extend(path, 0, 6);
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  particles::Path loaded;
+  extend(loaded, 0, 2);
+  loaded.load(in);
+  const auto expected = path.poses();
+  const auto actual = loaded.poses();
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].stamp, expected[i].stamp);
+    EXPECT_EQ(actual[i].T_map_base.p, expected[i].T_map_base.p);
+    EXPECT_EQ(actual[i].T_map_base.q.coeffs(), expected[i].T_map_base.q.coeffs());
+  }
+}
+
+TEST(particles::Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
+  particles::Path trunk;
+  extend(trunk, 0, 1000);
+  std::vector<particles::Path> paths(5, trunk);
+  for (int i = 0; i < 5; ++i) extend(paths[static_cast<std::size_t>(i)], 2000 + i, 2001 + i);
+  const std::string bytes = saved(paths);
+  EXPECT_LT(bytes.size(), saved({trunk}).size() + 5 * 200);
+
+  std::istringstream stream(bytes);
+  InArchive in(stream);
+  std::vector<particles::Path> loaded(5);
+  for (particles::Path& path : loaded) path.load(in);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_EQ(loaded[static_cast<std::size_t>(i)].poses().size(), 1001U);
+    EXPECT_EQ(loaded[static_cast<std::size_t>(i)].poses().back().stamp, test::at(2000 + i));
+  }
+  // Sharing is what makes the second saving as small as the first.
+  EXPECT_EQ(saved(loaded), bytes);
+}
+
+TEST(particles::Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
+  particles::Path path;
+  extend(path, 0, kLong);
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  particles::Path loaded;
+  loaded.load(in);
+  EXPECT_EQ(loaded.poses().size(), static_cast<std::size_t>(kLong));
+  loaded = particles::Path();
+}
+
+TEST(particles::Path, SpreadsTheErrorOfDeadReckoningOverIt) {
+  particles::Path path;
+  path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
+  path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.0));
+  path.append_tentative(Time{Duration{2}}, Pose::planar(1.0, 0.0, 0.0));  // it stood
+  path.append_tentative(Time{Duration{3}}, Pose::planar(3.0, 0.0, 0.0));
+  EXPECT_EQ(path.poses().size(), 4U);
+  path.settle(Pose::planar(4.0, 0.0, 0.0), Pose::planar(4.0, 0.4, 0.0));
+  path.append(Time{Duration{4}}, Pose::planar(4.0, 0.4, 0.0));
+  const std::vector<StampedPose> poses = path.poses();
+  ASSERT_EQ(poses.size(), 5U);
+  EXPECT_NEAR(poses[1].T_map_base.p.y(), 0.1, 1e-12);
+  EXPECT_NEAR(poses[2].T_map_base.p.y(), 0.1, 1e-12);
+  EXPECT_NEAR(poses[3].T_map_base.p.y(), 0.3, 1e-12);
+  EXPECT_NEAR(poses[3].T_map_base.p.x(), 3.0, 1e-12);
+}
+
+TEST(particles::Path, TurnsWhatLiesBehindAnErrorOfHeading) {
+  particles::Path path;
+  path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
+  path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.0));
+  path.settle(Pose::planar(2.0, 0.0, 0.0), Pose::planar(2.0, 0.0, 0.02));
+  const StampedPose middle = path.poses()[1];
+  EXPECT_NEAR(middle.T_map_base.yaw(), 0.01, 1e-9);
+  // Seen from the end it would lie 0.02 to the right, seen from the beginning straight ahead.
+  EXPECT_NEAR(middle.T_map_base.p.y(), -0.01, 1e-5);
+}
+
+TEST(particles::Path, KeepsDeadReckoningInAnArchive) {
+  particles::Path path;
+  path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
+  path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.1));
+  std::stringstream stream;
+  OutArchive out(stream);
+  path.save(out);
+  InArchive in(stream);
+  particles::Path again;
+  again.load(in);
+  again.settle(Pose::planar(1.0, 0.0, 0.1), Pose::planar(1.0, 0.2, 0.1));
+  ASSERT_EQ(again.poses().size(), 2U);
+  EXPECT_NEAR(again.poses()[1].T_map_base.p.y(), 0.2, 1e-12);
+}
+
+}  // namespace
+}  // namespace waymark
