@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "fake_snapshot.hpp"
+#include "unit/plugins/sinks/fake_snapshot.hpp"
 
 namespace waymark {
 namespace {

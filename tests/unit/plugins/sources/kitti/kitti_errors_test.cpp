@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv
 // What the kitti source does with a recording that is incomplete or damaged, and with a YAML that is wrong.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
-#include "unit/plugins/sources/kitti_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
+#include "unit/plugins/sources/kitti/kitti_fixture.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::kitti_test {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sensor_bench.hpp"
+#include "unit/sensors/sensor_bench.hpp"
 
 namespace waymark {
 namespace {

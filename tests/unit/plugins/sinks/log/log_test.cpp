@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry, simulator, tum
 // Which files a log consists of, what describes them, and what is refused.
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "fake_snapshot.hpp"
+#include "unit/plugins/sinks/fake_snapshot.hpp"
 
 namespace waymark {
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv
 // Recorded bags against the CSV files that lie beside them and hold the same messages, to ten digits.
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
 
 namespace waymark {
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv
 // Every payload comes back from a log as it went in.
 #include <gmock/gmock.h>
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "fake_snapshot.hpp"
+#include "unit/plugins/sinks/fake_snapshot.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark {

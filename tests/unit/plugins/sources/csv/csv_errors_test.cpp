@@ -3,7 +3,7 @@
 
 #include <sstream>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
 
 namespace waymark {
 namespace {

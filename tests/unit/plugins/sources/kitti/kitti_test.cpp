@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv
 // What the kitti source delivers: planar cuts, stamps, images, and its calibration check. Bad data:
 // kitti_errors_test.cpp.
 #include <gmock/gmock.h>
@@ -6,8 +7,8 @@
 
 #include <cmath>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
-#include "unit/plugins/sources/kitti_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
+#include "unit/plugins/sources/kitti/kitti_fixture.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::kitti_test {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
 
 namespace waymark {
 namespace {

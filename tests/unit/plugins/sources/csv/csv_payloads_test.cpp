@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "unit/plugins/sources/csv_fixture.hpp"
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
 
 namespace waymark {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sensor_bench.hpp"
+#include "unit/sensors/sensor_bench.hpp"
 
 namespace waymark {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "fake_snapshot.hpp"
+#include "unit/plugins/sinks/fake_snapshot.hpp"
 
 namespace waymark {
 namespace {

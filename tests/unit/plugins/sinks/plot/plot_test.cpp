@@ -5,7 +5,7 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "fake_snapshot.hpp"
+#include "unit/plugins/sinks/fake_snapshot.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark {
