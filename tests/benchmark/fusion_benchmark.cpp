@@ -82,7 +82,7 @@ void w_fuse(benchmark::State& state) {
     state.ResumeTiming();
     for (const Measurement& m : log) fusion->add(m);
     fusion->finish();
-    const Pose& pose = fusion->filter().mixture().mean.T_map_base;
+    const Pose pose = fusion->front(test::at(kSlot * (kSlots - 1))).mean.T_map_base;
     const double t = kSlot * (kSlots - 1);
     square_error = std::hypot(pose.p.x() - kSpeed / kRate * std::sin(kRate * t),
                               pose.p.y() - kSpeed / kRate * (1.0 - std::cos(kRate * t)));

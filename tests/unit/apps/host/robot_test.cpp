@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry, dgps, simulator
 #include "waymark/host/robot.hpp"
 
 #include <gmock/gmock.h>
@@ -6,7 +7,6 @@
 #include <memory>
 #include <string>
 
-#include "unit/core/beliefs.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::host {

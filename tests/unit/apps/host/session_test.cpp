@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry, dgps
 // A session with a source and sinks of the test's own: what becomes of the log, of the results, and of what fails.
 #include "waymark/host/session.hpp"
 
@@ -11,7 +12,6 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "unit/core/beliefs.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
 
@@ -29,7 +29,7 @@ Measurement twist(int k) {
   payload->v_x_mps = 1.0 + 0.1 * (k % 7);
   payload->w_z_radps = 0.2;
   Measurement measurement;
-  measurement.stamp = measurement.arrival = test::at(0.1 * k);
+  measurement.stamp = measurement.arrival = Time{} + from_seconds(0.1 * k);
   measurement.sequence = static_cast<std::uint64_t>(k);
   measurement.payload = payload;
   return measurement;
@@ -95,7 +95,7 @@ Robot robot(int good = kTwists) {
 }
 
 double x_at_end(const Session& session) {
-  return session.fusion().front(test::at(0.1 * kTwists)).mean.T_map_base.p.x();
+  return session.fusion().front(Time{} + from_seconds(0.1 * kTwists)).mean.T_map_base.p.x();
 }
 
 TEST(Session, PlaysTheLogAndGivesItsResults) {
@@ -150,12 +150,22 @@ TEST(Session, LeavesOutASinkThatFails) {
 }
 
 TEST(Session, StopsBeforeTheNextMeasurement) {
+  Robot robot = host::robot();
+  const auto sink = std::make_shared<Counter>();
+  robot.sinks = {{"counter", sink}};
   std::atomic<bool> stop{false};
-  int seen = 0;
-  Session session(robot(), {.stop = &stop, .observer = [&](const Snapshot&, double) { stop = ++seen == 7; }});
+  int arrived_before = 0;
+  Session session(std::move(robot), {.stop = &stop, .observer = [&](const Snapshot&, double) {
+                                       if (sink->snapshots != 7) return;
+                                       stop = true;
+                                       arrived_before = sink->arrivals;
+                                     }});
   session.play();
   const SessionResult result = session.finish();
-  EXPECT_EQ(seen, 7);
+  EXPECT_GE(arrived_before, 7);
+  EXPECT_LT(arrived_before, kTwists);
+  EXPECT_EQ(sink->arrivals, arrived_before);
+  EXPECT_EQ(sink->snapshots, arrived_before) << "what waited is committed";
   EXPECT_TRUE(result.report.interrupted);
   EXPECT_THAT(result.failures, IsEmpty());
 }

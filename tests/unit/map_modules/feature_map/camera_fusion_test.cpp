@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // A robot in a curve whose camera is a tenth of a second ahead of its scanner, and then fails.
 #include <gtest/gtest.h>
 
