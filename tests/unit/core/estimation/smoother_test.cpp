@@ -161,7 +161,7 @@ TEST(estimation::Smoother, IsTheBatchSolutionOfALinearCase) {
       Linearization model;
       estimation::ekf::Innovation innovation;
       PositionModel(z(k), sigma).linearize({belief.mean, nullptr}, model);
-      estimation::ekf::innovate(belief, layout, 0, model, innovation);
+      test::innovate(belief, layout, 0, model, innovation);
       estimation::ekf::apply(belief, layout, innovation);
     }
     smoother.add(belief, false);

@@ -41,7 +41,7 @@ TEST(particles::ParticleFilter, WithOneParticleIsAPlainEkf) {
   Linearization linear;
   estimation::ekf::Innovation innovation;
   model.linearize({expected.mean, nullptr}, linear);
-  estimation::ekf::innovate(expected, run.layout(), 0, linear, innovation);
+  test::innovate(expected, run.layout(), 0, linear, innovation);
   estimation::ekf::apply(expected, run.layout(), innovation);
   EXPECT_EQ(filter.mixture().P, expected.P);
   EXPECT_EQ(filter.mixture().mean.T_map_base.p, expected.mean.T_map_base.p);
