@@ -17,16 +17,18 @@ using testing::StartsWith;
 using testing::ThrowsMessage;
 
 const std::string kWheels = "{ name: wheels, plugin: odometry, model: twist }";
+const std::string kTicks = "{ name: wheels, plugin: odometry, model: differential, track_m: 0.5 }";
 const std::string kGps = "{ name: gps, plugin: dgps, base_p_antenna_m: [0, 0, 0], sigma_m: 1, enabled: false }";
 const std::string kSource =
     "source: { plugin: simulator, duration_s: 2, speed_mps: 1, course: { waypoints_m: [0, 0, 9, 0] }, "
-    "wheels: { sensor: wheels, rate_hz: 10 }, gps: { sensor: gps, rate_hz: 1 } }, ";
+    "wheels: { sensor: wheels, rate_hz: 10, track_m: 0.5 }, gps: { sensor: gps, rate_hz: 1, base_p_antenna_m: [0, 0, "
+    "0], sigma_m: 0.3 } }, ";
 
 Config yaml(const std::string& text) { return Config::parse("{ " + text + " }", "robot.yaml"); }
 PluginLoader loader() { return PluginLoader({WAYMARK_PLUGIN_DIR}); }
 
 TEST(Robot, AssignsEveryMeasurementOfItsSourceToASensorThatIsSwitchedOn) {
-  const Robot robot = Robot::load(yaml(kSource + "sensors: [" + kGps + ", " + kWheels + "]"), loader());
+  const Robot robot = Robot::load(yaml(kSource + "sensors: [" + kGps + ", " + kTicks + "]"), loader());
   int assigned = 0;
   int off = 0;
   while (auto measurement = robot.source->next()) {
