@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "particles/particle_filter.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::test {
