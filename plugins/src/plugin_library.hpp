@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/descriptor.hpp"
 
 namespace waymark {
 

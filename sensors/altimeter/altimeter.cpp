@@ -4,7 +4,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
 namespace waymark {
 

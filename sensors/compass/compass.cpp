@@ -13,7 +13,7 @@
 #include "magnetometer.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
 namespace waymark {
 

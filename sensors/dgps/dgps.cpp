@@ -11,7 +11,7 @@
 #include "inflation.hpp"
 #include "updates.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
 namespace waymark {
 

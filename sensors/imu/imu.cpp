@@ -10,7 +10,7 @@
 #include "device_orientation.hpp"
 #include "earth_field.hpp"
 #include "imu_updates.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
 namespace waymark {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 #include "wheel_models.hpp"
 
 namespace waymark {

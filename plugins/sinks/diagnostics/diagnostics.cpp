@@ -12,7 +12,7 @@
 #include "thinned_series.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark {
 namespace {

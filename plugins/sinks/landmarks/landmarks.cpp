@@ -5,7 +5,7 @@
 #include <string>
 
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark {
 namespace {

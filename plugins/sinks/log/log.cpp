@@ -16,7 +16,7 @@
 #include "replay.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark::log_sink {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark {
 namespace {

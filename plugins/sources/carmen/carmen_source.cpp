@@ -13,7 +13,7 @@
 
 #include "recording.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::carmen {
 namespace {

@@ -10,7 +10,7 @@
 #include "number_text.hpp"
 #include "reference.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::csv {
 

@@ -16,7 +16,7 @@
 #include "waymark/config/source_config.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/io/bad_record_list.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::kitti {
 namespace {

@@ -19,7 +19,7 @@
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
 #include "waymark/io/bad_record_list.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::rosbag1 {
 namespace {

@@ -22,7 +22,7 @@
 #include "simulated_wheels.hpp"
 #include "surfaces_file.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {
