@@ -64,7 +64,7 @@ void check_measurement(const Measurement& m, const std::optional<Measurement>& p
     findings.require(m.payload->type() == source.channels()[m.sensor].payload_type,
                      "a payload is not of its channel's type", where);
   }
-  const std::string problem = problem_of(*m.payload);
+  const std::string problem = m.payload->problem();
   findings.require(problem.empty(), "a payload has bad values", where + ": " + problem);
   findings.require(m.arrival >= m.stamp, "a measurement arrives before its stamp", where);
   if (!previous) return;

@@ -213,7 +213,7 @@ TEST_F(CsvErrors, LatitudeBeyondThePole) {
   write("a.csv", "0,90.5,8\n");
   EXPECT_THAT(reading_error(*make("files: [{path: a.csv, sensor: gps, payload: GnssFix, time: 0, columns: "
                                   "{latitude_deg: 1, longitude_deg: 2}}]")),
-              HasSubstr("\"90.5\" in column 1 (latitude_deg) is no latitude"));
+              HasSubstr("\"90.5\" in column 1 (latitude_deg) is not a latitude"));
 }
 
 TEST_F(CsvErrors, ConditionOnText) {

@@ -229,7 +229,7 @@ TEST_F(CsvPayloads, AnOrientationIsAUnitQuaternionOrUnknown) {
   EXPECT_TRUE(all[1].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
   EXPECT_TRUE(all[2].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
   EXPECT_NEAR(all[3].as<ImuSample>().q_enu_sensor.norm(), 1.0, 1e-15);
-  EXPECT_THAT(imu->bad_records().at(0).reason, HasSubstr("no unit quaternion"));
+  EXPECT_THAT(imu->bad_records().at(0).reason, HasSubstr("not a unit quaternion"));
   EXPECT_THAT(construction_error<ConfigError>(entry(columns + " }")),
               HasSubstr("\"q_w\", \"q_x\", \"q_y\" and \"q_z\", or none of them"));
 }
