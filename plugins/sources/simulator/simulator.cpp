@@ -102,22 +102,6 @@ class Simulator : public Source {
 
   std::shared_ptr<const Reference> reference() const override { return reference_; }
 
-  void save(OutArchive& archive) const override {
-    archive.section("simulator", 3);
-    archive.value(sequence_);
-    archive.value(position_.count());
-    for (const auto& sensor : sensors_) sensor->save(archive);
-  }
-
-  void load(InArchive& archive) override {
-    if (archive.section("simulator", 3) < 3) throw DataError("checkpoint: of a simulator before version 3");
-    archive.value(sequence_);
-    Duration::rep position = 0;
-    archive.value(position);
-    position_ = Duration{position};
-    for (const auto& sensor : sensors_) sensor->load(archive, truth_);
-  }
-
  private:
   static Truth read_truth(const Config& config, Duration duration) {
     const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));

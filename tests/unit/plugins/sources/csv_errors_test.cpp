@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <sstream>
-
 #include "unit/plugins/sources/csv_fixture.hpp"
 
 namespace waymark {
@@ -358,18 +356,6 @@ TEST_F(CsvErrors, ReferenceWithABadRow) {
       construction_error<DataError>(wheels_yaml("a.csv") +
                                     "reference: {trajectory: {path: truth.csv, columns: {time: 0, x_m: 1, y_m: 2}}}\n"),
       StartsWith(at("truth.csv", 2) + "\"x\" in column 1 (x_m) is not a number"));
-}
-
-TEST_F(CsvErrors, CheckpointOfALongerLog) {
-  write("a.csv", "0,1,2\n1,1,2\n2,1,2\n");
-  const auto source = make(wheels_yaml("a.csv"));
-  read_all(*source);
-  std::stringstream stream;
-  OutArchive out(stream);
-  source->save(out);
-  write("a.csv", "0,1,2\n");
-  InArchive in(stream);
-  EXPECT_THROW(make(wheels_yaml("a.csv"))->load(in), DataError);
 }
 
 }  // namespace

@@ -212,7 +212,7 @@ TEST_F(CsvPayloads, TotalsOfOneTimeAreNoSpeed) {
 TEST_F(CsvPayloads, NotEveryPayloadHasTotals) {
   write("a.csv", "t,h\n0,1\n");
   EXPECT_THAT(construction_error<ConfigError>(entry("payload: Height, columns: { height_m: h }, cumulative: true")),
-              HasSubstr("cumulative: totals say nothing of this payload"));
+              HasSubstr("cumulative: this payload has no totals"));
   EXPECT_THAT(construction_error<ConfigError>(
                   entry("payload: WheelSpeeds, columns: { left_mps: h, right_mps: h }, cumulative: { wraps_at: 0 }")),
               HasSubstr("wraps_at"));
