@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands have in common on the command line: wrong use, numbers, words on standard error.
+// What the commands have in common on the command line: wrong use, numbers, messages on standard error.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 /// The command line is wrong: exit code kUsage.
 class UsageError : public Error {
@@ -19,9 +19,9 @@ class UsageError : public Error {
   using Error::Error;
 };
 
-/// Says something on standard error. That nobody can read it is no reason to end a run.
+/// Prints a message on standard error. A closed standard error does not end a run.
 template <class... Args>
-void say(fmt::format_string<Args...> text, Args&&... args) {
+void print_message(fmt::format_string<Args...> text, Args&&... args) {
   const std::string line = fmt::format(text, std::forward<Args>(args)...);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
@@ -31,4 +31,4 @@ CLI::Validator finite_number();
 CLI::Validator positive_number();
 CLI::Validator non_negative_number();
 
-}  // namespace waymark
+}  // namespace waymark::command

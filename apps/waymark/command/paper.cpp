@@ -10,16 +10,16 @@
 #include <memory>
 #include <thread>
 
-#include "apps/waymark/command_line.hpp"
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/paper/jobs.hpp"
 #include "apps/waymark/paper/outages.hpp"
 #include "apps/waymark/paper/page.hpp"
 #include "apps/waymark/paper/sawtooth.hpp"
-#include "commands.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 namespace {
 
@@ -41,12 +41,12 @@ std::string command_of(const PaperOptions& options) {
   return text;
 }
 
-/// Tells on standard error how far it is: on a terminal always, elsewhere every tenth.
+/// Reports progress on standard error: on a terminal always, elsewhere every tenth.
 void report(std::size_t done, std::size_t count) {
   if (isatty(STDERR_FILENO) == 1) {
-    say("\r{} of {} courses{}", done, count, done == count ? "\n" : "");
+    print_message("\r{} of {} courses{}", done, count, done == count ? "\n" : "");
   } else if (done * 10 / count != (done - 1) * 10 / count) {
-    say("{} of {} courses\n", done, count);
+    print_message("{} of {} courses\n", done, count);
   }
 }
 
@@ -54,11 +54,11 @@ void run_courses(std::size_t count, const PaperOptions& options, const std::func
   paper::run_jobs(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
 }
 
-/// Writes page and numbers, says where they are.
+/// Writes page and numbers, and reports where they are.
 void write(const PaperOptions& options, const std::string& name, const std::string& page, const std::string& json) {
   write_file(options.out / (name + ".json"), json);
   write_file(options.out / (name + ".md"), page);
-  say("results in {}\n", (options.out / (name + ".md")).string());
+  print_message("results in {}\n", (options.out / (name + ".md")).string());
 }
 
 void run_scenarios(const PaperOptions& options) {
@@ -161,4 +161,4 @@ void add_paper_command(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 
-}  // namespace waymark
+}  // namespace waymark::command

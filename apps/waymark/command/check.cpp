@@ -5,17 +5,16 @@
 #include <memory>
 #include <numbers>
 
-#include "assembly.hpp"
-#include "commands.hpp"
-#include "waymark/host/fusion.hpp"
+#include "apps/waymark/command/commands.hpp"
+#include "waymark/host/robot.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
-void explain_sensors(const Assembly& robot) {
+void explain_sensors(const host::Robot& robot) {
   fmt::print("\nsensors (equal stamps are taken in this order)\n");
   for (std::size_t i = 0; i < robot.sensors.size(); ++i) {
     const SensorSlot& slot = robot.sensors[i];
@@ -24,8 +23,8 @@ void explain_sensors(const Assembly& robot) {
     if (!slot.enabled) {
       role = "switched off";
     } else if (slot.sensor) {
-      role = fmt::format("plugin {}{}{}", slot.plugin, slot.sensor->is_motion_source() ? ", tells motion" : "",
-                         slot.sensor->is_absolute() ? ", ties to the map's frame" : "");
+      role = fmt::format("plugin {}{}{}", slot.plugin, slot.sensor->is_motion_source() ? ", motion source" : "",
+                         slot.sensor->is_absolute() ? ", absolute" : "");
       if (const auto block = slot.sensor->block(); !block.empty()) {
         role += ", own states:";
         for (const BlockState& state : block) role += " " + state.name;
@@ -44,7 +43,7 @@ void explain_sensors(const Assembly& robot) {
   }
 }
 
-void explain_maps(const Assembly& robot) {
+void explain_maps(const host::Robot& robot) {
   if (robot.maps.empty()) {
     fmt::print("\nno maps: a plain asynchronous EKF with one belief\n");
     return;
@@ -61,11 +60,11 @@ void explain_maps(const Assembly& robot) {
 }
 
 void check(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const Assembly robot = Assembly::load(file, overrides);
-  const Fusion fusion(robot.settings, robot.sensors, robot.maps, nullptr);
+  const host::Robot robot = host::Robot::load(file, overrides);
+  const std::unique_ptr<Fusion> fusion = robot.fusion(nullptr);
   fmt::print("{}: valid\n", file.string());
-  const StateLayout& layout = fusion.layout();
-  const int map_states = fusion.georeference_states();
+  const StateLayout& layout = fusion->layout();
+  const int map_states = fusion->georeference_states();
   fmt::print("\nmotion {}: {} error states, {} of them from sensors' own blocks{}\n",
              layout.motion() == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
              layout.size(), layout.block_size() - map_states,
@@ -73,7 +72,7 @@ void check(const std::filesystem::path& file, const std::vector<std::string>& ov
   explain_sensors(robot);
   explain_maps(robot);
   fmt::print("\nsinks:");
-  for (const SinkSlot& sink : robot.sinks) fmt::print(" {}", sink.plugin);
+  for (const host::SinkSlot& sink : robot.sinks) fmt::print(" {}", sink.plugin);
   fmt::print("\n\neffective configuration\n\n{}", robot.yaml.effective());
 }
 
@@ -93,4 +92,4 @@ void add_check_command(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace waymark
+}  // namespace waymark::command

@@ -6,7 +6,7 @@
 
 #include "waymark/interface/snapshot.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 /// A line on stderr while a run lasts: share of the log, its time, speed against real time, effective sample size,
 /// landmarks. On a terminal one line that is rewritten; elsewhere a line for every tenth of the log.
@@ -20,7 +20,7 @@ class Progress {
   double wall_seconds() const;
 
  private:
-  using Clock = std::chrono::steady_clock;  // the user's patience, nothing that a filter sees
+  using Clock = std::chrono::steady_clock;  // for the user; a filter never sees it
 
   bool terminal_;
   Clock::time_point start_ = Clock::now();
@@ -34,4 +34,4 @@ class Progress {
   bool line_open_ = false;
 };
 
-}  // namespace waymark
+}  // namespace waymark::command

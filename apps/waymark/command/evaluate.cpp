@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/waymark/evaluate_command.hpp"
-
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -10,11 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/waymark/command_line.hpp"
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/evaluation/report.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::evaluation {
+namespace waymark::command {
 namespace {
 
 struct Arguments {
@@ -40,15 +39,15 @@ struct Arguments {
   std::vector<double> datum;
   double rpe_delta_s = 0.0;  // 0: not given
   bool json = false;
-  TrajectoryOptions trajectory;
-  LandmarkOptions landmark;
-  OutageOptions outage;
-  VoxelOptions voxel;
+  evaluation::TrajectoryOptions trajectory;
+  evaluation::LandmarkOptions landmark;
+  evaluation::OutageOptions outage;
+  evaluation::VoxelOptions voxel;
 };
 
-std::optional<Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
+std::optional<evaluation::Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
   if (text.empty()) return std::nullopt;
-  return parse_columns(text, allowed);
+  return evaluation::parse_columns(text, allowed);
 }
 
 std::optional<Datum> datum_of(const Arguments& arguments) {
@@ -60,14 +59,15 @@ std::optional<Datum> datum_of(const Arguments& arguments) {
   return Datum{d[0], d[1], height};
 }
 
-std::vector<Outage> outages_of(const Arguments& arguments, const Trajectory& reference) {
-  std::vector<Outage> outages;
-  for (const std::string& text : arguments.outages) outages.push_back(parse_outage(text));
+std::vector<evaluation::Outage> outages_of(const Arguments& arguments, const evaluation::Trajectory& reference) {
+  std::vector<evaluation::Outage> outages;
+  for (const std::string& text : arguments.outages) outages.push_back(evaluation::parse_outage(text));
   if (arguments.pauses_longer_than_s > 0.0) {
-    const auto found = arguments.pauses_of.empty()
-                           ? pauses(reference, arguments.pauses_longer_than_s)
-                           : pauses(read_trajectory(arguments.pauses_of, std::nullopt, datum_of(arguments)),
-                                    arguments.pauses_longer_than_s);
+    const auto found =
+        arguments.pauses_of.empty()
+            ? evaluation::pauses(reference, arguments.pauses_longer_than_s)
+            : evaluation::pauses(evaluation::read_trajectory(arguments.pauses_of, std::nullopt, datum_of(arguments)),
+                                 arguments.pauses_longer_than_s);
     outages.insert(outages.end(), found.begin(), found.end());
   }
   return outages;
@@ -84,10 +84,11 @@ Pose sensor_of(const std::vector<double>& numbers) {
   return Pose::planar(numbers[0], numbers[1], yaw_deg * std::numbers::pi / 180.0);
 }
 
-RelationScore relations_of(const Arguments& arguments, const Trajectory& estimate, const RelationOptions& options) {
-  std::optional<Trajectory> motion;
-  if (!arguments.relations_motion.empty()) motion = read_trajectory(arguments.relations_motion);
-  return score_relations(read_relations(arguments.relations), estimate, motion, options);
+evaluation::RelationScore relations_of(const Arguments& arguments, const evaluation::Trajectory& estimate,
+                                       const evaluation::RelationOptions& options) {
+  std::optional<evaluation::Trajectory> motion;
+  if (!arguments.relations_motion.empty()) motion = evaluation::read_trajectory(arguments.relations_motion);
+  return evaluation::score_relations(evaluation::read_relations(arguments.relations), estimate, motion, options);
 }
 
 /// Refuses options that mean nothing without others.
@@ -122,42 +123,43 @@ void check(const Arguments& arguments) {
 }
 
 /// Trajectory, consistency, outages.
-void score_against_reference(const Arguments& arguments, const Trajectory& estimate, Report& report) {
-  const auto& quantities = trajectory_quantities();
-  const TrajectoryOptions& options = report.trajectory_options;
-  const Trajectory reference =
-      read_trajectory(arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
-  report.trajectory = score_trajectory(estimate, reference, options);
-  std::vector<PoseCovariance> covariances;
+void score_against_reference(const Arguments& arguments, const evaluation::Trajectory& estimate,
+                             evaluation::Report& report) {
+  const auto& quantities = evaluation::trajectory_quantities();
+  const evaluation::TrajectoryOptions& options = report.trajectory_options;
+  const evaluation::Trajectory reference = evaluation::read_trajectory(
+      arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
+  report.trajectory = evaluation::score_trajectory(estimate, reference, options);
+  std::vector<evaluation::PoseCovariance> covariances;
   if (!arguments.covariance.empty()) {
-    if (reference.orientation == Orientation::none && !options.lever_arm_m.isZero()) {
+    if (reference.orientation == evaluation::Orientation::none && !options.lever_arm_m.isZero()) {
       throw Error("evaluate: --covariance is that of the base, not of the point at --lever-arm, whose positions " +
                   reference.name + " holds; leave out one of the two");
     }
-    covariances = read_covariances(arguments.covariance);
-    Trajectory of_base = reference;  // the covariance is that of the base
+    covariances = evaluation::read_covariances(arguments.covariance);
+    evaluation::Trajectory of_base = reference;  // the covariance is that of the base
     for (auto& point : of_base.points) point.pose.p -= point.pose.q * options.lever_arm_m;
-    report.consistency = score_consistency(covariances, estimate, of_base, report.trajectory->T_reference_estimate,
-                                           options.max_time_gap_s);
+    report.consistency = evaluation::score_consistency(covariances, estimate, of_base,
+                                                       report.trajectory->T_reference_estimate, options.max_time_gap_s);
   }
   if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
     report.outage_options = arguments.outage;
     report.outage_options.max_time_gap_s = options.max_time_gap_s;
     report.outage_options.lever_arm_m = options.lever_arm_m;
-    report.outages = score_outages(outages_of(arguments, reference), estimate, reference, covariances,
-                                   report.trajectory->T_reference_estimate, report.outage_options);
+    report.outages = evaluation::score_outages(outages_of(arguments, reference), estimate, reference, covariances,
+                                               report.trajectory->T_reference_estimate, report.outage_options);
   }
 }
 
-Report evaluate(const Arguments& arguments) {
+evaluation::Report evaluate(const Arguments& arguments) {
   check(arguments);
-  Report report;
+  evaluation::Report report;
   report.trajectory_options = arguments.trajectory;
   report.landmark_options = arguments.landmark;
   auto& options = report.trajectory_options;
-  options.align = arguments.align == "se2"   ? Alignment::se2
-                  : arguments.align == "se3" ? Alignment::se3
-                                             : Alignment::none;
+  options.align = arguments.align == "se2"   ? evaluation::Alignment::se2
+                  : arguments.align == "se3" ? evaluation::Alignment::se3
+                                             : evaluation::Alignment::none;
   if (!arguments.lever_arm_m.empty()) {
     options.lever_arm_m = Eigen::Vector3d::Map(arguments.lever_arm_m.data());
     if (!options.lever_arm_m.allFinite())
@@ -166,8 +168,9 @@ Report evaluate(const Arguments& arguments) {
   if (arguments.rpe_delta_s > 0.0) options.rpe_delta_s = arguments.rpe_delta_s;
 
   if (!arguments.estimate.empty()) {
-    const auto& quantities = trajectory_quantities();
-    const Trajectory estimate = read_trajectory(arguments.estimate, columns_of(arguments.columns, quantities));
+    const auto& quantities = evaluation::trajectory_quantities();
+    const evaluation::Trajectory estimate =
+        evaluation::read_trajectory(arguments.estimate, columns_of(arguments.columns, quantities));
     if (!arguments.relations.empty()) {
       report.relation_options.T_base_sensor = sensor_of(arguments.relations_sensor);
       report.relation_options.max_time_gap_s = options.max_time_gap_s;
@@ -175,20 +178,24 @@ Report evaluate(const Arguments& arguments) {
     }
     if (!arguments.reference.empty()) score_against_reference(arguments, estimate, report);
   }
-  if (!arguments.diagnostics.empty()) report.innovations = read_innovations(arguments.diagnostics);
+  if (!arguments.diagnostics.empty()) report.innovations = evaluation::read_innovations(arguments.diagnostics);
   if (!arguments.landmarks.empty()) {
     const Pose T_survey_map = report.trajectory ? report.trajectory->T_reference_estimate : Pose{};
-    report.landmarks =
-        score_landmarks(read_landmarks(arguments.landmarks),
-                        read_landmarks(arguments.survey, columns_of(arguments.survey_columns, survey_quantities())),
-                        T_survey_map, report.landmark_options);
+    report.landmarks = evaluation::score_landmarks(
+        evaluation::read_landmarks(arguments.landmarks),
+        evaluation::read_landmarks(arguments.survey,
+                                   columns_of(arguments.survey_columns, evaluation::survey_quantities())),
+        T_survey_map, report.landmark_options);
   }
   if (!arguments.voxels.empty())
-    report.voxels = score_voxels(arguments.voxels, read_surfaces(arguments.surfaces), arguments.voxel);
+    report.voxels =
+        evaluation::score_voxels(arguments.voxels, evaluation::read_surfaces(arguments.surfaces), arguments.voxel);
   return report;
 }
 
-void add_command(CLI::App& app, int& exit_code) {
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
@@ -204,7 +211,8 @@ void add_command(CLI::App& app, int& exit_code) {
       "covariance.csv of the tum sink: adds the NEES of x, y, yaw (of x, y if the reference has no yaw)");
   command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
   command
-      ->add_option("--outage", a.outages, "begin:end [s] of a span without the sensor that holds the pose; repeatable")
+      ->add_option("--outage", a.outages,
+                   "begin:end [s] of a span without the sensor that bounds the position error; repeatable")
       ->allow_extra_args(false);
   auto* pauses_longer =
       command
@@ -216,7 +224,7 @@ void add_command(CLI::App& app, int& exit_code) {
   command->add_option("--settling", a.outage.settling_s, "after an outage, where the largest step is looked for [s]")
       ->check(positive_number())
       ->capture_default_str();
-  command->add_option("--align", a.align, "motion taken out first: none, se2 (plane, z ignored) or se3")
+  command->add_option("--align", a.align, "alignment before scoring: none, se2 (plane, z ignored) or se3")
       ->check(CLI::IsMember({"none", "se2", "se3"}))
       ->capture_default_str();
   command
@@ -280,18 +288,11 @@ void add_command(CLI::App& app, int& exit_code) {
       ->needs(voxels);
   command->add_flag("--json", a.json, "print one JSON object");
   command->callback([arguments, &exit_code] {
-    const Report report = evaluate(*arguments);
-    const std::string text = arguments->json ? to_json(report) : to_text(report);
+    const evaluation::Report report = evaluate(*arguments);
+    const std::string text = arguments->json ? evaluation::to_json(report) : evaluation::to_text(report);
     std::fputs(text.c_str(), stdout);
-    exit_code = 0;
+    exit_code = kSuccess;
   });
 }
 
-}  // namespace
-}  // namespace waymark::evaluation
-
-namespace waymark {
-
-void add_evaluate_command(CLI::App& app, int& exit_code) { evaluation::add_command(app, exit_code); }
-
-}  // namespace waymark
+}  // namespace waymark::command

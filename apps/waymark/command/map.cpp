@@ -12,17 +12,17 @@
 #include <string>
 #include <vector>
 
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
-#include "command_line.hpp"
-#include "commands.hpp"
 #include "map_modules/map_formats/landmark_list.hpp"
 #include "map_modules/map_formats/map_server.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 namespace {
 
@@ -178,7 +178,7 @@ void convert(const ConvertOptions& options) {
   write_grid(about(options.in, [&] { return maps::slice_of(*loaded.tree, slice); }), options.out);
 }
 
-/// Runs a command on `file`; a map that does not fit into memory is the user's to know.
+/// Runs a command on `file`; a map that does not fit into memory is an Error.
 template <class Command>
 void run_on(const fs::path& file, const Command& command) {
   try {
@@ -191,7 +191,7 @@ void run_on(const fs::path& file, const Command& command) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("map", "Look into a map's file, convert it");
+  CLI::App* command = app.add_subcommand("map", "Inspect a map's file, convert it");
   command->require_subcommand(1);
   command->footer(
       "Example:\n  waymark map info out/hall/hall.bt\n"
@@ -228,4 +228,4 @@ void add_map_command(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace waymark
+}  // namespace waymark::command

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace waymark {
+namespace waymark::command {
 
 /// What the command ends with.
 enum ExitCode {
@@ -18,7 +18,8 @@ enum ExitCode {
 void add_run_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_plugins_command(CLI::App& app, int& exit_code);
+void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
 
-}  // namespace waymark
+}  // namespace waymark::command

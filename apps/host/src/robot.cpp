@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "assembly.hpp"
+#include "waymark/host/robot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,9 +8,8 @@
 #include <set>
 
 #include "waymark/base/error.hpp"
-#include "waymark/host/fusion.hpp"
 
-namespace waymark {
+namespace waymark::host {
 
 namespace {
 
@@ -32,16 +31,21 @@ Rig read_rig(const std::vector<Config>& entries) {
     if (!names.insert(mounting.name).second)
       entry.fail("name", fmt::format("\"{}\" is the name of two sensors", mounting.name));
     if (!entry.has("plugin") && mounting.payload.empty())
-      entry.fail("a sensor needs a plugin, or a payload if only maps listen to it");
+      entry.fail("a sensor needs a plugin, or a payload if only maps use it");
   }
   return Rig(std::move(mountings));
 }
 
-std::vector<SensorSlot> load_sensors(const std::vector<Config>& entries, const PluginLoader& loader, const Rig& rig) {
+std::vector<SensorSlot> load_sensors(const std::vector<Config>& entries, const PluginLoader& loader, const Rig& rig,
+                                     const OwnSensors& own) {
   std::vector<SensorSlot> slots;
   for (const Config& entry : entries) {
     SensorSlot slot = read_sensor_slot(entry);
+    const auto mine = std::ranges::find(own, slot.plugin, &OwnSensors::value_type::first);
     if (!slot.enabled) {
+      entry.ignore();
+    } else if (mine != own.end()) {
+      slot.sensor = mine->second;
       entry.ignore();
     } else if (!slot.plugin.empty()) {
       slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
@@ -95,51 +99,69 @@ std::vector<int> connect(const Source& source, const Config& yaml, const Rig& ri
   return sensor_of_channel;
 }
 
-}  // namespace
-
-Assembly Assembly::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
-  Config yaml = Config::load(file, overrides);
-  PluginLoader loader = make_loader(yaml);
-  const FusionSettings settings = read_fusion_settings(yaml);
-
-  const std::vector<Config> entries = yaml.items("sensors");
-  if (entries.empty())
-    yaml.fail("sensors", "the list is empty; a robot needs at least one sensor that tells how it moves");
-  Rig rig = read_rig(entries);
-  std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig);
-  std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
-
-  std::vector<SinkSlot> sinks;
+std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader, const Rig& rig) {
+  std::vector<SinkSlot> slots;
   for (const Config& entry : yaml.items_or_empty("sinks")) {
     if (!entry.boolean("enabled", true)) {
       entry.ignore();
       continue;
     }
     const std::string plugin = entry.text("plugin");
-    sinks.push_back({plugin, loader.create<Sink>(plugin, entry, rig)});
+    slots.push_back({plugin, loader.create<Sink>(plugin, entry, rig)});
   }
-
-  const Config source_node = yaml.child("source");
-  std::shared_ptr<Source> source = loader.create<Source>(source_node.text("plugin"), source_node, rig);
-  yaml.reject_unread();
-  std::vector<int> sensor_of_channel = connect(*source, yaml, rig, sensors);
-
-  // Constructing the host checks what only the parts together can tell: a motion source, room for the blocks.
-  try {
-    Fusion(settings, sensors, maps, nullptr);
-  } catch (const ConfigError& error) {
-    throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
-  }
-  return {std::move(yaml),    std::move(loader), std::move(rig),    settings,
-          std::move(sensors), std::move(maps),   std::move(source), std::move(sensor_of_channel),
-          std::move(sinks)};
+  return slots;
 }
 
-bool Assembly::address(Measurement& measurement) const {
+/// Everything but the source.
+Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
+  const FusionSettings settings = read_fusion_settings(yaml);
+  const std::vector<Config> entries = yaml.items("sensors");
+  if (entries.empty()) yaml.fail("sensors", "the list is empty; a robot needs at least one motion source");
+  Rig rig = read_rig(entries);
+  std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
+  std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
+  std::vector<SinkSlot> sinks = load_sinks(yaml, loader, rig);
+  return {yaml, std::move(rig), settings, std::move(sensors), std::move(maps), nullptr, {}, std::move(sinks)};
+}
+
+}  // namespace
+
+Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
+  const Config yaml = Config::load(file, overrides);
+  return load(yaml, make_loader(yaml));
+}
+
+Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
+  Robot robot = load_parts(yaml, loader, {});
+  const Config source_node = yaml.child("source");
+  robot.source = loader.create<Source>(source_node.text("plugin"), source_node, robot.rig);
+  yaml.reject_unread();
+  robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
+  // Only the parts together show whether they fit: a motion source, room for the blocks.
+  robot.fusion(nullptr);
+  return robot;
+}
+
+Robot Robot::live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
+  Robot robot = load_parts(yaml, loader, own);
+  if (yaml.has("source")) yaml.child("source").ignore();
+  yaml.reject_unread();
+  return robot;
+}
+
+std::unique_ptr<Fusion> Robot::fusion(Fusion::Observer observer) const {
+  try {
+    return std::make_unique<Fusion>(settings, sensors, maps, std::move(observer));
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", yaml.file().string(), error.what()));
+  }
+}
+
+bool Robot::assign(Measurement& measurement) const {
   const int sensor = sensor_of_channel[measurement.sensor];
   if (sensor < 0) return false;
   measurement.sensor = static_cast<std::uint32_t>(sensor);
   return true;
 }
 
-}  // namespace waymark
+}  // namespace waymark::host

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "command_line.hpp"
+#include "apps/waymark/command/command_line.hpp"
 
 #include <cmath>
 #include <limits>
 #include <optional>
 
-namespace waymark {
+namespace waymark::command {
 
 namespace {
 
@@ -31,4 +31,4 @@ CLI::Validator finite_number() { return number_from(std::numeric_limits<double>:
 CLI::Validator positive_number() { return number_from(0.0, false, "a finite number above 0"); }
 CLI::Validator non_negative_number() { return number_from(0.0, true, "a finite number, 0 or more"); }
 
-}  // namespace waymark
+}  // namespace waymark::command

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "commands.hpp"
+#include "apps/waymark/command/commands.hpp"
 #include "waymark/plugin_loader.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 void add_plugins_command(CLI::App& app, int& exit_code) {
   auto folders = std::make_shared<std::vector<std::string>>();
@@ -29,4 +29,4 @@ void add_plugins_command(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace waymark
+}  // namespace waymark::command

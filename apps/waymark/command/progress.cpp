@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "progress.hpp"
+#include "apps/waymark/command/progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -8,9 +8,9 @@
 #include <exception>
 #include <string>
 
-#include "command_line.hpp"
+#include "apps/waymark/command/command_line.hpp"
 
-namespace waymark {
+namespace waymark::command {
 
 namespace {
 
@@ -27,7 +27,7 @@ std::string landmarks_of(const Snapshot& snapshot) {
       confirmed += std::ranges::count_if(map.landmarks, &LandmarkView::confirmed);
     }
   } catch (const std::exception&) {
-    return "";  // a map that cannot tell is no reason to stop
+    return "";  // a map that fails here does not end the run
   }
   return any ? fmt::format("  landmarks {}", confirmed) : "";
 }
@@ -62,16 +62,16 @@ void Progress::update(const Snapshot& snapshot, double share) {
   }
   const double shown = std::clamp(share, 0.0, 1.0);
   const int filled = static_cast<int>(shown * kBarWidth);
-  say("{}[{}{}] {:3.0f} %  t {:.1f} s  {:.0f}x real time  N_eff {:.1f}{}{}", terminal_ ? "\r" : "",
-      std::string(static_cast<std::size_t>(filled), '='),
-      std::string(static_cast<std::size_t>(kBarWidth - filled), ' '), 100.0 * shown, log_seconds_,
-      log_seconds_ / std::max(wall_seconds(), 1e-9), n_eff, landmarks_, terminal_ ? "   " : "\n");
+  print_message("{}[{}{}] {:3.0f} %  t {:.1f} s  {:.0f}x real time  N_eff {:.1f}{}{}", terminal_ ? "\r" : "",
+                std::string(static_cast<std::size_t>(filled), '='),
+                std::string(static_cast<std::size_t>(kBarWidth - filled), ' '), 100.0 * shown, log_seconds_,
+                log_seconds_ / std::max(wall_seconds(), 1e-9), n_eff, landmarks_, terminal_ ? "   " : "\n");
   line_open_ = terminal_;
 }
 
 void Progress::finish() {
-  if (line_open_) say("\n");
+  if (line_open_) print_message("\n");
   line_open_ = false;
 }
 
-}  // namespace waymark
+}  // namespace waymark::command
