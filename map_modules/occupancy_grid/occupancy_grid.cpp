@@ -5,7 +5,7 @@
 #include "scan_observation.hpp"
 #include "scan_spacing.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/map_module.hpp"
 
 namespace waymark {
 

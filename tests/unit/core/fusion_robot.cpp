@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "particles/particle_filter.hpp"
 #include "waymark/host/robot.hpp"
 
 namespace waymark::test {

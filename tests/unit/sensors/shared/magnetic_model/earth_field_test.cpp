@@ -10,7 +10,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::magnetic {
+namespace waymark::magnetic_model {
 namespace {
 
 using ::testing::AllOf;
@@ -102,11 +102,11 @@ TEST(EarthField, RefusesAFileThatIsNoModel) {
 }
 
 TEST(EarthField, TheFolderCanBeNamed) {
-  ::setenv("WAYMARK_MAGNETIC_MODEL", WAYMARK_SOURCE_DIR "/sensors/magnetic_model/data", 1);
+  ::setenv("WAYMARK_MAGNETIC_MODEL", WAYMARK_SOURCE_DIR "/sensors/shared/magnetic_model/data", 1);
   EXPECT_TRUE(by_model().uses_model());
   ::unsetenv("WAYMARK_MAGNETIC_MODEL");
   EXPECT_TRUE(EarthField(Config::parse("{ declination: auto, magnetic_model: " WAYMARK_SOURCE_DIR
-                                       "/sensors/magnetic_model/data/wmm2025.wmm }"))
+                                       "/sensors/shared/magnetic_model/data/wmm2025.wmm }"))
                   .uses_model());
 }
 
@@ -117,4 +117,4 @@ TEST(DecimalYear, CountsLeapYears) {
 }
 
 }  // namespace
-}  // namespace waymark::magnetic
+}  // namespace waymark::magnetic_model

@@ -9,9 +9,9 @@
 #include "waymark/config/config.hpp"
 #include "waymark/interface/sensor.hpp"
 
-namespace waymark::magnetic {
+namespace waymark::magnetic_model {
 
-/// The Earth's magnetic field as far as the YAML or the model tells it.
+/// The Earth's magnetic field as far as the YAML or the model gives it.
 struct Field {
   double declination = 0.0;            ///< east positive [rad]
   std::optional<double> strength_t{};  ///< only the model knows
@@ -48,4 +48,4 @@ class EarthField {
 /// The year with its fraction: 2025.5 is the middle of 2025.
 double decimal_year(Time utc);
 
-}  // namespace waymark::magnetic
+}  // namespace waymark::magnetic_model

@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-namespace waymark::magnetic {
+namespace waymark::magnetic_model {
 
 std::vector<std::filesystem::path> model_folders() {
   std::vector<std::filesystem::path> folders;
@@ -25,4 +25,4 @@ std::vector<std::filesystem::path> model_folders() {
   return folders;
 }
 
-}  // namespace waymark::magnetic
+}  // namespace waymark::magnetic_model

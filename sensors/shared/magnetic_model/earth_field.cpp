@@ -10,7 +10,7 @@
 #include "model_files.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::magnetic {
+namespace waymark::magnetic_model {
 
 namespace {
 
@@ -89,7 +89,7 @@ EarthField::EarthField(const Config& config, std::optional<double> fallback) {
     model_ = std::make_shared<const Model>(file);
   } catch (const std::exception& error) {  // GeographicErr, or of the standard library
     config.fail(config.has("magnetic_model") ? "magnetic_model" : "declination",
-                file.string() + " is no magnetic model that can be read: " + error.what());
+                file.string() + " is not a magnetic model that can be read: " + error.what());
   }
 }
 
@@ -121,4 +121,4 @@ double decimal_year(Time utc) {
   return static_cast<int>(date.year()) + chrono::duration<double>(utc - begin) / chrono::duration<double>(end - begin);
 }
 
-}  // namespace waymark::magnetic
+}  // namespace waymark::magnetic_model
