@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-# waymark_add_plugin(name files...): a shared library `waymark_<name>.so` that exports one symbol, the plugin's descriptor.
-# The files share one `WAYMARK_PLUGIN(...)` line between them. Installs to lib/waymark/plugins.
+# waymark_add_plugin(name files... [PARTS files...]): a shared library `waymark_<name>.so` that exports one symbol, the plugin's
+# descriptor. The files share one `WAYMARK_PLUGIN(...)` line between them. Installs to lib/waymark/plugins.
+# Files after PARTS are compiled once, as the object library waymark_<name>_parts, for the plugin and for tests that reach
+# behind the plugin's interface. What they need is linked to the parts (PUBLIC); the plugin has it from them.
 function(waymark_add_plugin name)
+  cmake_parse_arguments(PARSE_ARGV 1 plugin "" "" PARTS)
   set(target waymark_plugin_${name})
-  add_library(${target} MODULE ${ARGN})
+  set(parts waymark_${name}_parts)
+  add_library(${target} MODULE ${plugin_UNPARSED_ARGUMENTS})
   target_link_libraries(${target} PRIVATE waymark::plugin)
-  set_property(GLOBAL APPEND PROPERTY WAYMARK_PLUGINS ${target})
-  set_target_properties(
-    ${target}
-    PROPERTIES PREFIX "" OUTPUT_NAME waymark_${name} CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  set(hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME waymark_${name} ${hidden})
+  if(plugin_PARTS)
+    add_library(${parts} OBJECT ${plugin_PARTS})
+    target_link_libraries(${parts} PUBLIC waymark::plugin)
+    target_include_directories(${parts} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
+    set_target_properties(${parts} PROPERTIES POSITION_INDEPENDENT_CODE ON ${hidden})
+    target_link_libraries(${target} PRIVATE ${parts})
+  endif()
   # With sanitizers the run-time library is only linked into the program, so its symbols are undefined here.
   if(NOT WAYMARK_SANITIZED)
     target_link_options(${target} PRIVATE LINKER:--no-undefined)
@@ -16,5 +25,6 @@ function(waymark_add_plugin name)
   if(WAYMARK_PLUGIN_OUTPUT_DIR)
     set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${WAYMARK_PLUGIN_OUTPUT_DIR})
   endif()
+  set_property(GLOBAL APPEND PROPERTY WAYMARK_PLUGINS ${target})
   install(TARGETS ${target} LIBRARY DESTINATION lib/waymark/plugins)
 endfunction()

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: feature_map, occupancy_grid, octomap_grid
 #include <gtest/gtest.h>
 
 #include <limits>

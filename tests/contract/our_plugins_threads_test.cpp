@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: feature_map, odometry
 // The contract's threads, short enough for the thread sanitizer.
 #include <gtest/gtest.h>
 

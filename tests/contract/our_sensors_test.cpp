@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: altimeter, compass, dgps, imu, odometry
 #include <gtest/gtest.h>
 
 #include "our_plugins.hpp"

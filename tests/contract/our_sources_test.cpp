@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: altimeter, carmen, csv, kitti, nmea, rosbag1, simulator
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, landmarks, odometry, tum
 // YAML files that are not as they should be: `check` and `run` say so in one line with its place, and write nothing.
 #include <gmock/gmock.h>
 

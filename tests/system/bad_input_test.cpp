@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, landmarks, odometry, tum
 // Logs that are not as they should be: one clear line, non-zero exit, nothing lost.
 #include <gmock/gmock.h>
 #include <zlib.h>

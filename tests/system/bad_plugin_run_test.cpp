@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, landmarks, odometry, tum
 // Plugins that fail, and places where nothing can be written.
 #include <gmock/gmock.h>
 #include <sys/resource.h>

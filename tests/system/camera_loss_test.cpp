@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: diagnostics, feature_map, kitti, landmarks, odometry, simulator, tum
 // Without a camera image for a while, or with a useless one, the filter goes on, landmarks keep what is known of them,
 // and diagnostics.json says what happened.
 #include <gmock/gmock.h>

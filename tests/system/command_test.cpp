@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, held_out, imu, kitti, landmarks, odometry, plot, simulator
+// needs plugins: tum
 // What the command says about itself, and what it prints for other programs.
 #include <gmock/gmock.h>
 

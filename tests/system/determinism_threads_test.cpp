@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, held_out, landmarks, odometry, plot, simulator, tum
 // The same log, configuration and seed give the same bytes, whatever the number of threads.
 #include <gmock/gmock.h>
 

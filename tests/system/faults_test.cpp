@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: compass, dgps, diagnostics, imu, odometry, simulator, tum
 // The robot of config/faults.yaml with one fault after the other: no divergence, no lock-out, and the health names what
 // is wrong. How often the position is outside its 3σ ellipse while the health says ok is a number, and checked.
 // docs/results/faults.md has the table over more seeds.

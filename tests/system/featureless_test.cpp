@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry, simulator, tum
 // Places that say nothing about a direction: along a corridor whose ends are out of sight, and in the open, a dense map
 // must leave the belief as wide as the wheels make it, and right about that, and must not jump.
 #include <gtest/gtest.h>

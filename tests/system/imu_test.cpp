@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: diagnostics, imu, odometry, simulator, tum
 // A simulated robot with an IMU: its rates make the heading better, in the plane and in space.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, diagnostics, feature_map, landmarks, odometry, plot, simulator, tum
 // Ctrl-C ends a run cleanly.
 #include <gmock/gmock.h>
 

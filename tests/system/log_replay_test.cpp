@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv, dgps, diagnostics, feature_map, held_out, landmarks, log, odometry, plot, simulator, tum
 // What the sink `log` wrote is read back by the csv source, and the run that does it has the same results.
 #include <gmock/gmock.h>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: diagnostics, grid_map, occupancy_grid, odometry, plot, simulator, tum
 // A robot maps a room, finds its way in the map that it has written, and does both the same with any number of threads.
 #include <gmock/gmock.h>
 

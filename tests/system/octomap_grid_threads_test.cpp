@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: diagnostics, grid_map, occupancy_grid, octomap_grid, odometry, plot, simulator, tum
 // The octomap grid in place of the occupancy grid: as good, and the same with any number of threads.
 #include <gmock/gmock.h>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, diagnostics, feature_map, landmarks, odometry, plot, simulator, tum
 // `waymark paper`, short: what it writes, and that its figures do not depend on how many courses run at the same time.
 #include <gmock/gmock.h>
 

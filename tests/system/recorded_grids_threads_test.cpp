@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: carmen, diagnostics, grid_map, occupancy_grid, odometry, plot, tum
 // The beginning of recorded logs of CARMEN with a dense map: every place of config/carmen_sparse.yaml is mapped, and a
 // real log gives the same bytes with any number of threads.
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: carmen, diagnostics, grid_map, occupancy_grid, odometry, plot, tum
 // `waymark evaluate --relations`, and recorded logs of CARMEN through the whole host: dead reckoning is the log's own
 // odometry, and the metric gives the figures that are known for these logs.
 #include <gmock/gmock.h>

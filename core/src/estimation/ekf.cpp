@@ -9,57 +9,9 @@ namespace waymark::estimation::ekf {
 
 namespace {
 
-/// The columns of H that are not zero, gathered: a position fix has two, so P Hᵀ costs n × 2 instead of n × n.
-struct SparseJacobian {
-  std::array<int, kMaxErrorStates> states;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUpdateRows, kMaxErrorStates> columns;
-  int count = 0;
-};
-
-template <class Column>
-void add(SparseJacobian& out, int state, const Column& column) {
-  if (state < 0 || column.isZero(0.0)) return;
-  out.states[static_cast<std::size_t>(out.count)] = state;
-  out.columns.col(out.count++) = column;
-}
-
-/// The chain rule through enu_T_map: δp_enu = R δp + δt + (ẑ × R p) δψ, δθ_enu = R δθ + ẑ δψ.
-void add_through_earth(const StateLayout& layout, const Linearization& model, const EarthJacobian& earth,
-                       SparseJacobian& out) {
-  using Jacobian = Linearization::Jacobian3;
-  const Jacobian zero = Jacobian::Zero(model.rows(), 3);
-  const Jacobian& Hp = model.uses(Linearization::kPosition) ? model.get(Linearization::kPosition) : zero;
-  const Jacobian& Ha = model.uses(Linearization::kAttitude) ? model.get(Linearization::kAttitude) : zero;
-  const Jacobian p = Hp * earth.R_enu_map;
-  const Jacobian a = Ha * earth.R_enu_map;
-  for (int axis = 0; axis < 3; ++axis) {
-    add(out, layout.active(axis), p.col(axis));
-    add(out, layout.active(3 + axis), a.col(axis));
-  }
-  const int shifts = earth.has_height ? 3 : 2;
-  for (int axis = 0; axis < shifts; ++axis) add(out, earth.first_state + axis, Hp.col(axis));
-  add(out, earth.first_state + shifts,
-      (Hp * Eigen::Vector3d(-earth.lever_enu.y(), earth.lever_enu.x(), 0.0) + Ha.col(2)).eval());
-}
-
-void gather(const StateLayout& layout, int owner, const Linearization& model, const EarthJacobian* earth,
-            SparseJacobian& out) {
-  out.count = 0;
-  out.columns.resize(model.rows(), layout.size());
-  if (earth != nullptr) add_through_earth(layout, model, *earth, out);
-  for (int part = earth != nullptr ? 2 : 0; part < 4; ++part) {
-    const auto p = static_cast<Linearization::Part>(part);
-    if (!model.uses(p)) continue;
-    for (int axis = 0; axis < 3; ++axis) add(out, layout.active(3 * part + axis), model.get(p).col(axis));
-  }
-  if (model.uses_block()) {
-    const int first = layout.core_size() + layout.block_offset(owner);
-    for (int i = 0; i < model.get_block().cols(); ++i) add(out, first + i, model.get_block().col(i));
-  }
-}
-
 /// M Hᵀ, column by column of H that is not zero.
-void multiply(const ErrorMatrix& M, const SparseJacobian& H, int rows, Innovation::Gain& out) {
+void multiply(const ErrorMatrix& M, const StateJacobian& H, Innovation::Gain& out) {
+  const auto rows = static_cast<int>(H.columns.rows());
   out.setZero(M.rows(), rows);
   for (int k = 0; k < H.count; ++k) {
     const int state = H.states[static_cast<std::size_t>(k)];
@@ -69,27 +21,18 @@ void multiply(const ErrorMatrix& M, const SparseJacobian& H, int rows, Innovatio
 
 }  // namespace
 
-Innovation::Gain project(const ErrorMatrix& M, const StateLayout& layout, int owner, const Linearization& model,
-                         const EarthJacobian* earth) {
-  SparseJacobian H;
-  gather(layout, owner, model, earth, H);
+Innovation::Gain project(const ErrorMatrix& M, const StateJacobian& H) {
   Innovation::Gain out;
-  multiply(M, H, model.rows(), out);
+  multiply(M, H, out);
   return out;
 }
 
-void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model, Innovation& out,
-              const EarthJacobian* earth) {
-  SparseJacobian H;
-  gather(layout, owner, model, earth, H);
+void innovate(const Belief& belief, const Linearization& model, const StateJacobian& H, Innovation& out) {
   const int rows = model.rows();
   out.nu = model.residual;
-  out.first_considered = out.considered = 0;
-  if (model.uses_block() && !model.estimates_block()) {
-    out.considered = static_cast<int>(model.get_block().cols());
-    out.first_considered = layout.core_size() + layout.block_offset(owner);
-  }
-  multiply(belief.P, H, rows, out.PHt);
+  out.considered = H.considered;
+  out.first_considered = H.first_considered;
+  multiply(belief.P, H, out.PHt);
   out.S = model.R;
   for (int k = 0; k < H.count; ++k) {
     const int state = H.states[static_cast<std::size_t>(k)];
@@ -194,6 +137,13 @@ void stop(Belief& belief, const StateLayout& layout) {
 
 void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma) {
   set_twist_covariance(belief, layout, velocity_sigma * velocity_sigma, rate_sigma * rate_sigma);
+}
+
+void inflate_pose(Belief& belief, const StateLayout& layout, double position_variance, double yaw_variance) {
+  const auto& index = layout.pose_indices();
+  belief.P(index[0], index[0]) += position_variance;
+  belief.P(index[1], index[1]) += position_variance;
+  belief.P(index[2], index[2]) += yaw_variance;
 }
 
 }  // namespace waymark::estimation::ekf

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "estimation/georeference.hpp"
+#include "estimation/state_jacobian.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/interface/update.hpp"
@@ -24,27 +24,22 @@ struct Innovation {
   gaussian::Density density{};  ///< NIS and log N(ν; 0, S)
 };
 
-/// Scatters the linearisation into the active states and computes ν, S and P Hᵀ. `owner` is the sensor's place in the
-/// layout. With `earth` the model was linearised at the pose in ENU, and its Jacobians are carried over to the pose in
-/// the map and the georeference.
-WAYMARK_API void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
-                          Innovation& out, const EarthJacobian* earth = nullptr);
+/// ν, S and P Hᵀ of a linearised model with the Jacobian `H` over the error states.
+WAYMARK_API void innovate(const Belief& belief, const Linearization& model, const StateJacobian& H, Innovation& out);
 
-/// M Hᵀ, with the Jacobian H of the same linearisation scattered as `innovate` does. M is any size × size matrix, the
-/// cross-covariance of two states for example.
-WAYMARK_API Innovation::Gain project(const ErrorMatrix& M, const StateLayout& layout, int owner,
-                                     const Linearization& model, const EarthJacobian* earth = nullptr);
+/// M Hᵀ. M is any size × size matrix, the cross-covariance of two states for example.
+WAYMARK_API Innovation::Gain project(const ErrorMatrix& M, const StateJacobian& H);
 
 /// Kalman update: mean ⊞ Kν, and P − W Wᵀ with W = P Hᵀ L⁻ᵀ, which is P − K S Kᵀ and symmetric by construction.
 WAYMARK_API void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation);
 
 /// Information about (x, y, yaw) around the mean, Λ ⪰ 0 and η, in Kalman form with Λ = L Lᵀ: P ← P − P Sᵀ L (I + Lᵀ S P
-/// Sᵀ L)⁻¹ Lᵀ S P. Valid for singular P and singular Λ (estimation.md §3.2). Returns false and leaves the belief alone
+/// Sᵀ L)⁻¹ Lᵀ S P. Valid for singular P and singular Λ (docs/math/rbpf.md). Returns false and leaves the belief alone
 /// if the numbers are not finite.
 WAYMARK_API bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
                                         const Eigen::Vector3d& gradient);
 
-/// FastSLAM's sampling (estimation.md §3.3): δ ~ N(0, a·P_yy) on (x, y, yaw); the rest is conditioned on it and the
+/// FastSLAM's sampling (docs/math/rbpf.md): δ ~ N(0, a·P_yy) on (x, y, yaw); the rest is conditioned on it and the
 /// fraction 1 − a stays as covariance. a in [0, 1].
 WAYMARK_API void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
@@ -53,5 +48,8 @@ WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 
 /// Gives velocity and rate a fresh, uncorrelated covariance: the robot starts to move.
 WAYMARK_API void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma);
+
+/// Adds variance to x and y, and to the yaw.
+WAYMARK_API void inflate_pose(Belief& belief, const StateLayout& layout, double position_variance, double yaw_variance);
 
 }  // namespace waymark::estimation::ekf

@@ -28,7 +28,7 @@ Georeference::Georeference(const StateLayout& layout, int owner)
       first_(layout.core_size() + offset_),
       has_height_(layout.motion() == StateLayout::Motion::spatial),
       yaw_(has_height_ ? 3 : 2) {
-  assert(layout.owners()[static_cast<std::size_t>(owner)].name == kOwner);
+  assert(static_cast<int>(layout.owners()[static_cast<std::size_t>(owner)].block.size()) == yaw_ + 1);
 }
 
 Pose Georeference::T_enu_map(const NavState& state) const {
@@ -44,22 +44,31 @@ NavState Georeference::in_enu(const NavState& state) const {
   return enu;
 }
 
-EarthJacobian Georeference::jacobian(const NavState& state) const {
-  return jacobian(T_enu_map(state), state.T_map_base.p);
-}
-
-EarthJacobian Georeference::jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const {
-  EarthJacobian jacobian;
-  jacobian.R_enu_map = T_enu_map.q.toRotationMatrix();
-  jacobian.lever_enu = jacobian.R_enu_map * p_map_base;
-  jacobian.first_state = first_;
-  jacobian.has_height = has_height_;
-  return jacobian;
+/// δp_enu = R δp + δt + (ẑ × R p) δψ, δθ_enu = R δθ + ẑ δψ.
+void Georeference::scatter(const NavState& state, int block_offset, const Linearization& model,
+                           StateJacobian& out) const {
+  using Jacobian = Linearization::Jacobian3;
+  const Eigen::Matrix3d R_enu_map = T_enu_map(state).q.toRotationMatrix();
+  const Eigen::Vector3d lever_enu = R_enu_map * state.T_map_base.p;  // from the map's origin to the base
+  const Jacobian zero = Jacobian::Zero(model.rows(), 3);
+  const Jacobian& Hp = model.uses(Linearization::kPosition) ? model.get(Linearization::kPosition) : zero;
+  const Jacobian& Ha = model.uses(Linearization::kAttitude) ? model.get(Linearization::kAttitude) : zero;
+  const Jacobian p = Hp * R_enu_map;
+  const Jacobian a = Ha * R_enu_map;
+  for (int axis = 0; axis < 3; ++axis) {
+    out.add(layout_.active(axis), p.col(axis));
+    out.add(layout_.active(3 + axis), a.col(axis));
+  }
+  const int shifts = has_height_ ? 3 : 2;
+  for (int axis = 0; axis < shifts; ++axis) out.add(first_ + axis, Hp.col(axis));
+  out.add(first_ + shifts, (Hp * Eigen::Vector3d(-lever_enu.y(), lever_enu.x(), 0.0) + Ha.col(2)).eval());
+  estimation::scatter(layout_, block_offset, model, out, Linearization::kVelocity);
 }
 
 void Georeference::to_enu(Belief& belief) const {
   const Pose T = T_enu_map(belief.mean);
-  const EarthJacobian earth = jacobian(T, belief.mean.T_map_base.p);
+  const Eigen::Matrix3d R_enu_map = T.q.toRotationMatrix();
+  const Eigen::Vector3d lever_enu = R_enu_map * belief.mean.T_map_base.p;  // from the map's origin to the base
   const int n = layout_.size();
   const int yaw = first_ + yaw_;
   ErrorMatrix& P = belief.P;
@@ -79,10 +88,10 @@ void Georeference::to_enu(Belief& belief) const {
         Line line = Line::Zero(n);
         for (int k = 0; k < 3; ++k) {
           const int from = 3 * part + k;
-          if (layout_.active(from) >= 0) line += earth.R_enu_map(axis, k) * before[static_cast<std::size_t>(from)];
+          if (layout_.active(from) >= 0) line += R_enu_map(axis, k) * before[static_cast<std::size_t>(from)];
         }
         if (part == 0) {
-          const Eigen::Vector3d moved(-earth.lever_enu.y(), earth.lever_enu.x(), 0.0);
+          const Eigen::Vector3d moved(-lever_enu.y(), lever_enu.x(), 0.0);
           line += moved[axis] * turned;
           if (axis < 2 || has_height_) line += get(first_ + axis);
         } else if (axis == 2) {

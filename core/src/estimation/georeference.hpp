@@ -5,21 +5,12 @@
 #include <array>
 #include <string_view>
 
-#include "estimation/process_model.hpp"
+#include "estimation/state_jacobian.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/nav_state.hpp"
 
 namespace waymark::estimation {
-
-/// What an absolute sensor's Jacobians, taken in ENU, mean for the states of the filter: pose in the map and
-/// georeference.
-struct EarthJacobian {
-  Eigen::Matrix3d R_enu_map;
-  Eigen::Vector3d lever_enu;  ///< from the map's origin to the base
-  int first_state = 0;        ///< of the block, among the active error states
-  bool has_height = false;
-};
 
 /// The map's place on the Earth, enu_T_map, as states of the filter (REP-105: earth → map): x, y, yaw, and z where the
 /// motion is spatial. The start pose is the map's origin without uncertainty, and what is not known of it on the Earth
@@ -27,6 +18,7 @@ struct EarthJacobian {
 /// It is no sensor's, but lies in the same joint state, as the last owner of the layout.
 class WAYMARK_API Georeference {
  public:
+  /// What the states are called in reports; not how they are found.
   static constexpr std::string_view kOwner = "georeference";
   /// The states to append: x, y, (z,) yaw.
   static StateBlock block(StateLayout::Motion motion, const GeoreferenceSettings& settings);
@@ -40,7 +32,9 @@ class WAYMARK_API Georeference {
   NavState in_enu(const NavState& state) const;
   /// The belief with its pose in ENU, composed to first order: mean and covariance, correlations included.
   void to_enu(Belief& belief) const;
-  EarthJacobian jacobian(const NavState& state) const;
+  /// Scatters the Jacobians of a model that was linearised at `in_enu(state)`: by the chain rule they become those of
+  /// the pose in the map and of the map's place on the Earth. Adds to `out`.
+  void scatter(const NavState& state, int block_offset, const Linearization& model, StateJacobian& out) const;
 
   /// Moves the pose of a start prior into the block: the map's origin is the start pose, and certain.
   void take_over_start(Belief& prior) const;
@@ -50,7 +44,6 @@ class WAYMARK_API Georeference {
   Eigen::Matrix2d point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const;
 
  private:
-  EarthJacobian jacobian(const Pose& T_enu_map, const Eigen::Vector3d& p_map_base) const;
   /// Error states of the block's x, y and yaw.
   std::array<int, 3> planar_states() const { return {first_, first_ + 1, first_ + yaw_}; }
 

@@ -1,73 +1,135 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/committed.hpp"
 
-#include <string>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "waymark/base/error.hpp"
 
 namespace waymark::fusion {
 
-Committed Committed::clone() const {
-  Committed copy = *this;
-  for (SensorState& state : copy.sensors) {
-    if (state.sensor) state.sensor = state.sensor->clone();
-  }
-  return copy;
+void Committed::note(Time stamp, std::string text) {
+  events.push_back({std::move(text), to_seconds(stamp.time_since_epoch())});
 }
 
-void Committed::save(OutArchive& out) const {
+void Committed::note_failure(Time stamp, std::string_view name, std::string_view why) {
+  note(stamp, fmt::format("{}: taken out of service: {}", name, why));
+  events.back().is_failure = true;
+}
+
+void Committed::take_out_of_service(const Measurement& m, std::string_view why) {
+  SensorRecord& sensor = record(m);
+  note_failure(m.stamp, sensor.slot.name, why);
+  sensor.state.sensor = nullptr;
+  health.out_of_service(m.sensor);
+}
+
+void Committed::count(const Measurement& m, Fate fate) {
+  SensorCounters& counters = record(m).state.counters;
+  switch (fate) {
+    case Fate::fused:
+      ++counters.fused;
+      break;
+    case Fate::gated:
+      ++counters.gated;
+      break;
+    case Fate::mapped:
+    case Fate::paired:
+      ++counters.mapped;
+      break;
+    case Fate::skipped:
+      ++counters.skipped;
+      break;
+    case Fate::held_out:
+      ++counters.held_out;
+      break;
+    case Fate::late:
+      ++counters.late;
+      break;
+    case Fate::before_start:
+      ++counters.before_start;
+      break;
+    case Fate::unusable:
+      ++counters.unusable;
+      break;
+    case Fate::unheard:
+      ++counters.unheard;
+      break;
+    case Fate::mistimed:  // the clock monitor counts these
+      break;
+  }
+}
+
+void Committed::judge_health(Time now) {
+  const Belief& mixture = filter.mixture();
+  const auto& pose = filter.layout().pose_indices();
+  const Eigen::Matrix2d P{{mixture.P(pose[0], pose[0]), mixture.P(pose[0], pose[1])},
+                          {mixture.P(pose[1], pose[0]), mixture.P(pose[1], pose[1])}};
+  const double mean = 0.5 * P.trace();
+  const double largest = mean + std::sqrt(std::max(mean * mean - P.determinant(), 0.0));
+  health.judge(now, std::sqrt(std::max(largest, 0.0)));
+}
+
+Mark Committed::mark(std::uint64_t at) const {
+  Mark mark{at, filter.stamp(), filter.state(), {}, standstill, health, events.size(), smoother.size(), last_stamp};
+  mark.sensors.reserve(sensors.size());
+  for (const SensorRecord& sensor : sensors) mark.sensors.push_back(sensor.state.clone());
+  return mark;
+}
+
+void Committed::roll_back(const Mark& mark) {
+  filter.restore(mark.filter);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    // How much came late is known by what arrives, so it does not roll back.
+    const std::uint64_t taken_in_late = sensors[i].state.counters.taken_in_late;
+    sensors[i].state = mark.sensors[i].clone();
+    sensors[i].state.counters.taken_in_late = taken_in_late;
+  }
+  standstill = mark.standstill;
+  health = mark.health;
+  events.resize(mark.events);
+  smoother.truncate(mark.smoothed);
+  last_stamp = mark.last_stamp;
+}
+
+void Committed::take(Mark&& mark) {
+  for (std::size_t i = 0; i < sensors.size(); ++i) sensors[i].state = std::move(mark.sensors[i]);
+  standstill = std::move(mark.standstill);
+  health = std::move(mark.health);
+  last_stamp = mark.last_stamp;
+}
+
+void Committed::save(const Mark& mark, OutArchive& out) const {
   out.section("committed", 3);
-  out.value(static_cast<std::uint64_t>(sensors.size()));
-  for (const SensorState& state : sensors) {
-    state.fuse.save(out);
-    out.bytes(&state.counters, sizeof state.counters);
-    for (const int rejections : state.rejections_in_a_row) out.value(rejections);
-    state.bias.save(out);
-    out.value(state.biased);
-    out.value(state.told_unheard);
-    out.value(state.told_elsewhere);
-    out.value(state.sensor != nullptr);
-    if (state.sensor) state.sensor->save(out);
-  }
-  standstill.save(out);
-  health.save(out);
-  out.value(static_cast<std::uint64_t>(events));
-  out.value(static_cast<std::uint64_t>(smoothed));
-  out.value(last_stamp);
+  out.value(static_cast<std::uint64_t>(mark.sensors.size()));
+  for (const SensorState& state : mark.sensors) state.save(out);
+  mark.standstill.save(out);
+  mark.health.save(out);
+  out.value(static_cast<std::uint64_t>(mark.events));
+  out.value(static_cast<std::uint64_t>(mark.smoothed));
+  out.value(mark.last_stamp);
+  smoother.save(mark.smoothed, out);
 }
 
-void Committed::load(InArchive& in) {
+void Committed::load(Mark& mark, InArchive& in) const {
   if (in.section("committed", 3) < 3) throw DataError("the checkpoint is of an older kind");
   std::uint64_t count = 0;
   in.value(count);
   if (count != sensors.size()) {
-    throw DataError("the checkpoint has " + std::to_string(count) + " sensors, the configuration " +
-                    std::to_string(sensors.size()));
+    throw DataError(fmt::format("the checkpoint has {} sensors, the configuration {}", count, sensors.size()));
   }
-  for (SensorState& state : sensors) {
-    state.fuse.load(in);
-    in.bytes(&state.counters, sizeof state.counters);
-    for (int& rejections : state.rejections_in_a_row) in.value(rejections);
-    state.bias.load(in);
-    in.value(state.biased);
-    in.value(state.told_unheard);
-    in.value(state.told_elsewhere);
-    bool in_service = false;
-    in.value(in_service);
-    if (in_service && !state.sensor) {
-      throw DataError("the checkpoint has a sensor in service that the configuration lacks");
-    }
-    if (!in_service) state.sensor = nullptr;
-    if (state.sensor) state.sensor->load(in);
-  }
-  standstill.load(in);
-  health.load(in);
-  for (std::size_t* size : {&events, &smoothed}) {
+  for (SensorState& state : mark.sensors) state.load(in);
+  mark.standstill.load(in);
+  mark.health.load(in);
+  for (std::size_t* size : {&mark.events, &mark.smoothed}) {
     std::uint64_t value = 0;
     in.value(value);
     *size = static_cast<std::size_t>(value);
   }
-  in.value(last_stamp);
+  in.value(mark.last_stamp);
 }
 
 }  // namespace waymark::fusion

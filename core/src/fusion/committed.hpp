@@ -1,54 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <memory>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "fusion/fuse_rule.hpp"
-#include "monitoring/bias_watch.hpp"
+#include "estimation/smoother.hpp"
+#include "fusion/sensor_record.hpp"
 #include "monitoring/health_monitor.hpp"
 #include "monitoring/standstill.hpp"
 #include "particles/particle_filter.hpp"
-#include "waymark/host/fusion_settings.hpp"
-#include "waymark/io/archive.hpp"
 
 namespace waymark::fusion {
 
-/// A sensor at run time, on the committed side.
-struct SensorState {
-  std::shared_ptr<Sensor> sensor;  ///< null: only maps listen to it, or it is out of service
-  FuseGate fuse;
-  SensorCounters counters = {};
-  std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  monitoring::BiasWatch bias = {};                               ///< of a position's innovations
-  int biased = 0;                                                ///< how often that was no chance
-  bool told_unheard = false;
-  bool told_elsewhere = false;
-};
-
-/// Everything of the committed side that a measurement can change, but for the particles: so that it can go back.
-struct Committed {
+/// The committed side as it was before one measurement: what a roll-back restores.
+struct Mark {
+  std::uint64_t at = 0;  ///< number of that measurement, from the start of the filter
+  Time stamp{};
+  particles::ParticleFilter::State filter;
   std::vector<SensorState> sensors;
   monitoring::Standstill standstill;
   monitoring::HealthMonitor health;
   std::size_t events = 0;    ///< how many the host had noted
   std::size_t smoothed = 0;  ///< how many steps the smoother had
   Time last_stamp{};
-
-  /// A copy whose sensors are clones.
-  Committed clone() const;
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
 };
 
-/// The committed side as it was before one measurement.
-struct Mark {
-  std::uint64_t at = 0;  ///< number of that measurement, from the start of the filter
-  Time stamp{};
-  particles::ParticleFilter::State filter;
-  Committed committed;
+/// All that a committed measurement changes: particles, sensors, monitors, the smoother's steps, events.
+struct Committed {
+  particles::ParticleFilter filter;
+  std::vector<SensorRecord> sensors;
+  monitoring::Standstill standstill;
+  monitoring::HealthMonitor health;
+  estimation::Smoother smoother;
+  std::vector<Event> events = {};
+  Time last_stamp{};
+
+  SensorRecord& record(const Measurement& m) { return sensors[m.sensor]; }
+  const SensorRecord& record(const Measurement& m) const { return sensors[m.sensor]; }
+
+  void note(Time stamp, std::string text);
+  void note_failure(Time stamp, std::string_view name, std::string_view why);
+  void take_out_of_service(const Measurement& m, std::string_view why);
+  /// Counts what became of a measurement.
+  void count(const Measurement& m, Fate fate);
+  /// Judges the health of sensors and pose at `now`.
+  void judge_health(Time now);
+
+  /// `at`: the number of the measurement that comes next.
+  Mark mark(std::uint64_t at) const;
+  void roll_back(const Mark& mark);
+  /// Takes over everything but the filter and the events, out of a checkpoint.
+  void take(Mark&& mark);
+
+  /// Everything of a mark but the filter, and the smoother's steps up to there.
+  void save(const Mark& mark, OutArchive& out) const;
+  /// What `save` wrote, into `mark`, but for the smoother's steps. Throws DataError if it is of another configuration.
+  void load(Mark& mark, InArchive& in) const;
 };
 
 }  // namespace waymark::fusion

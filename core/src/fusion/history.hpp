@@ -10,7 +10,7 @@
 namespace waymark::fusion {
 
 /// The last measurements of a host without maps, in their order, with marks to go back to: a measurement that comes
-/// late is put where it belongs, and all after it are taken in once more. The result is that of a log in order, to the
+/// late is put where it belongs, and all after it are processed once more. The result is that of a log in order, to the
 /// byte.
 class History {
  public:

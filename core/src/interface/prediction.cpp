@@ -5,11 +5,14 @@
 namespace waymark {
 
 PredictedInnovation Prediction::innovation(const Update& update) const {
-  constexpr int kNoOwner = 0;  // the update has no block, so nobody's place in the layout is asked for
+  constexpr int kNoBlock = 0;
   Linearization model;
   update.linearize({belief.mean, nullptr}, model);
+  estimation::StateJacobian H;
+  H.reset(model.rows(), layout.size());
+  estimation::scatter(layout, kNoBlock, model, H);
   estimation::ekf::Innovation innovation;
-  estimation::ekf::innovate(belief, layout, kNoOwner, model, innovation);
+  estimation::ekf::innovate(belief, model, H, innovation);
   return {innovation.nu, innovation.S};
 }
 

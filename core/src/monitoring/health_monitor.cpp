@@ -51,7 +51,7 @@ HealthMonitor::HealthMonitor(const HealthSettings& settings, const std::vector<R
   health_.probability_off_3_sigma = std::exp(-0.5 * kThreeSigmaSquared);
 }
 
-void HealthMonitor::heard(std::size_t index, Time stamp, const Heard& what) {
+void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& what) {
   Track& track = sensors_[index];
   if (track.last && stamp > *track.last) {
     const double dt = to_seconds(stamp - *track.last);
@@ -70,9 +70,9 @@ void HealthMonitor::heard(std::size_t index, Time stamp, const Heard& what) {
   }
   if (what.located) {
     track.was_located = track.was_located || *what.located;
-    track.located = *what.located || !(track.was_located || track.role.in_place);
+    track.located = *what.located || !(track.was_located || track.role.has_prior_map);
     track.steps = std::min(track.steps + 1.0, kWindow);
-    track.nowhere += (1.0 / track.steps) * ((*what.located ? 0.0 : 1.0) - track.nowhere);
+    track.not_localized += (1.0 / track.steps) * ((*what.located ? 0.0 : 1.0) - track.not_localized);
   }
   // A scan that the maps passed over ties the robot no better and no worse than the last one that they took.
   if (usable(what.fate) && what.fate != Fate::gated && track.located) track.last_good = track.last;
@@ -83,11 +83,11 @@ void HealthMonitor::heard(std::size_t index, Time stamp, const Heard& what) {
 }
 
 void HealthMonitor::mistimed(std::size_t index, Time stamp) {
-  heard(index, sensors_[index].last.value_or(stamp), {.fate = Fate::mistimed, .doubt = "its stamps cannot be right"});
+  record(index, sensors_[index].last.value_or(stamp), {.fate = Fate::mistimed, .doubt = "its stamps cannot be right"});
 }
 
-bool HealthMonitor::is_elsewhere(const Track& track) {
-  return track.role.in_place && track.steps >= kKnown && track.nowhere > kFaultyShare;
+bool HealthMonitor::is_not_localized(const Track& track) {
+  return track.role.has_prior_map && track.steps >= kKnown && track.not_localized > kFaultyShare;
 }
 
 void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& health) const {
@@ -112,7 +112,7 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
   if (doubted) return say(degraded, track.doubt);
   if (known && track.unusable > kDegradedShare) return say(degraded, "some of it is unusable");
   if (known && track.gated > kDegradedShare) return say(degraded, "some of it is gated");
-  if (is_elsewhere(track))
+  if (is_not_localized(track))
     return say(degraded, "most of what it sees does not tell where in the loaded map the robot is");
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return say(degraded, "its innovations are too large");
   return say(ok, "");
@@ -138,7 +138,7 @@ void HealthMonitor::judge(Time now, double position_sigma) {
     judge_sensor(track, now, health_.sensors[i]);
     const SensorHealth::State state = health_.sensors[i].state;
     const bool serves = state == SensorHealth::State::ok || state == SensorHealth::State::degraded;
-    if (track.role.fused && track.role.tells_motion) motion = motion || serves;
+    if (track.role.fused && track.role.is_motion_source) motion = motion || serves;
     if (track.role.fused && track.role.ties_to_map) {
       any_ties = true;
       const Time since = track.last_good.value_or(started_.value_or(now));
@@ -182,7 +182,7 @@ void HealthMonitor::save(OutArchive& out) const {
     out.value(track.located);
     out.value(track.was_located);
     out.value(track.steps);
-    out.value(track.nowhere);
+    out.value(track.not_localized);
   }
 }
 
@@ -201,7 +201,7 @@ void HealthMonitor::load(InArchive& in) {
     in.value(track.located);
     in.value(track.was_located);
     in.value(track.steps);
-    in.value(track.nowhere);
+    in.value(track.not_localized);
   }
 }
 

@@ -14,7 +14,7 @@
 namespace waymark::monitoring {
 
 /// What one measurement did, for its sensor's health.
-struct Heard {
+struct UpdateResult {
   Fate fate = Fate::fused;
   double nis = 0.0;  ///< summed over its updates
   int dof = 0;       ///< rows of its updates; 0: none
@@ -23,26 +23,26 @@ struct Heard {
   std::optional<bool> located = {};
 };
 
-/// Judges sensors and the whole from what becomes of their measurements (estimation.md §2: NIS, gate rates), in stamp
+/// Judges sensors and the whole from what becomes of their measurements (docs/math/time.md: NIS, gate rates), in stamp
 /// order. Copyable: it is rewound with the filter.
 class HealthMonitor {
  public:
   /// What is known of a sensor at load.
   struct Role {
     std::string_view name;  ///< must outlive the monitor
-    bool tells_motion = false;
+    bool is_motion_source = false;
     bool ties_to_map = false;  ///< absolute, or the trigger of a map that localises
-    bool in_place = false;     ///< the trigger of a map that localises and was loaded
+    bool has_prior_map = false;     ///< the trigger of a map that localises and was loaded
     bool fused = true;
   };
   HealthMonitor(const HealthSettings& settings, const std::vector<Role>& roles, bool motion_from_maps);
 
   void start(Time stamp) { started_ = stamp; }
-  void heard(std::size_t sensor, Time stamp, const Heard& what);
+  void record(std::size_t sensor, Time stamp, const UpdateResult& what);
   void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
   void mistimed(std::size_t sensor, Time stamp);
   /// True if most of what the sensor sees tells nothing about where in the loaded map the robot is.
-  bool is_elsewhere(std::size_t sensor) const { return is_elsewhere(sensors_[sensor]); }
+  bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The belief was widened: what came before cannot be trusted.
   void reacquired(Time stamp) { reacquired_ = stamp; }
 
@@ -66,12 +66,12 @@ class HealthMonitor {
     bool located = true;  // by the last step of its maps; before the first that was, a map had nothing to tell
     bool was_located = false;
     double steps = 0.0;      // of its maps, up to the window
-    double nowhere = 0.0;    // running share of those that told nothing
+    double not_localized = 0.0;    // running share of those that told nothing
     double nis_ratio = 1.0;  // running mean of NIS over its degrees of freedom, gated ones clamped
     std::string doubt;
     std::optional<Time> doubted;
   };
-  static bool is_elsewhere(const Track& track);
+  static bool is_not_localized(const Track& track);
   void judge_sensor(const Track& track, Time now, SensorHealth& health) const;
   double off_probability() const;
 

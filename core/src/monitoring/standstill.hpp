@@ -10,32 +10,32 @@
 namespace waymark::monitoring {
 
 /// The robot stands when all motion sensors that are alive have seen no motion for a while, and none fell silent while
-/// it saw some (estimation.md §2).
+/// it saw some (docs/math/ekf.md).
 class Standstill {
  public:
   Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
 
-  /// `until_next`: what the sensor says holds until it says something else, however long that takes.
+  /// `until_next`: the report holds until the sensor's next one, however long that takes.
   void report(std::size_t sensor, Time stamp, bool moving, bool until_next = false) {
     Report& report = reports_[sensor];
-    if (!report.heard || moving) report.still_since = stamp;
-    report.heard = true;
+    if (!report.any || moving) report.still_since = stamp;
+    report.any = true;
     report.last = stamp;
     report.moving = moving;
     report.until_next = until_next;
     standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
-      // One that fell silent keeps its last word: wheels that died while they turned did not stop the robot.
-      const bool alive = r.heard && stamp - r.last < kSilence;
-      return !r.heard || (!r.moving && (!alive || stamp - r.still_since >= after_));
+      // The last report of a silent sensor stays: wheels that died while they turned did not stop the robot.
+      const bool alive = r.any && stamp - r.last < kSilence;
+      return !r.any || (!r.moving && (!alive || stamp - r.still_since >= after_));
     });
   }
 
   bool standing() const { return standing_; }
 
-  /// Ends a standstill that no motion sensor vouches for any more; true if this ended it.
+  /// Ends a standstill that no motion sensor reports any more; true if this ended it.
   bool lapses(Time now) {
     if (!standing_ || std::any_of(reports_.begin(), reports_.end(), [&](const Report& r) {
-          return r.heard && (r.until_next || now - r.last < kSilence);
+          return r.any && (r.until_next || now - r.last < kSilence);
         })) {
       return false;
     }
@@ -54,7 +54,7 @@ class Standstill {
 
  private:
   struct Report {
-    bool heard = false;
+    bool any = false;
     bool moving = true;
     bool until_next = false;
     Time last{};

@@ -12,7 +12,7 @@
 namespace waymark::particles {
 
 /// What the particles believed a short while ago, and who descends from whom: so that a measurement that comes late can
-/// be weighed where each particle was then (estimation.md §2, "Order").
+/// be weighed where each particle was then (docs/math/time.md).
 class WAYMARK_API PastBeliefs {
  public:
   /// Reaches back `span`, in at most about twenty records; zero: nothing is kept.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: simulator
 #include "apps/waymark/evaluation/surfaces.hpp"
 
 #include <gmock/gmock.h>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <functional>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,7 +10,6 @@
 #include "unit/core/beliefs.hpp"
 #include "waymark/host/fusion.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin_loader.hpp"
 
 namespace waymark::test {
 
@@ -28,95 +25,34 @@ struct Seen {
 class FusionRobot {
  public:
   explicit FusionRobot(const std::string& yaml, std::vector<std::pair<std::string, std::shared_ptr<Sensor>>> own = {},
-                       std::vector<MapSlot> maps = {}) {
-    const Config config = Config::parse(yaml, "robot.yaml");
-    const PluginLoader loader({WAYMARK_PLUGIN_DIR});
-    std::vector<SensorSlot> slots;
-    std::vector<Mounting> mountings;
-    for (const Config& entry : config.items("sensors")) mountings.push_back(read_mounting(entry));
-    const Rig rig(std::move(mountings));
-    for (const Config& entry : config.items("sensors")) {
-      slots.push_back(read_sensor_slot(entry));
-      SensorSlot& slot = slots.back();
-      const auto mine = std::find_if(own.begin(), own.end(), [&](const auto& o) { return o.first == slot.plugin; });
-      if (mine != own.end()) {
-        slot.sensor = mine->second;
-      } else if (!slot.plugin.empty()) {
-        slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
-      }
-    }
-    fusion_ = std::make_unique<Fusion>(
-        read_fusion_settings(config), std::move(slots), std::move(maps), [this](const Snapshot& snapshot) {
-          const Measurement& m = snapshot.measurement();
-          seen_.push_back({to_seconds(m.stamp.time_since_epoch()), m.sensor, snapshot.fate(),
-                           snapshot.started() ? snapshot.belief() : Belief{}});
-        });
-  }
+                       std::vector<MapSlot> maps = {});
 
   Fusion& fusion() { return *fusion_; }
   const std::vector<Seen>& seen() const { return seen_; }
   /// Plays a log that arrives in its order.
-  FusionRobot& play(const std::vector<Measurement>& log) {
-    for (const Measurement& m : log) fusion_->add(m);
-    fusion_->finish();
-    return *this;
-  }
-  SensorReport report(std::size_t sensor) const { return fusion_->report().sensors[sensor]; }
-  const Pose& pose() const { return fusion_->filter().mixture().mean.T_map_base; }
-  Eigen::Matrix3d pose_P() const { return pose_covariance(fusion_->filter().mixture(), fusion_->layout()); }
-  std::string events() const {
-    std::string all;
-    for (const Event& event : fusion_->report().events) all += event.text + "\n";
-    return all;
-  }
-  std::string bytes() const {
-    std::ostringstream stream;
-    OutArchive out(stream);
-    fusion_->filter().save(out);
-    return stream.str();
-  }
+  FusionRobot& play(const std::vector<Measurement>& log);
+  SensorReport report(std::size_t sensor) const;
+  const Pose& pose() const;
+  Eigen::Matrix3d pose_P() const;
+  std::string events() const;
+  std::string bytes() const;
 
  private:
   std::vector<Seen> seen_;
   std::unique_ptr<Fusion> fusion_;
 };
 
-inline Measurement reading(double stamp, std::uint32_t sensor, std::shared_ptr<const Payload> payload) {
-  Measurement m;
-  m.stamp = at(stamp);
-  m.arrival = m.stamp;
-  m.sensor = sensor;
-  m.payload = std::move(payload);
-  return m;
-}
+Measurement reading(double stamp, std::uint32_t sensor, std::shared_ptr<const Payload> payload);
 
-inline Measurement twist(double stamp, double v, double w = 0.0, std::uint32_t sensor = 0) {
-  auto payload = std::make_shared<BodyTwist>();
-  payload->v_x_mps = v;
-  payload->w_z_radps = w;
-  return reading(stamp, sensor, payload);
-}
+Measurement twist(double stamp, double v, double w = 0.0, std::uint32_t sensor = 0);
 
-inline Measurement fix(double stamp, double east, double north, std::uint32_t sensor = 1) {
-  auto payload = std::make_shared<GnssFix>();
-  payload->p_map_antenna = {east, north, 0.0};
-  return reading(stamp, sensor, payload);
-}
+Measurement fix(double stamp, double east, double north, std::uint32_t sensor = 1);
 
 /// Twists at `rate` from `from` to before `to`.
-inline void drive(std::vector<Measurement>& log, double from, double to, double v, double w = 0.0, double rate = 10.0) {
-  const auto count = static_cast<int>(std::lround((to - from) * rate));
-  for (int k = 0; k < count; ++k) log.push_back(twist(from + k / rate, v, w));
-}
+void drive(std::vector<Measurement>& log, double from, double to, double v, double w = 0.0, double rate = 10.0);
 
 /// In the order of stamps (then sensors), with sequence numbers in that order: what a source delivers.
-inline std::vector<Measurement> in_order(std::vector<Measurement> log) {
-  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) {
-    return a.stamp != b.stamp ? a.stamp < b.stamp : a.sensor < b.sensor;
-  });
-  for (std::size_t i = 0; i < log.size(); ++i) log[i].sequence = i;
-  return log;
-}
+std::vector<Measurement> in_order(std::vector<Measurement> log);
 
 inline const std::string kWheels = "  - { name: wheels, plugin: odometry, model: twist }\n";
 inline std::string gps(const std::string& more = "") {

@@ -65,8 +65,8 @@ class WAYMARK_API Fusion {
   std::optional<Datum> datum() const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace waymark

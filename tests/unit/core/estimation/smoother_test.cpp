@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 #include "estimation/smoother.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // A log split anywhere and continued from the saved state gives the bytes of one run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

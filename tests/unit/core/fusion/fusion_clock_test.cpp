@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // Stamps that cannot be right, and what the host says of its sensors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // Odometry that is given as poses: the filter's pose moves by exactly the increments, whatever their intervals.
 #include <gmock/gmock.h>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // Late and out-of-order measurements: without maps the host goes back, with maps it weighs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 #include "waymark/host/fusion.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, odometry
 // A robot in a curve whose camera is a tenth of a second ahead of its scanner, and then fails.
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 
 #include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 #include "unit/core/fusion_robot.hpp"
+#include "waymark/plugin_loader.hpp"
 
 namespace waymark::feature_map {
 namespace {

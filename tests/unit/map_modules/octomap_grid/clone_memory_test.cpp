@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: occupancy_grid
 // A copy of a particle's dense map shares everything with it: counted in bytes that the process asks for.
 #include <gtest/gtest.h>
 

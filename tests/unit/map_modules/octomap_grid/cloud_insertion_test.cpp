@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: occupancy_grid
 #include "map_modules/octomap_grid/cloud_insertion.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: occupancy_grid
 #include "map_modules/octomap_grid/particle_octomap.hpp"
 
 #include <gmock/gmock.h>

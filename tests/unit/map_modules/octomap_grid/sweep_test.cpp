@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: occupancy_grid
 // A scanner that turns measures one beam after the other, while the robot drives and turns.
 #include <gtest/gtest.h>
 

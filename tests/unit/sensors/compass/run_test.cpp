@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, imu, odometry
 // Whole runs of a robot with wheels, receiver and compass.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

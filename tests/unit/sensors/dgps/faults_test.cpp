@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry
 // Whole runs of a robot with wheels and a receiver that has a fault.
 #include <gtest/gtest.h>
 

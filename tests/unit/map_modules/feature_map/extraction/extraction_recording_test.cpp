@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// needs plugins: csv
 // The extraction of config/victoria_park.yaml, asked for isolation, on the recording itself, next to the detections
 // that were published with it (K. Leung, F. Inostroza, 2014). Which detections are trees is not labelled, so things are
 // judged by persistence: what stands still is found again by the scans before and after that should see it.

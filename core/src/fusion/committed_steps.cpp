@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/committed_steps.hpp"
+
+#include <fmt/format.h>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::fusion {
+
+std::optional<StartHint> CommittedSteps::start_hint(const Measurement& m) {
+  const SensorRecord& record = committed_.record(m);
+  const Sensor* sensor = record.state.sensor.get();
+  if (sensor == nullptr || record.slot.fuse.mode == FuseRule::Mode::none) return std::nullopt;
+  try {
+    auto hint = sensor->start_hint(m, datum_ ? &*datum_ : nullptr);
+    if (hint && hint->datum && !datum_) {
+      datum_ = hint->datum;
+      hint = sensor->start_hint(m, &*datum_);
+    }
+    return hint;
+  } catch (const DataError&) {
+    return std::nullopt;
+  } catch (const std::exception& error) {
+    committed_.take_out_of_service(m, error.what());
+  } catch (...) {
+    committed_.take_out_of_service(m, "unknown exception");
+  }
+  return std::nullopt;
+}
+
+const Datum* CommittedSteps::datum(const Measurement& m) {
+  if (!datum_) start_hint(m);  // a geodetic sensor may deliver only now
+  return datum_ ? &*datum_ : nullptr;
+}
+
+bool CommittedSteps::account(const Measurement& m, std::size_t index, const particles::MixtureOutcome& outcome,
+                             UpdateResult& result) {
+  if (!outcome.usable) {
+    result.fate = Fate::unusable;
+    return false;
+  }
+  SensorState& state = committed_.record(m).state;
+  const auto rows = static_cast<int>(outcome.innovation.size());
+  state.counters.nis_sum += outcome.nis;
+  state.counters.nis_dof += static_cast<std::uint64_t>(rows);
+  ++state.counters.nis_count;
+  result.nis += outcome.nis;
+  result.dof += rows;
+  state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
+  if (outcome.accepted) {
+    state.rejections_in_a_row[index] = 0;
+  } else if (result.fate == Fate::fused) {
+    result.fate = Fate::gated;
+  }
+  return true;
+}
+
+Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
+  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base}, committed_);
+}
+
+void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,
+                         UpdateResult& result) {
+  for (const auto& [input, why] : committed_.filter.map(at, extraction.inputs, m.sensor)) {
+    const int module = extraction.inputs[static_cast<std::size_t>(input)].module;
+    maps_.take_out_of_service(static_cast<std::size_t>(module), m.stamp, why, committed_);
+  }
+  result.fate = Fate::mapped;
+}
+
+void CommittedSteps::note_unusable(const Measurement& m, std::string_view why) {
+  const SensorRecord& record = committed_.record(m);
+  if (record.state.counters.unusable > 0) return;
+  committed_.note(m.stamp, fmt::format("{}: {} (further ones are only counted)", record.slot.name, why));
+}
+
+void CommittedSteps::conclude(const Measurement& m, UpdateResult& result) {
+  SensorRecord& record = committed_.record(m);
+  if (result.fate != Fate::held_out) {
+    if (!maps_.empty() && (!record.newest || record.newest->stamp <= m.stamp)) record.newest = m;
+    if (result.fate == Fate::unheard && maps_.has_companion(m.sensor)) result.fate = Fate::paired;
+  }
+  committed_.health.record(m.sensor, m.stamp, result);
+  SensorState& state = record.state;
+  if (result.fate == Fate::unheard && !state.ignored_noted) {
+    state.ignored_noted = true;
+    committed_.note(m.stamp, fmt::format("{}: no plugin in service listens to this sensor", record.slot.name));
+  }
+  if (!state.not_localized_noted && committed_.health.is_not_localized(m.sensor)) {
+    state.not_localized_noted = true;
+    committed_.note(m.stamp,
+                    fmt::format("{}: most of what it sees does not tell where in the loaded map the robot is: it "
+                                "started elsewhere, or this is another place (told once; health follows it)",
+                                record.slot.name));
+  }
+}
+
+}  // namespace waymark::fusion

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "estimation/process_model.hpp"
+#include "fusion/committed_steps.hpp"
+#include "fusion/horizon.hpp"
+
+namespace waymark::fusion {
+
+/// The committed particles now. Here standstill, re-acquisition and the watch for biases act.
+class PresentHorizon final : public Horizon {
+ public:
+  PresentHorizon(CommittedSteps& steps, const FusionSettings& settings) : steps_(steps), settings_(settings) {}
+
+  const Belief& belief() override { return filter().mixture(); }
+  bool standing() const override { return steps_.committed().standstill.standing(); }
+  bool fuses(const Measurement& m) override { return record(m).state.fuse.fuses(m.stamp); }
+  Sensor* sensor(const Measurement& m) override { return record(m).state.sensor.get(); }
+  const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
+  bool follow_motion(const Measurement& m, const UpdateList& updates) override;
+  void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
+  Extraction extract(const Measurement& m) override { return steps_.extract(m, belief()); }
+  void skip_mapping() override { filter().record_tentative_path(); }
+  void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override;
+  void note_unusable(const Measurement& m, std::string_view why) override { steps_.note_unusable(m, why); }
+  void take_out_of_service(const Measurement& m, std::string_view why) override {
+    steps_.committed().take_out_of_service(m, why);
+  }
+  void conclude(const Measurement& m, UpdateResult& result) override { steps_.conclude(m, result); }
+
+ private:
+  particles::ParticleFilter& filter() { return steps_.committed().filter; }
+  SensorRecord& record(const Measurement& m) { return steps_.committed().record(m); }
+  bool follow_standstill(const Measurement& m, const UpdateList& updates);
+  void watch_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
+  void reacquire(const Measurement& m, std::size_t index, const Update& update,
+                 const particles::MixtureOutcome& outcome);
+
+  CommittedSteps& steps_;
+  const FusionSettings& settings_;
+};
+
+/// The particles at the earlier time of a measurement that comes late (docs/math/time.md). It weighs them where they
+/// were; what follows for the motion of now is left to the measurements of now.
+class PastHorizon final : public Horizon {
+ public:
+  /// `at`: the particles, recalled at the measurement's stamp.
+  PastHorizon(CommittedSteps& steps, particles::Instant& at) : steps_(steps), at_(at) {}
+
+  const Belief& belief() override { return at_.mixture(); }
+  bool standing() const override { return steps_.committed().standstill.standing(); }
+  bool fuses(const Measurement& m) override { return steps_.committed().record(m).state.fuse.fuses(m.stamp); }
+  Sensor* sensor(const Measurement& m) override { return steps_.committed().record(m).state.sensor.get(); }
+  const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
+  bool follow_motion(const Measurement&, const UpdateList&) override { return false; }
+  void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
+  Extraction extract(const Measurement& m) override { return steps_.extract(m, belief()); }
+  void skip_mapping() override {}
+  void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override {
+    steps_.map(m, at_, extraction, result);
+  }
+  void note_unusable(const Measurement& m, std::string_view why) override { steps_.note_unusable(m, why); }
+  void take_out_of_service(const Measurement& m, std::string_view why) override {
+    steps_.committed().take_out_of_service(m, why);
+  }
+  void conclude(const Measurement& m, UpdateResult& result) override { steps_.conclude(m, result); }
+
+ private:
+  CommittedSteps& steps_;
+  particles::Instant& at_;
+};
+
+/// The front: one Gaussian, the mixture's moments with what is not yet committed applied. It has sensors and gates of
+/// its own, so that the committed ones keep their state.
+class FrontHorizon final : public Horizon {
+ public:
+  FrontHorizon(const Committed& committed, const estimation::ProcessModel& process, const std::optional<Datum>& datum);
+
+  void predict(Time to);
+
+  const Belief& belief() override { return belief_; }
+  bool standing() const override { return committed_.standstill.standing(); }
+  bool fuses(const Measurement& m) override;
+  Sensor* sensor(const Measurement& m) override;
+  const Datum* datum(const Measurement&) override { return datum_ ? &*datum_ : nullptr; }
+  bool follow_motion(const Measurement& m, const UpdateList& updates) override;
+  void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
+  Extraction extract(const Measurement&) override { return {}; }
+  void skip_mapping() override {}
+  void map(const Measurement&, const Extraction&, UpdateResult&) override {}
+  // The committed side meets the same measurement soon and reports what is wrong with it.
+  void note_unusable(const Measurement&, std::string_view) override {}
+  void take_out_of_service(const Measurement&, std::string_view) override {}
+  void conclude(const Measurement&, UpdateResult&) override {}
+
+ private:
+  const Committed& committed_;
+  const estimation::ProcessModel& process_;
+  const std::optional<Datum>& datum_;
+  Belief belief_;
+  std::vector<FuseGate> gates_;
+  std::vector<std::unique_ptr<Sensor>> sensors_;  // clones, made when needed
+};
+
+}  // namespace waymark::fusion

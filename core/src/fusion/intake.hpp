@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "fusion/measurement_queue.hpp"
+#include "monitoring/clock_monitor.hpp"
+
+namespace waymark::fusion {
+
+/// Admits measurements in their order of arrival: the stamp is checked, then each waits for its turn in the total
+/// order, or is late.
+class Intake {
+ public:
+  Intake(const ClockSettings& clock, Duration max_latency, std::size_t sensors)
+      : clocks_(clock, sensors), queue_(max_latency) {}
+
+  /// Takes one measurement and calls `turn(Measurement&&, bool is_late)` for all whose turn has come. Returns the fault
+  /// of its stamp, if that cannot be right; the measurement is left out then.
+  template <class Turn>
+  std::optional<std::string> admit(const Measurement& m, const Turn& turn) {
+    if (auto fault = clocks_.fault(m)) return fault;
+    if (!queue_.push(m)) {
+      turn(Measurement(m), true);
+      return std::nullopt;
+    }
+    while (auto due = queue_.pop_due()) turn(std::move(*due), false);
+    return std::nullopt;
+  }
+  /// The end of the log: calls `turn` for all that wait.
+  template <class Turn>
+  void finish(const Turn& turn) {
+    while (auto next = queue_.pop()) turn(std::move(*next), false);
+  }
+
+  const MeasurementQueue& queue() const { return queue_; }
+  const monitoring::ClockMonitor& clocks() const { return clocks_; }
+
+ private:
+  monitoring::ClockMonitor clocks_;
+  MeasurementQueue queue_;
+};
+
+}  // namespace waymark::fusion

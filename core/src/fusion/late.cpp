@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What comes, in the total order, before what was committed already (docs/math/time.md).
+#include <fmt/format.h>
+
+#include "fusion/parts.hpp"
+
+namespace waymark {
+
+void Fusion::Parts::process_late(const Measurement& m) {
+  Fate fate = Fate::late;
+  if (maps.empty() && history.reaches(m.stamp)) {
+    fate = roll_back_and_repeat(m);
+    ++committed.record(m).state.counters.taken_in_late;
+  } else if (particles::Instant* then = maps.empty() ? nullptr : committed.filter.recall(m.stamp)) {
+    fusion::PastHorizon past(steps, *then);
+    fate = process(m, past, layout, updates);
+    committed.count(m, fate);
+    ++committed.record(m).state.counters.taken_in_late;
+  } else {
+    committed.count(m, fate);
+    note_too_late(m);
+  }
+  committed.judge_health(committed.filter.stamp());
+  show(m, fate);
+}
+
+/// Without maps: back to the mark before it, then forward again with the measurement in its place. The result is that
+/// of a log in order, to the byte.
+Fate Fusion::Parts::roll_back_and_repeat(const Measurement& m) {
+  std::vector<Measurement> again;
+  committed.roll_back(history.rewind(m, again));
+  Fate fate = Fate::late;
+  for (const Measurement& repeated : again) {
+    const Fate one = predict_and_process(repeated);
+    if (repeated.sensor == m.sensor && repeated.sequence == m.sequence) fate = one;
+  }
+  return fate;
+}
+
+void Fusion::Parts::mark_if_due() {
+  if (history.keeps() && history.wants_mark()) history.mark(committed.mark(history.count()));
+}
+
+void Fusion::Parts::note_too_late(const Measurement& m) {
+  fusion::SensorRecord& sensor = committed.record(m);
+  if (sensor.too_late_noted) return;
+  sensor.too_late_noted = true;
+  const Duration behind = committed.filter.stamp() - m.stamp;
+  arrival_events.push_back(
+      {fmt::format("{}: a measurement came {:.3f} s after its stamp, {:.3f} s behind what was committed: too late for "
+                   "filter.history_s (further ones are only counted)",
+                   sensor.slot.name, to_seconds(m.arrival - m.stamp), to_seconds(behind)),
+       to_seconds(m.arrival.time_since_epoch())});
+}
+
+}  // namespace waymark

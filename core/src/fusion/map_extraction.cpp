@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/map_extraction.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::fusion {
+
+bool MapExtraction::localizes() const { return std::ranges::any_of(maps_, &MapSlot::localize); }
+
+bool MapExtraction::has_companion(std::uint32_t sensor) const {
+  return std::ranges::any_of(maps_, [&](const MapSlot& map) {
+    return map.module &&
+           std::find(map.inputs.begin() + 1, map.inputs.end(), static_cast<int>(sensor)) != map.inputs.end();
+  });
+}
+
+std::vector<Companion> MapExtraction::companions_of(const MapSlot& map, const Measurement& m,
+                                                    const Committed& committed) const {
+  std::vector<Companion> companions;
+  for (std::size_t k = 1; k < map.inputs.size(); ++k) {
+    const SensorRecord& sensor = committed.sensors[static_cast<std::size_t>(map.inputs[k])];
+    const auto& newest = sensor.newest;
+    const bool fresh = newest && newest->stamp <= m.stamp && m.stamp - newest->stamp <= map.pair_max_age;
+    companions.push_back({sensor.slot.name, fresh ? &*newest : nullptr});
+  }
+  return companions;
+}
+
+Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& motion, Committed& committed) {
+  Extraction result;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    const MapSlot& map = maps_[i];
+    if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
+    try {
+      if (auto observation = map.module->extract(m, companions_of(map, m, committed), motion)) {
+        result.inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
+        result.observations.push_back(std::move(observation));
+      } else {
+        result.skipped = true;
+      }
+    } catch (const DataError& error) {
+      if (unusable_[i]++ == 0)
+        committed.note(m.stamp, fmt::format("{}: {} (further ones are only counted)", map.name, error.what()));
+      result.unusable = true;
+    } catch (const std::exception& error) {
+      take_out_of_service(i, m.stamp, error.what(), committed);
+    } catch (...) {
+      take_out_of_service(i, m.stamp, "unknown exception", committed);
+    }
+  }
+  return result;
+}
+
+void MapExtraction::take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed) {
+  committed.note_failure(stamp, "map " + maps_[map].name, why);
+  committed.filter.drop_module(static_cast<int>(map));
+  maps_[map].module = nullptr;
+}
+
+void MapExtraction::report(Time stamp, std::vector<Event>& events) const {
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    if (unusable_[i] < 2) continue;  // there is an event of the first
+    events.push_back({fmt::format("{}: {} measurements were of no use to it", maps_[i].name, unusable_[i]),
+                      to_seconds(stamp.time_since_epoch())});
+  }
+}
+
+void MapExtraction::save(OutArchive& out) const {
+  out.value(static_cast<std::uint64_t>(maps_.size()));
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    out.value(std::string_view(maps_[i].name));
+    out.value(unusable_[i]);
+    out.value(maps_[i].module != nullptr);
+    if (maps_[i].module) maps_[i].module->save(out);
+  }
+}
+
+void MapExtraction::load(InArchive& in, particles::ParticleFilter& filter) {
+  std::uint64_t count = 0;
+  in.value(count);
+  if (count != maps_.size())
+    throw DataError(fmt::format("the checkpoint has {} maps, the configuration {}", count, maps_.size()));
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    MapSlot& map = maps_[i];
+    std::string name;
+    in.value(name);
+    if (name != map.name)
+      throw DataError(fmt::format("the checkpoint was made with a map \"{}\" where now \"{}\" stands", name, map.name));
+    in.value(unusable_[i]);
+    bool in_service = false;
+    in.value(in_service);
+    if (in_service) {
+      map.module->load(in);
+    } else {
+      map.module = nullptr;
+      filter.drop_module(static_cast<int>(i));
+    }
+  }
+}
+
+}  // namespace waymark::fusion

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "fusion/committed.hpp"
+#include "particles/particle.hpp"
+#include "waymark/host/fusion_settings.hpp"
+#include "waymark/interface/map_module.hpp"
+
+namespace waymark::fusion {
+
+/// What the map modules found in one measurement.
+struct Extraction {
+  std::vector<particles::MappingInput> inputs;
+  std::vector<std::shared_ptr<const Observation>> observations;  ///< of the inputs: keeps them alive
+  bool skipped = false;                                          ///< a module has no use for the measurement
+  bool unusable = false;                                         ///< a module could not read it
+};
+
+/// The maps of the YAML with their modules, and how measurements come to them.
+class MapExtraction {
+ public:
+  explicit MapExtraction(std::vector<MapSlot> maps) : maps_(std::move(maps)), unusable_(maps_.size()) {}
+
+  const std::vector<MapSlot>& maps() const { return maps_; }
+  bool empty() const { return maps_.empty(); }
+  /// True if a map's information refines the pose.
+  bool localizes() const;
+  /// True if a map in service takes this sensor's measurements along with those of its first input.
+  bool has_companion(std::uint32_t sensor) const;
+
+  /// Lets every module that this measurement triggers extract its observation. A module that throws goes out of
+  /// service.
+  Extraction extract(const Measurement& m, const MotionWindow& motion, Committed& committed);
+  /// A module failed: its maps are dropped and an event notes why.
+  void take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed);
+  /// Adds how many measurements each map could not read.
+  void report(Time stamp, std::vector<Event>& events) const;
+
+  /// The modules; their maps are the particles'.
+  void save(OutArchive& out) const;
+  /// Throws DataError if it is of another configuration.
+  void load(InArchive& in, particles::ParticleFilter& filter);
+
+ private:
+  std::vector<Companion> companions_of(const MapSlot& map, const Measurement& m, const Committed& committed) const;
+
+  std::vector<MapSlot> maps_;
+  std::vector<std::uint64_t> unusable_;  // per map, measurements that it could not read
+};
+
+}  // namespace waymark::fusion

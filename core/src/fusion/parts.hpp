@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "estimation/process_model.hpp"
+#include "fusion/committed.hpp"
+#include "fusion/committed_steps.hpp"
+#include "fusion/history.hpp"
+#include "fusion/horizons.hpp"
+#include "fusion/intake.hpp"
+#include "fusion/map_extraction.hpp"
+#include "fusion/startup.hpp"
+#include "waymark/host/fusion.hpp"
+
+namespace waymark {
+
+/// The parts of the host. What they do together is in fusion.cpp, late.cpp and checkpoint.cpp.
+struct Fusion::Parts {
+  Parts(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps, Observer observer);
+
+  // The way of a measurement. (fusion.cpp)
+  void take_turn(const Measurement& m, bool is_late);
+  void commit(const Measurement& m);
+  Fate predict_and_process(const Measurement& m);
+  void show(const Measurement& m, Fate fate);
+  void refuse(const Measurement& m, const std::string& fault);
+  void add_to_smoother(Fate fate);
+  // Before the start. (start.cpp)
+  void await_start(const Measurement& m);
+  void begin(const fusion::Start& start);
+  // What comes late. (late.cpp)
+  void process_late(const Measurement& m);
+  Fate roll_back_and_repeat(const Measurement& m);
+  void note_too_late(const Measurement& m);
+  void mark_if_due();
+
+  FusionSettings settings;
+  StateLayout layout;
+  estimation::ProcessModel process_model;
+  fusion::Intake intake;
+  fusion::Startup startup;
+  fusion::MapExtraction maps;
+  fusion::Committed committed;
+  fusion::History history;
+  std::optional<Datum> datum;
+  fusion::CommittedSteps steps;
+  fusion::PresentHorizon present;
+  Observer observer;
+
+  std::vector<Event> arrival_events;                 // of clocks: these do not roll back
+  std::optional<std::pair<Measurement, Fate>> last;  // the last measurement that was shown
+  std::uint64_t arrived = 0;
+  std::uint64_t turns = 0;  // measurements whose turn has come, late ones included
+  UpdateList updates;       // scratch
+  bool started = false;
+  bool repeating = false;  // measurements are processed that were processed before: nothing is shown
+};
+
+/// The steps of Fig. 2.1 of the paper for one measurement. `updates`: scratch.
+Fate process(const Measurement& m, fusion::Horizon& at, const StateLayout& layout, UpdateList& updates);
+
+}  // namespace waymark

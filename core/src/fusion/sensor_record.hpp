@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "fusion/fuse_gate.hpp"
+#include "monitoring/bias_watch.hpp"
+#include "particles/particle.hpp"
+#include "waymark/host/fusion_settings.hpp"
+#include "waymark/interface/measurement.hpp"
+#include "waymark/interface/snapshot.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/io/archive.hpp"
+
+namespace waymark::fusion {
+
+/// What a roll-back restores of a sensor.
+struct SensorState {
+  std::shared_ptr<Sensor> sensor;  ///< null: only maps take its measurements, or it is out of service
+  FuseGate fuse;
+  SensorCounters counters = {};
+  std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
+  monitoring::BiasWatch bias = {};                               ///< of a position's innovations
+  int biased = 0;                                                ///< how often that was no chance
+  bool ignored_noted = false;                                    ///< there is an event already
+  bool not_localized_noted = false;
+
+  /// A copy whose sensor is a clone.
+  SensorState clone() const;
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+};
+
+/// One sensor at run time.
+struct SensorRecord {
+  SensorSlot slot;
+  particles::UpdatePolicy policy;
+  bool triggers_map = false;
+  SensorState state;
+
+  // Known by what arrives, so it does not roll back.
+  std::uint64_t mistimed = 0;
+  bool too_late_noted = false;        ///< there is an event already
+  std::optional<Measurement> newest;  ///< for maps with several inputs
+};
+
+}  // namespace waymark::fusion

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ranges>
+#include <utility>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::fusion {
+
+bool is_fused_after_start(const SensorSlot& slot) {
+  return slot.fuse.mode != FuseRule::Mode::start && slot.fuse.mode != FuseRule::Mode::none;
+}
+
+namespace {
+
+/// True if an absolute sensor can find the start (`fused` false), or is fused after it (`fused` true).
+bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
+  return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
+    return s.enabled && s.sensor && s.sensor->is_absolute() && s.fuse.mode != FuseRule::Mode::none &&
+           (!fused || is_fused_after_start(s));
+  });
+}
+
+bool begin_with_a_place(const std::vector<MapSlot>& maps) {
+  return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->begins_with_a_place(); });
+}
+
+/// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it. The
+/// map of a known place lies where it says.
+bool needs_georeference(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                        const std::vector<MapSlot>& maps) {
+  return settings.georeference.enabled && !maps.empty() && !begin_with_a_place(maps) && has_absolute(sensors, true);
+}
+
+bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front() == static_cast<int>(sensor); }
+
+}  // namespace
+
+/// Only particles with maps weigh what comes late; a belief alone is rewound.
+ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
+  ParticleFilterSettings filter = settings.filter;
+  filter.history = maps.empty() ? Duration::zero() : settings.history;
+  return filter;
+}
+
+std::vector<std::shared_ptr<MapModule>> modules_of(const std::vector<MapSlot>& maps) {
+  std::vector<std::shared_ptr<MapModule>> modules;
+  modules.reserve(maps.size());
+  for (const MapSlot& map : maps) modules.push_back(map.module);
+  return modules;
+}
+
+std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorRecord>& sensors,
+                                                      const std::vector<MapSlot>& maps) {
+  std::vector<monitoring::HealthMonitor::Role> roles;
+  roles.reserve(sensors.size());
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const SensorSlot& slot = sensors[i].slot;
+    const bool fused = slot.enabled && is_fused_after_start(slot);
+    const bool localizes =
+        std::ranges::any_of(maps, [&](const MapSlot& map) { return map.localize && triggers(map, i); });
+    const bool in_place = std::ranges::any_of(maps, [&](const MapSlot& map) {
+      return map.localize && triggers(map, i) && map.module && map.module->begins_with_a_place();
+    });
+    const bool companion = std::ranges::any_of(
+        maps, [&](const MapSlot& map) { return std::ranges::count(map.inputs, static_cast<int>(i)) > 0; });
+    roles.push_back({slot.name, slot.sensor && slot.sensor->is_motion_source(),
+                     localizes || (slot.sensor && slot.sensor->is_absolute()), in_place,
+                     fused && (slot.sensor != nullptr || companion)});
+  }
+  return roles;
+}
+
+std::vector<SensorRecord> make_records(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
+  std::vector<SensorRecord> records;
+  records.reserve(sensors.size());
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const SensorSlot& slot = sensors[i];
+    const particles::UpdatePolicy policy{static_cast<int>(i), particles::Gates(slot.gate_probability),
+                                         slot.weight_exponent, false, slot.sensor && slot.sensor->is_absolute()};
+    const bool triggering = std::ranges::any_of(maps, [&](const MapSlot& map) { return triggers(map, i); });
+    SensorState state{slot.sensor, FuseGate(slot.fuse)};
+    records.push_back({slot, policy, triggering, std::move(state), 0, false, std::nullopt});
+  }
+  return records;
+}
+
+StartKnowledge start_knowledge(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
+  return {has_absolute(sensors, false), has_absolute(sensors, true), begin_with_a_place(maps)};
+}
+
+std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                                             const std::vector<MapSlot>& maps) {
+  std::vector<StateLayout::Owner> owners;
+  owners.reserve(sensors.size() + 1);
+  for (const SensorSlot& slot : sensors) {
+    owners.push_back({slot.name, slot.sensor && slot.enabled ? slot.sensor->block() : StateBlock{}});
+  }
+  if (needs_georeference(settings, sensors, maps)) {
+    owners.push_back({std::string(estimation::Georeference::kOwner),
+                      estimation::Georeference::block(settings.motion, settings.georeference)});
+  }
+  return owners;
+}
+
+std::optional<estimation::Georeference> georeference_of(const StateLayout& layout, std::size_t sensors) {
+  if (layout.owners().size() == sensors) return std::nullopt;
+  return estimation::Georeference(layout, static_cast<int>(layout.owners().size()) - 1);
+}
+
+namespace {
+
+/// One magnetometer feeds the IMU's own filter or a compass, never both.
+void check_magnetometers(const std::vector<SensorSlot>& sensors) {
+  const SensorSlot* first = nullptr;
+  for (const SensorSlot& slot : sensors) {
+    if (!slot.enabled || !slot.sensor || !is_fused_after_start(slot) || !slot.sensor->uses_magnetometer()) continue;
+    if (first != nullptr) {
+      throw ConfigError(fmt::format(
+          "sensors.{} and sensors.{} both take their heading from a magnetometer: if it is the same one, leave it to "
+          "one of them; if not, set own_magnetometer: true",
+          first->name, slot.name));
+    }
+    first = &slot;
+  }
+}
+
+}  // namespace
+
+void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                 const std::vector<MapSlot>& maps) {
+  const auto any = [&](auto property) {
+    return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
+      return s.enabled && s.sensor && is_fused_after_start(s) && property(*s.sensor);
+    });
+  };
+  const bool has_motion_sensor = any([](const Sensor& s) { return s.is_motion_source(); });
+  const bool has_localizing_map = std::ranges::any_of(maps, [&](const MapSlot& m) {
+    const SensorSlot& trigger = sensors[static_cast<std::size_t>(m.inputs.front())];
+    return m.localize && trigger.enabled && is_fused_after_start(trigger);
+  });
+  if (settings.motion_from_maps && has_motion_sensor) {
+    throw ConfigError("motion.told_by: maps is for a robot without a motion sensor, but one is enabled");
+  }
+  if (settings.motion_from_maps && !has_localizing_map) {
+    throw ConfigError("motion.told_by: maps needs a map that localises; there is none with an enabled sensor");
+  }
+  if (!settings.motion_from_maps && !has_motion_sensor) {
+    throw ConfigError(
+        "sensors: none of the enabled sensors tells how the robot moves; add one (plugin: odometry, for example), or "
+        "with a map that localises set motion.told_by: maps");
+  }
+  if (settings.motion == StateLayout::Motion::spatial &&
+      !any([](const Sensor& s) { return s.observes_roll_and_pitch(); })) {
+    throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
+  }
+  check_magnetometers(sensors);
+}
+
+}  // namespace waymark::fusion

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/snapshot_view.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "particles/grid_mixture.hpp"
+
+namespace waymark::fusion {
+
+std::vector<ParticleView> SnapshotView::particles() const {
+  std::vector<ParticleView> views;
+  views.reserve(filter_.particles().size());
+  for (const particles::Particle& particle : filter_.particles()) {
+    views.push_back({filter_.T_enu_map(particle) * particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
+  }
+  return views;
+}
+
+std::vector<StampedPose> SnapshotView::best_path() const {
+  std::vector<StampedPose> path = best().path.poses();
+  if (filter_.georeference()) {
+    const Pose T_enu_map = filter_.T_enu_map(best());
+    for (StampedPose& node : path) node.T_map_base = T_enu_map * node.T_map_base;
+  }
+  return path;
+}
+
+std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
+  std::vector<MapDescription> result;
+  std::vector<const ParticleMap*> of_all;
+  of_all.reserve(filter_.particles().size());
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    const auto& map = best().maps[i];
+    if (!map) continue;
+    MapDescription& shown = result.emplace_back();
+    shown.module = maps_[i].name;
+    map->describe(shown);
+    if (maps_[i].module) {
+      of_all.clear();
+      for (const particles::Particle& particle : filter_.particles()) of_all.push_back(particle.maps[i].get());
+      maps_[i].module->describe(of_all, shown.figures);
+    }
+    if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) shown.grid = map->grid();
+    if (detail == MapDetail::with_mixtures) shown.mixture = mixture_of(i);
+    if (detail == MapDetail::with_files) shown.files = map->files(filter_.T_enu_map(best()));
+    if (filter_.georeference()) place_on_earth(shown);
+  }
+  return result;
+}
+
+std::optional<GridView> SnapshotView::mixture_of(std::size_t map) const {
+  std::vector<particles::WeightedGrid> grids;
+  grids.reserve(filter_.particles().size());
+  for (const particles::Particle& particle : filter_.particles()) {
+    if (!particle.maps[map]) continue;
+    if (auto grid = particle.maps[map]->grid()) grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
+  }
+  return particles::mix_grids(grids);
+}
+
+/// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that is
+/// known.
+void SnapshotView::place_on_earth(MapDescription& map) const {
+  const estimation::Georeference& georeference = *filter_.georeference();
+  const Pose T_enu_map = filter_.T_enu_map(best());
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
+  if (map.grid) map.grid->T_map_grid = T_enu_map * map.grid->T_map_grid;
+  if (map.mixture) map.mixture->T_map_grid = T_enu_map * map.mixture->T_map_grid;
+  for (LandmarkView& landmark : map.landmarks) {
+    landmark.P = turn * landmark.P * turn.transpose();
+    landmark.P.topLeftCorner<2, 2>() += georeference.point_covariance(best().belief, landmark.p_map);
+    landmark.p_map = (T_enu_map * Eigen::Vector3d(landmark.p_map.x(), landmark.p_map.y(), 0.0)).head<2>();
+  }
+}
+
+}  // namespace waymark::fusion

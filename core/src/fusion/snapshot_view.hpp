@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "fusion/committed.hpp"
+#include "waymark/host/fusion_settings.hpp"
+#include "waymark/interface/snapshot.hpp"
+
+namespace waymark::fusion {
+
+/// The snapshot that sinks see: the filter after one measurement.
+class SnapshotView final : public Snapshot {
+ public:
+  SnapshotView(const Committed& committed, const std::vector<MapSlot>& maps, bool started,
+               const Measurement& measurement, Fate fate)
+      : filter_(committed.filter),
+        maps_(maps),
+        health_(committed.health.health()),
+        started_(started),
+        measurement_(measurement),
+        fate_(fate) {}
+
+  Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
+  const Measurement& measurement() const override { return measurement_; }
+  Fate fate() const override { return fate_; }
+  bool started() const override { return started_; }
+  const Belief& belief() const override { return filter_.mixture(); }
+  const StateLayout& layout() const override { return filter_.layout(); }
+  double effective_sample_size() const override { return filter_.effective_sample_size(); }
+  const Health& health() const override { return health_; }
+  std::vector<ParticleView> particles() const override;
+  std::vector<StampedPose> best_path() const override;
+  std::vector<MapDescription> best_maps(MapDetail detail) const override;
+
+ private:
+  const particles::Particle& best() const { return filter_.set()[filter_.set().best()]; }
+  std::optional<GridView> mixture_of(std::size_t map) const;
+  void place_on_earth(MapDescription& map) const;
+
+  const particles::ParticleFilter& filter_;
+  const std::vector<MapSlot>& maps_;
+  const Health& health_;
+  bool started_;
+  const Measurement& measurement_;
+  Fate fate_;
+};
+
+}  // namespace waymark::fusion

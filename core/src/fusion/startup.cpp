@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/startup.hpp"
+
+#include <algorithm>
+
+#include "fusion/measurement_queue.hpp"
+#include "fusion/setup.hpp"
+
+namespace waymark::fusion {
+
+std::optional<Start> Startup::consider(const Measurement& m, const std::optional<StartHint>& hint,
+                                       const std::vector<SensorRecord>& sensors) {
+  buffer_.insert(std::upper_bound(buffer_.begin(), buffer_.end(), m, MeasurementQueue::Order{}), m);
+  if (!start_) start_ = finder_.consider(m, hint);
+  if (!start_) return std::nullopt;
+  // The filter's time begins with the first motion measurement: until then the twist is unknown, and a second of
+  // prediction with it turns the map.
+  const auto first_motion = std::ranges::find_if(buffer_, [&](const Measurement& b) {
+    const SensorRecord& record = sensors[b.sensor];
+    const Sensor* sensor = record.state.sensor.get();
+    const bool is_motion = motion_from_maps_ ? record.triggers_map : sensor != nullptr && sensor->is_motion_source();
+    return b.stamp >= start_->prior.stamp && is_motion && is_fused_after_start(record.slot);
+  });
+  if (first_motion == buffer_.end()) return std::nullopt;
+  start_->prior.stamp = first_motion->stamp;
+  return start_;
+}
+
+std::string Startup::missing() const {
+  if (!start_) return finder_.missing();
+  return motion_from_maps_ ? "no map has been given a measurement" : "no motion sensor has said anything";
+}
+
+}  // namespace waymark::fusion

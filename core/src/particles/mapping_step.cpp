@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particles/mapping_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <functional>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::particles {
+
+namespace {
+
+constexpr std::uint32_t kPriorDraw = 0x40000000;  // + sensor: what this random stream is for
+constexpr int kSerialMapping = 2;                 // one particle alone is mapped by the calling thread
+
+}  // namespace
+
+MappingStep::MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams,
+                         std::size_t particles)
+    : layout_(layout), workers_(workers), streams_(streams), scratch_(particles) {}
+
+void MappingStep::keep_priors(Instant& at, std::size_t particles) {
+  for (std::size_t i = 0; i < particles; ++i) scratch_[i].prior = at.belief(i);
+}
+
+void MappingStep::restore_priors(Instant& at, std::size_t particles) {
+  for (std::size_t i = 0; i < particles; ++i) at.belief(i) = scratch_[i].prior;
+}
+
+void MappingStep::refine_each(const ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs,
+                              Time stamp, std::uint32_t sensor) {
+  const auto refine = [&](int slot) {
+    const auto i = static_cast<std::size_t>(slot);
+    refine_one(i, particles[i], at.belief(i), inputs, stamp, sensor);
+  };
+  workers_.for_each(static_cast<int>(particles.size()), std::cref(refine), kSerialMapping);
+}
+
+/// Lets every map refine `belief` in turn.
+void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief& belief,
+                             std::span<const MappingInput> inputs, Time stamp, std::uint32_t sensor) {
+  Scratch& scratch = scratch_[slot];
+  scratch.log_evidence = 0.0;
+  scratch.writes = false;
+  scratch.informed = false;
+  scratch.failed_input = -1;
+  // Each module meets its own association again, whoever else has inputs.
+  scratch.refinements.resize(particle.maps.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const auto& map = particle.maps[static_cast<std::size_t>(inputs[i].module)];
+    if (!map) continue;
+    try {
+      const PoseGaussian prior{belief.mean.T_map_base, pose_covariance(belief, layout_)};
+      refine_by(inputs[i], *map, prior, draw_start(slot, prior, stamp, sensor), belief, scratch);
+    } catch (const std::exception& error) {
+      scratch.failed_input = static_cast<int>(i);
+      scratch.failure = error.what();
+      return;
+    } catch (...) {
+      scratch.failed_input = static_cast<int>(i);
+      scratch.failure = "unknown exception";
+      return;
+    }
+  }
+}
+
+/// A draw of the prior: where the search of a map begins.
+Pose MappingStep::draw_start(std::size_t slot, const PoseGaussian& prior, Time stamp, std::uint32_t sensor) const {
+  Random stream = streams_(static_cast<int>(slot), stamp, kPriorDraw + sensor);
+  const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
+  Pose start = prior.T_map_base;
+  start.p.head<2>() += draw.head<2>();
+  start.q = (so3::exp({0.0, 0.0, draw.z()}) * start.q).normalized();
+  return start;
+}
+
+void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
+                            const Pose& start, Belief& belief, Scratch& scratch) const {
+  Refinement& refinement = scratch.refinements[static_cast<std::size_t>(input.module)];
+  refinement.information.setZero();
+  refinement.gradient.setZero();
+  refinement.log_evidence = 0.0;
+  refinement.writes = true;
+  map.refine(prior, start, *input.observation, refinement);
+  if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
+  scratch.writes = scratch.writes || refinement.writes;
+  if (!input.localize) return;
+  if (!estimation::ekf::apply_pose_information(belief, layout_, input.share * refinement.information,
+                                               input.share * refinement.gradient)) {
+    throw Error("the map's pose information is not finite");
+  }
+  scratch.log_evidence += input.share * refinement.log_evidence;
+  scratch.informed = scratch.informed || !refinement.information.isZero(0.0);
+}
+
+void MappingStep::weigh(ParticleSet& particles) {
+  for (std::size_t i = 0; i < particles.size(); ++i) particles[i].log_weight += scratch_[i].log_evidence;
+  located_ = 2 * std::ranges::count_if(scratch_, &Scratch::informed) >= static_cast<std::ptrdiff_t>(particles.size());
+}
+
+void MappingStep::insert_each(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs,
+                              std::size_t input) {
+  const auto insert = [&](int slot) {
+    const auto i = static_cast<std::size_t>(slot);
+    insert_one(i, particles[i], at.belief(i), inputs, input);
+  };
+  workers_.for_each(static_cast<int>(particles.size()), std::cref(insert), kSerialMapping);
+}
+
+void MappingStep::insert_one(std::size_t slot, Particle& particle, const Belief& belief,
+                             std::span<const MappingInput> inputs, std::size_t input) {
+  Scratch& scratch = scratch_[slot];
+  scratch.failed_input = -1;
+  const auto module = static_cast<std::size_t>(inputs[input].module);
+  const auto& map = particle.maps[module];
+  if (!map) return;
+  try {
+    const PoseGaussian pose{belief.mean.T_map_base, pose_covariance(belief, layout_)};
+    map->insert(pose, *inputs[input].observation, scratch.refinements[module].association.get());
+  } catch (const std::exception& error) {
+    scratch.failed_input = static_cast<int>(input);
+    scratch.failure = error.what();
+  } catch (...) {
+    scratch.failed_input = static_cast<int>(input);
+    scratch.failure = "unknown exception";
+  }
+}
+
+/// True if this is the first failure of its input.
+bool MappingStep::note_failure(const Scratch& scratch, MappingFailures& failures) {
+  const auto is_same = [&](const auto& failure) { return failure.first == scratch.failed_input; };
+  if (std::ranges::any_of(failures, is_same)) return false;
+  failures.emplace_back(scratch.failed_input, scratch.failure);
+  return true;
+}
+
+}  // namespace waymark::particles

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "particles/path.hpp"
+#include "waymark/base/api.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/math/gaussian.hpp"
+
+namespace waymark::particles {
+
+/// One hypothesis: a navigation EKF, a weight, one map per module, the trajectory. Copying it copies handles.
+struct Particle {
+  Belief belief;
+  double log_weight = 0.0;
+  std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
+  Path path;
+
+  Particle clone() const;
+};
+
+/// Gates by the number of rows: the χ² quantile of one probability, found once, since the quantile costs more than an
+/// update.
+class WAYMARK_API Gates {
+ public:
+  explicit Gates(double probability);
+  double operator[](int rows) const { return quantiles_[static_cast<std::size_t>(rows)]; }
+
+ private:
+  std::array<double, kMaxUpdateRows + 1> quantiles_{};
+};
+
+/// How one update of one sensor enters.
+struct UpdatePolicy {
+  int owner = 0;  ///< the sensor's place in the layout
+  Gates gates{0.999};
+  double weight_exponent = 1.0;  ///< on the evidence only
+  bool ignore_gate = false;      ///< re-acquisition
+  bool absolute = false;         ///< the model is of the pose in ENU, so its update goes through the georeference
+};
+
+/// The result of one update for the mixture.
+struct MixtureOutcome {
+  gaussian::Vector innovation;
+  gaussian::Matrix S;
+  double nis = 0.0;
+  bool accepted = false;
+  bool usable = true;  ///< false: a particle's innovation was not finite; nothing was applied
+};
+
+/// One module's part in a mapping step.
+struct MappingInput {
+  int module = 0;
+  const Observation* observation = nullptr;
+  double share = 1.0;    ///< the likelihood's exponent: information and evidence alike
+  bool localize = true;  ///< false: only maps
+};
+
+/// Indices into the inputs of a mapping step whose modules threw, with the message.
+using MappingFailures = std::vector<std::pair<int, std::string>>;
+
+}  // namespace waymark::particles

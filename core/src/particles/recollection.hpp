@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "estimation/process_model.hpp"
+#include "particles/instant.hpp"
+#include "particles/mixture_moments.hpp"
+#include "particles/particle_set.hpp"
+#include "particles/past_beliefs.hpp"
+#include "particles/workers.hpp"
+
+namespace waymark::particles {
+
+/// The particles at the time of a measurement that comes late (docs/math/time.md). Sampled paths and maps stay as they
+/// are; the weights, and the blocks that are Gaussian given the path, take what the measurement says.
+class Recollection final : public Instant {
+ public:
+  /// All must outlive the object. `span`: how far back beliefs are kept; zero: not at all.
+  Recollection(const estimation::ProcessModel& process, const ParticleSet& particles, MixtureMoments& moments,
+               Workers& workers, Duration span);
+
+  /// Keeps the present beliefs, if it is time for another record.
+  void remember();
+  /// Goes back to what every particle believes of `stamp`, not later than now. False if that is forgotten. Repeated
+  /// before every update, since the one before has changed what is believed of that time.
+  bool recall(Time stamp);
+
+  PastBeliefs& past() { return past_; }
+  const PastBeliefs& past() const { return past_; }
+
+  Belief& belief(std::size_t slot) override { return recalled_[slot].then; }
+  const Belief& mixture() override { return mixture_; }
+  void carry_gain(std::size_t slot, const estimation::StateJacobian& H,
+                  estimation::ekf::Innovation& innovation) override;
+  void sample(std::uint32_t /*sensor*/) override {}
+  void conclude_mapping(std::uint32_t /*sensor*/) override {}
+
+ private:
+  struct Recalled {            // per slot, kept between calls so that warm steps do not allocate
+    Belief then;               // at the recalled time
+    Belief prior;              // that predicted to now, with nothing learnt in between
+    ErrorMatrix now_and_then;  // Cov(state now, state then), given all that came between
+  };
+  void recall(const Belief& now, const Belief& record, Time stamp, Recalled& out) const;
+
+  const estimation::ProcessModel& process_;
+  const ParticleSet& particles_;
+  MixtureMoments& moments_;
+  Workers& workers_;
+  PastBeliefs past_;
+  std::vector<Recalled> recalled_;
+  std::vector<const Belief*> beliefs_;  // scratch: one per slot
+  Belief mixture_;
+};
+
+}  // namespace waymark::particles

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <sstream>
+
+#include "unit/plugins/sources/csv/csv_fixture.hpp"
+
+namespace waymark {
+namespace {
+
+using csv_test::CsvTest;
+using csv_test::gzip;
+using csv_test::wheels_yaml;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class CsvErrors : public CsvTest {
+ protected:
+  std::string at(const std::string& file, int line) const {
+    return (folder_ / file).string() + ":" + std::to_string(line) + ": ";
+  }
+  /// What reading `a.csv` as wheel speeds ends with.
+  std::string wheels_error(const std::string& content, const std::string& more = "") {
+    write("a.csv", content);
+    return reading_error(*make(wheels_yaml("a.csv", more)));
+  }
+};
+
+// --- the file
+// ---------------------------------------------------------------------------------------------------------
+
+TEST_F(CsvErrors, MissingFile) {
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("none.csv")),
+              AllOf(HasSubstr("run.yaml:2:"), HasSubstr("none.csv"), HasSubstr("No such file")));
+}
+
+TEST_F(CsvErrors, Folder) {
+  std::filesystem::create_directory(folder_ / "logs");
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("logs")), HasSubstr("logs is a folder, a file is expected"));
+}
+
+TEST_F(CsvErrors, UnreadableFile) {
+  write("a.csv", "0,1,2\n");
+  std::filesystem::permissions(folder_ / "a.csv", std::filesystem::perms::none);
+  if (::access((folder_ / "a.csv").c_str(), R_OK) == 0) GTEST_SKIP() << "this user may read everything";
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv")), HasSubstr("Permission denied"));
+}
+
+class CsvWithoutRows : public CsvErrors, public ::testing::WithParamInterface<std::string> {};
+TEST_P(CsvWithoutRows, IsAnError) {
+  write("a.csv", GetParam());
+  EXPECT_EQ(construction_error<DataError>(wheels_yaml("a.csv")), (folder_ / "a.csv").string() + ": no data rows");
+}
+INSTANTIATE_TEST_SUITE_P(Files, CsvWithoutRows,
+                         ::testing::Values("", "\n\n", "# comment\n", "t,left,right\n", gzip("t,left,right\n")));
+
+TEST_F(CsvErrors, TruncatedGzipAfterAllCompleteRows) {
+  const std::string packed = gzip("0,1,2\n1,1,2\n2,1,2\n3,1,2\n", 5);
+  const auto in_the_third_row = 10 + 3 * (5 + 5) + 3;
+  write("a.csv.gz", packed.substr(0, in_the_third_row));
+  std::vector<Measurement> good;
+  const std::string error = reading_error(*make(wheels_yaml("a.csv.gz")), &good);
+  EXPECT_EQ(error, at("a.csv.gz", 3) + "the gzip stream ends early");
+  EXPECT_EQ(good.size(), 2u);
+}
+
+TEST_F(CsvErrors, GzipWithoutItsChecksumIsTruncated) {
+  const std::string packed = gzip("0,1,2\n1,1,2\n");
+  write("a.csv.gz", packed.substr(0, packed.size() - 3));
+  std::vector<Measurement> good;
+  EXPECT_THAT(reading_error(*make(wheels_yaml("a.csv.gz")), &good), HasSubstr("the gzip stream ends early"));
+  EXPECT_EQ(good.size(), 2u);
+}
+
+TEST_F(CsvErrors, TruncatedInTheFirstRow) {
+  write("a.csv.gz", gzip("0,1,2\n1,1,2\n").substr(0, 16));
+  EXPECT_EQ(construction_error<DataError>(wheels_yaml("a.csv.gz")), at("a.csv.gz", 1) + "the gzip stream ends early");
+}
+
+TEST_F(CsvErrors, DamagedGzip) {
+  std::string packed = gzip("0,1,2\n1,1,2\n2,1,2\n");
+  packed[packed.size() - 6] ^= 0x55;  // in the checksum
+  write("a.csv.gz", packed);
+  std::vector<Measurement> good;
+  EXPECT_THAT(reading_error(*make(wheels_yaml("a.csv.gz")), &good), HasSubstr("the gzip stream is damaged"));
+  EXPECT_EQ(good.size(), 3u);
+}
+
+TEST_F(CsvErrors, BytesAfterTheGzipStream) {
+  write("a.csv.gz", gzip("0,1,2\n1,1,2\n") + "2,1,2\n");
+  EXPECT_THAT(reading_error(*make(wheels_yaml("a.csv.gz"))), HasSubstr("other bytes after the end of the gzip stream"));
+}
+
+TEST_F(CsvErrors, WhatOtherFilesHaveUntilThenIsDelivered) {
+  write("a.csv.gz", gzip("0,1,2\n5,1,2\n9,1,2\n").substr(0, 10 + 5 + 14));
+  write("b.csv", "1,1,2\n4,1,2\n6,1,2\n");
+  const auto source = make(
+      "files:\n"
+      "  - {path: a.csv.gz, sensor: wheels, payload: WheelSpeeds, time: 0, columns: {left_mps: 1, right_mps: 2}}\n"
+      "  - {path: b.csv, sensor: other, payload: WheelSpeeds, time: 0, columns: {left_mps: 1, right_mps: 2}}\n");
+  std::vector<Measurement> good;
+  EXPECT_THAT(reading_error(*source, &good), HasSubstr("ends early"));
+  EXPECT_EQ(good.size(), 4u);
+  EXPECT_THROW(source->next(), DataError);
+}
+
+// --- rows
+// -------------------------------------------------------------------------------------------------------------
+
+TEST_F(CsvErrors, TooFewColumns) {
+  EXPECT_THAT(wheels_error("0,1,2\n1,1\n"), StartsWith(at("a.csv", 2) + "too few columns: 2, at least 3 are expected"));
+}
+
+TEST_F(CsvErrors, TextForANumber) {
+  EXPECT_THAT(wheels_error("t,l,r\n0,1,2\n1,fast,2\n"),
+              StartsWith(at("a.csv", 3) + "\"fast\" in column 1 (left_mps) is not a number"));
+}
+
+TEST_F(CsvErrors, NumberWithATail) {
+  EXPECT_THAT(wheels_error("0,1,2\n1,1.5m,2\n"), HasSubstr("\"1.5m\" in column 1 (left_mps) is not a number"));
+}
+
+TEST_F(CsvErrors, EmptyField) {
+  EXPECT_THAT(wheels_error("0,1,2\n1,,2\n"), StartsWith(at("a.csv", 2) + "column 1 (left_mps) is empty"));
+}
+
+class CsvNonFinite : public CsvErrors, public ::testing::WithParamInterface<std::string> {};
+TEST_P(CsvNonFinite, IsABadRow) {
+  EXPECT_THAT(wheels_error("0,1,2\n1,2," + GetParam() + "\n"),
+              StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 2 (right_mps) is not finite"));
+}
+TEST_P(CsvNonFinite, IsABadTime) {
+  EXPECT_THAT(wheels_error("0,1,2\n" + GetParam() + ",1,2\n"),
+              StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 0 (time) is not finite"));
+}
+INSTANTIATE_TEST_SUITE_P(Words, CsvNonFinite, ::testing::Values("nan", "NaN", "inf", "-inf", "+Infinity"));
+
+TEST_F(CsvErrors, NumberBeyondADouble) {
+  EXPECT_THAT(wheels_error("0,1,2\n1,1e999,2\n"), HasSubstr("\"1e999\" in column 1 (left_mps) is out of range"));
+}
+
+TEST_F(CsvErrors, TimeBeyondInt64) {
+  EXPECT_THAT(wheels_error("99999999999,1,2\n"), HasSubstr("\"99999999999\" in column 0 (time) is out of range"));
+}
+
+TEST_F(CsvErrors, TimeGoesBack) {
+  EXPECT_THAT(wheels_error("5,1,2\n6,1,2\n5.75,1,2\n"), StartsWith(at("a.csv", 3) + "time goes back by 0.25 s"));
+}
+
+TEST_F(CsvErrors, TimeJumpsByYears) {
+  EXPECT_THAT(wheels_error("5,1,2\n63072005,1,2\n"),
+              StartsWith(at("a.csv", 2) + "time jumps forward by 63072000 s; max_time_jump_s is 3600"));
+}
+
+TEST_F(CsvErrors, RowsAfterAJumpAreComparedWithTheLastGoodOne) {
+  write("a.csv", "5,1,2\n63072005,1,2\n6,1,2\n");
+  const auto source = make(wheels_yaml("a.csv", "", "max_bad_rows: 1\n"));
+  EXPECT_EQ(read_all(*source).size(), 2u);
+}
+
+TEST_F(CsvErrors, EqualStampsAreFine) {
+  write("a.csv", "5,1,2\n5,1,2\n");
+  EXPECT_EQ(read_all(*make(wheels_yaml("a.csv"))).size(), 2u);
+}
+
+TEST_F(CsvErrors, StampAfterItsArrival) {
+  EXPECT_THAT(wheels_error("5,1,2,4.5\n", ", arrival: 3"), HasSubstr("the stamp lies 0.5 s after the arrival"));
+  write("a.csv", "5,1,2,4.5\n");
+  EXPECT_EQ(read_all(*make("max_ahead_s: 0.5\n" + wheels_yaml("a.csv", ", arrival: 3"))).size(), 1u);
+}
+
+TEST_F(CsvErrors, AnEmptyRequiredFieldUnlessItMayBe) {
+  EXPECT_THAT(wheels_error("5,,2\n", ""), HasSubstr("is empty"));
+  write("a.csv", "5,,2\n");
+  const auto all = read_all(*make(wheels_yaml("a.csv", ", required_may_be_empty: true")));
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_TRUE(std::isnan(all[0].as<WheelSpeeds>().left_mps));
+  EXPECT_EQ(all[0].as<WheelSpeeds>().right_mps, 2.0);
+}
+
+const std::string kScan =
+    "files: [{path: a.csv, sensor: lidar, payload: LaserScan, time: 0, columns: {ranges_m: {first: 1, count: 3}}, "
+    "scan: "
+    "{start_deg: 0, step_deg: 1}}]";
+
+class CsvBeams : public CsvErrors, public ::testing::WithParamInterface<std::pair<std::string, int>> {};
+TEST_P(CsvBeams, AnotherNumberThanBefore) {
+  write("a.csv", "0,1,2,3\n1," + GetParam().first + "\n");
+  EXPECT_THAT(reading_error(*make(kScan)), StartsWith(at("a.csv", 2) + std::to_string(GetParam().second) +
+                                                      " fields, but the first row of this file has 4"));
+}
+INSTANTIATE_TEST_SUITE_P(Rows, CsvBeams,
+                         ::testing::Values(std::pair<std::string, int>{"1,2", 3},
+                                           std::pair<std::string, int>{"1,2,3,4", 5}));
+
+TEST_F(CsvErrors, NonFiniteBeam) {
+  write("a.csv", "0,1,inf,3\n");
+  EXPECT_THAT(reading_error(*make(kScan)),
+              StartsWith(at("a.csv", 1) + "\"inf\" in column 2 (ranges_m, beam 1) is not finite"));
+}
+
+TEST_F(CsvErrors, IdentityThatIsNoWholeNumber) {
+  write("a.csv", "0,1,2,6.5\n");
+  EXPECT_THAT(
+      reading_error(*make("files: [{path: a.csv, sensor: camera, payload: LandmarkObservations, time: 0, columns: "
+                          "{range_m: 1, bearing_rad: 2, identity: 3}}]")),
+      HasSubstr("\"6.5\" in column 3 (identity) is not a whole number"));
+}
+
+TEST_F(CsvErrors, LatitudeBeyondThePole) {
+  write("a.csv", "0,90.5,8\n");
+  EXPECT_THAT(reading_error(*make("files: [{path: a.csv, sensor: gps, payload: GnssFix, time: 0, columns: "
+                                  "{latitude_deg: 1, longitude_deg: 2}}]")),
+              HasSubstr("\"90.5\" in column 1 (latitude_deg) is no latitude"));
+}
+
+TEST_F(CsvErrors, ConditionOnText) {
+  EXPECT_THAT(wheels_error("0,1,2,x\n", ", where: [{column: 3, equals: 1}]"),
+              HasSubstr("\"x\" in column 3 (where) is not a number"));
+}
+
+// --- the limit
+// ----------------------------------------------------------------------------------------------------------
+
+TEST_F(CsvErrors, BadRowsAreSkippedUpToTheLimit) {
+  write("a.csv", "0,1,2\n1,x,2\n2,1,2\n3,,2\n4,1,2\n");
+  const auto source = make(wheels_yaml("a.csv", "", "max_bad_rows: 2\n"));
+  EXPECT_EQ(read_all(*source).size(), 3u);
+  ASSERT_EQ(source->bad_records().size(), 2u);
+  EXPECT_EQ(source->bad_records()[1].place + ": ", at("a.csv", 4));
+  EXPECT_THAT(source->bad_records()[0].reason, StartsWith("\"x\" in column 1"));
+}
+
+TEST_F(CsvErrors, OneMoreThanTheLimitStopsAndSaysHowToGoOn) {
+  write("a.csv", "0,1,2\n1,x,2\n2,1,2\n3,,2\n4,1,2\n");
+  std::vector<Measurement> good;
+  const std::string error = reading_error(*make(wheels_yaml("a.csv", "", "max_bad_rows: 1\n")), &good);
+  EXPECT_THAT(error, AllOf(StartsWith(at("a.csv", 4)), HasSubstr("max_bad_rows allows 1"), Not(HasSubstr("\n"))));
+  EXPECT_EQ(good.size(), 2u);
+}
+
+TEST_F(CsvErrors, TheListOfBadRowsIsBounded) {
+  std::string text = "0,1,2\n";
+  for (int i = 0; i < 1500; ++i) text += "bad\n";
+  write("a.csv", text);
+  const auto source = make(wheels_yaml("a.csv", "", "max_bad_rows: 1499\n"));
+  EXPECT_THAT(reading_error(*source), StartsWith(at("a.csv", 1501)));
+  EXPECT_EQ(source->bad_records().size(), 1000u);
+}
+
+// --- the configuration
+// --------------------------------------------------------------------------------------------------
+
+TEST_F(CsvErrors, UnknownHeaderName) {
+  write("a.csv", "time,left,right\n0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>("files:\n  - path: a.csv\n    sensor: wheels\n    payload: WheelSpeeds\n"
+                                              "    time: 0\n    columns: {left_mps: lefft, right_mps: right}\n"),
+              AllOf(HasSubstr("run.yaml:6:"), HasSubstr("\"lefft\""), HasSubstr("did you mean \"left\""),
+                    HasSubstr("time, left, right")));
+}
+
+TEST_F(CsvErrors, HeaderNameWithoutHeader) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>("files: [{path: a.csv, sensor: wheels, payload: WheelSpeeds, time: t, "
+                                              "columns: {left_mps: 1, right_mps: 2}}]"),
+              HasSubstr("the file has no header row"));
+}
+
+TEST_F(CsvErrors, TwoSensorsOnOneInput) {
+  write("a.csv", "0,1,2\n");
+  const std::string second = "  - {path: ./a.csv, sensor: other, payload: WheelSpeeds, time: 0, columns: ";
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv") + second + "{right_mps: 2, left_mps: 1}}\n"),
+              AllOf(HasSubstr("two sensors on one input"), HasSubstr("\"wheels\""), HasSubstr("\"other\"")));
+  EXPECT_NO_THROW(make(wheels_yaml("a.csv") + second + "{right_mps: 1, left_mps: 2}}\n"));
+}
+
+TEST_F(CsvErrors, UnknownPayload) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(
+                  "files: [{path: a.csv, sensor: lidar, payload: LaserScn, time: 0, columns: {left_mps: 1}}]"),
+              HasSubstr("there is no payload \"LaserScn\"; did you mean \"LaserScan\"?"));
+}
+
+TEST_F(CsvErrors, FieldThatThePayloadLacks) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>("files: [{path: a.csv, sensor: wheels, payload: WheelSpeeds, time: 0, "
+                                              "columns: {left_mps: 1, rigt_mps: 2}}]"),
+              HasSubstr("WheelSpeeds has no field \"rigt_mps\"; did you mean \"right_mps\"?"));
+}
+
+TEST_F(CsvErrors, RequiredFieldThatIsNotMapped) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(
+      construction_error<ConfigError>(
+          "files: [{path: a.csv, sensor: wheels, payload: WheelSteering, time: 0, columns: {steering_rad: 1}}]"),
+      HasSubstr("WheelSteering needs the column \"speed_mps\""));
+}
+
+TEST_F(CsvErrors, FixWithoutPosition) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(
+                  "files: [{path: a.csv, sensor: gps, payload: GnssFix, time: 0, columns: {east_m: 1, hdop: 2}}]"),
+              HasSubstr("\"east_m\" and \"north_m\", or \"latitude_deg\" and \"longitude_deg\""));
+}
+
+TEST_F(CsvErrors, AsManyIntensitiesAsRanges) {
+  write("a.csv", "0,1,2,3\n");
+  EXPECT_THAT(construction_error<ConfigError>(
+                  "files: [{path: a.csv, sensor: lidar, payload: LaserScan, time: 0, columns: {ranges_m: {first: 1, "
+                  "count: 2}, intensities: {first: 3, count: 1}}, scan: {start_deg: 0, step_deg: 1}}]"),
+              HasSubstr("1 columns for 2 ranges"));
+}
+
+TEST_F(CsvErrors, UnknownSensor) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>("files: [{path: a.csv, sensor: wheel, payload: WheelSpeeds, time: 0, "
+                                              "columns: {left_mps: 1, right_mps: 2}}]"),
+              AllOf(HasSubstr("no sensor \"wheel\""), HasSubstr("did you mean \"wheels\"?")));
+}
+
+TEST_F(CsvErrors, SensorThatTakesAnotherPayload) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>("files: [{path: a.csv, sensor: lidar, payload: WheelSpeeds, time: 0, "
+                                              "columns: {left_mps: 1, right_mps: 2}}]"),
+              AllOf(HasSubstr("waymark/LaserScan@1"), HasSubstr("waymark/WheelSpeeds@1")));
+}
+
+TEST_F(CsvErrors, GroupingWhatFormsNoSet) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv", ", group_by_time: true")),
+              HasSubstr("group_by_time"));
+}
+
+TEST_F(CsvErrors, UnknownKeyOfAFile) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv", ", delimeter: ','")), HasSubstr("delimeter"));
+}
+
+TEST_F(CsvErrors, UnknownDelimiter) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv", ", delimiter: comma")), HasSubstr("\"comma\""));
+}
+
+TEST_F(CsvErrors, ConditionThatSaysNothing) {
+  write("a.csv", "0,1,2\n");
+  EXPECT_THAT(construction_error<ConfigError>(wheels_yaml("a.csv", ", where: [{column: 1}]")),
+              HasSubstr("equals, in, not_in, min or max"));
+}
+
+TEST_F(CsvErrors, NoFiles) { EXPECT_THAT(construction_error<ConfigError>("files: []\n"), HasSubstr("files")); }
+
+TEST_F(CsvErrors, ReferenceWithABadRow) {
+  write("a.csv", "0,1,2\n");
+  write("truth.csv", "0,1,2\n1,x,2\n");
+  EXPECT_THAT(
+      construction_error<DataError>(wheels_yaml("a.csv") +
+                                    "reference: {trajectory: {path: truth.csv, columns: {time: 0, x_m: 1, y_m: 2}}}\n"),
+      StartsWith(at("truth.csv", 2) + "\"x\" in column 1 (x_m) is not a number"));
+}
+
+TEST_F(CsvErrors, CheckpointOfALongerLog) {
+  write("a.csv", "0,1,2\n1,1,2\n2,1,2\n");
+  const auto source = make(wheels_yaml("a.csv"));
+  read_all(*source);
+  std::stringstream stream;
+  OutArchive out(stream);
+  source->save(out);
+  write("a.csv", "0,1,2\n");
+  InArchive in(stream);
+  EXPECT_THROW(make(wheels_yaml("a.csv"))->load(in), DataError);
+}
+
+}  // namespace
+}  // namespace waymark
