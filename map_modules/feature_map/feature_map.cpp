@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "camera_extraction.hpp"
-#include "extraction_counts.hpp"
-#include "extraction_pictures.hpp"
-#include "extraction_table.hpp"
-#include "landmark_file.hpp"
-#include "particle_feature_map.hpp"
+#include "map_modules/feature_map/extraction/camera_extraction.hpp"
+#include "map_modules/feature_map/extraction/extraction_counts.hpp"
+#include "map_modules/feature_map/extraction/extraction_pictures.hpp"
+#include "map_modules/feature_map/extraction/extraction_table.hpp"
+#include "map_modules/feature_map/landmarks/landmark_file.hpp"
+#include "map_modules/feature_map/particle_feature_map.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin/map_module.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 
 namespace {
 
@@ -132,6 +132,6 @@ class FeatureMap final : public MapModule {
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::feature_map
 
-WAYMARK_PLUGIN(waymark::MapModule, waymark::FeatureMap, "feature_map", "1.0.0")
+WAYMARK_PLUGIN(waymark::MapModule, waymark::feature_map::FeatureMap, "feature_map", "1.0.0")

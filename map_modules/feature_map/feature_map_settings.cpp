@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "feature_map_settings.hpp"
+#include "map_modules/feature_map/feature_map_settings.hpp"
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "feature_observation.hpp"
+#include "map_modules/feature_map/signature.hpp"
 #include "waymark/math/gaussian.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 
 namespace {
 
@@ -57,24 +57,15 @@ DetectionNoise read_noise(const Config& config) {
           config.non_negative("tangential_m", 0.05), config.positive("radius_m", 0.1)};
 }
 
-// More detections of one scan than this are never paired jointly.
-constexpr int kMaxJointPairs = 100;
-
 AssociationMethod read_method(const Config& config) {
-  const std::string word = config.choice("method", {"greedy", "optimal", "joint"}, "greedy");
-  return word == "joint"     ? AssociationMethod::joint
-         : word == "optimal" ? AssociationMethod::optimal
-                             : AssociationMethod::greedy;
+  return config.choice("method", {"greedy", "optimal"}, "greedy") == "optimal" ? AssociationMethod::optimal
+                                                                               : AssociationMethod::greedy;
 }
 
 AssociationSettings read_association(const Config& config, int dimension, const std::optional<CameraSettings>& camera) {
   AssociationSettings s;
   s.method = read_method(config);
-  s.joint_max_nodes = static_cast<int>(config.integer_in("joint_max_nodes", 1, 100000000, 1000));
-  const double gate_probability = config.number_in("gate_probability", 0.5, 1.0 - 1e-9, 0.99);
-  s.gate = gaussian::chi_squared_quantile(gate_probability, dimension);
-  for (int pairs = 1; pairs <= kMaxJointPairs; ++pairs)
-    s.joint_gates.push_back(gaussian::chi_squared_quantile(gate_probability, pairs * dimension));
+  s.gate = gaussian::chi_squared_quantile(config.number_in("gate_probability", 0.5, 1.0 - 1e-9, 0.99), dimension);
   s.identity_gate = gaussian::chi_squared_quantile(
       config.number_in("identity_gate_probability", 0.5, 1.0 - 1e-9, 0.999996), dimension);
   s.new_landmark_density = config.positive("new_landmark_density_per_m2", 0.01);
@@ -133,7 +124,7 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_came
     } else if (attribute == "signature") {
       s.use_signature = true;
     } else {
-      config.fail("attributes", "\"" + attribute + "\" is no attribute; possible are radius, signature");
+      config.fail("attributes", "\"" + attribute + "\" is not an attribute; possible are radius, signature");
     }
   }
   s.use_negative_information = config.boolean("negative_information", true);
@@ -162,4 +153,4 @@ std::size_t FeatureMapSettings::signature_bins() const {
   return identity == IdentityUse::signature ? static_cast<std::size_t>(identity_signature.bins) : kReflectivityBins;
 }
 
-}  // namespace waymark
+}  // namespace waymark::feature_map

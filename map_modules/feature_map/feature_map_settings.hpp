@@ -3,12 +3,11 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "map_modules/map_formats/load_settings.hpp"
+#include "plugins/shared/map_formats/load_settings.hpp"
 #include "waymark/config/config.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 
 /// How cylinders are found in a planar scan.
 struct ExtractionSettings {
@@ -18,7 +17,7 @@ struct ExtractionSettings {
   double segment_jump;  ///< neighbouring beams that differ by more belong to two things [m]
   double background;    ///< the surroundings must be this much farther on both sides [m]
   double width_max;     ///< wider things are no trunk or pillar [m]
-  double isolation;     ///< no other return within this distance of the centre [m]; 0: not asked
+  double isolation;     ///< no other return within this distance of the centre [m]; 0: off
   int min_beams;
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
 };
@@ -69,27 +68,25 @@ struct IdentitySignature {
 
 /// How the pairs are chosen when several are possible.
 enum class AssociationMethod {
-  greedy,   ///< the likeliest first
-  optimal,  ///< the greatest sum of log likelihoods
-  joint     ///< joint compatibility, branch and bound
+  greedy,  ///< the likeliest first
+  optimal  ///< the greatest sum of log likelihoods
 };
 
-/// How a landmark's signature takes in another view.
+/// How a landmark's signature is fused with another view.
 enum class SignatureFusion {
   product,   ///< discrete Bayes filter (4.10), with a floor
   dirichlet  ///< mean of a Dirichlet distribution that counts views: their running mean
 };
 
-/// How detections and landmarks find each other.
+/// How detections are associated with landmarks.
 struct AssociationSettings {
   AssociationMethod method;
-  int joint_max_nodes;              ///< of the search, per particle and scan
-  std::vector<double> joint_gates;  ///< χ² bound for 1, 2, … pairs
   double gate;                      ///< χ² bound on νᵀ Z⁻¹ ν
   double identity_gate;             ///< the same where the identity is known, wide: only an outlier fails it
   double new_landmark_density;      ///< ρ_new [1/m²]
   double detection_probability;     ///< P_D
-  double log_min_likelihood_ratio;  ///< a match must be this much likelier than with any other landmark; 0: not asked
+  double log_min_likelihood_ratio;  ///< an association must be this much likelier than one with any other landmark; 0:
+                                    ///< not asked
   double min_separation;            ///< two landmarks cannot stand closer [m]
   bool merge;                       ///< merge landmarks that have come closer than that and agree
   double radius_range;              ///< r_max − r_min [m]: the density of a radius among new landmarks
@@ -136,4 +133,4 @@ struct FeatureMapSettings {
   static FeatureMapSettings read(const Config& config, bool with_camera = false);
 };
 
-}  // namespace waymark
+}  // namespace waymark::feature_map

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "particle_feature_map.hpp"
+#include "map_modules/feature_map/particle_feature_map.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "landmark_file.hpp"
-#include "merging.hpp"
+#include "map_modules/feature_map/association/detection_model.hpp"
+#include "map_modules/feature_map/association/likelihoods.hpp"
+#include "map_modules/feature_map/association/pose_refinement.hpp"
+#include "map_modules/feature_map/landmarks/existence.hpp"
+#include "map_modules/feature_map/landmarks/landmark_file.hpp"
+#include "map_modules/feature_map/landmarks/merging.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 
 namespace {
 
@@ -39,7 +43,7 @@ void average(Signature& q, const Signature& z, int views) {
   for (std::size_t b = 0; b < q.size(); ++b) q[b] += (z[b] - q[b]) / static_cast<float>(views + 1);
 }
 
-/// Takes in what one detection looks like; an unknown look changes nothing.
+/// Fuses the signature of one detection; an unknown one changes nothing.
 void fuse_signature(Landmark& landmark, const Signature& seen, const AssociationSettings& s) {
   if (seen.empty()) return;
   if (landmark.signature.empty()) {
@@ -61,18 +65,18 @@ void ParticleFeatureMap::refine(const PoseGaussian& prior, const Pose&, const Ob
   const auto& features = static_cast<const FeatureObservation&>(observation);
   const double distance = signature_distance_sum_ / signature_distance_count_;
   if (settings_->use_radius) {
-    match_and_refine<3>(landmarks_, *settings_, distance, prior, features, association, out);
+    associate_and_refine<3>(landmarks_, *settings_, distance, prior, features, association, out);
   } else {
-    match_and_refine<2>(landmarks_, *settings_, distance, prior, features, association, out);
+    associate_and_refine<2>(landmarks_, *settings_, distance, prior, features, association, out);
   }
-  out.writes = settings_->writes() && std::ranges::any_of(association.match, [](LandmarkRef ref) {
+  out.writes = settings_->writes() && std::ranges::any_of(association.landmark_of, [](LandmarkRef ref) {
                  return ref.chunk != FeatureAssociation::kAmbiguous;
                });
 }
 
 void ParticleFeatureMap::learn_signature_distance(const Detection& detection, const FeatureAssociation& association,
                                                   LandmarkRef own) {
-  if (std::isfinite(settings_->association.new_landmark_signature_distance)) return;  // nobody asks for the mean
+  if (std::isfinite(settings_->association.new_landmark_signature_distance)) return;  // the mean is not used
   if (detection.signature.empty()) return;
   for (const NearbyLandmarks::Entry& nearby : association.nearby) {
     const std::span<const float> other = landmarks_.stored(nearby.ref).signature();
@@ -83,13 +87,13 @@ void ParticleFeatureMap::learn_signature_distance(const Detection& detection, co
 }
 
 template <int D>
-void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureObservation& observation,
-                                       const FeatureAssociation& association) {
+void ParticleFeatureMap::write_associated(const PoseGaussian& pose, const FeatureObservation& observation,
+                                          const FeatureAssociation& association) {
   using Model = DetectionModel<D>;
   const Eigen::Vector3d xyyaw(pose.T_map_base.p.x(), pose.T_map_base.p.y(), pose.T_map_base.yaw());
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
     const Detection& detection = observation.detections[d];
-    const LandmarkRef ref = association.match[d];
+    const LandmarkRef ref = association.landmark_of[d];
     if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
     if (settings_->use_signature) learn_signature_distance(detection, association, ref);
     if (ref.chunk < 0) continue;
@@ -118,8 +122,7 @@ void ParticleFeatureMap::write_matched(const PoseGaussian& pose, const FeatureOb
       landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius / landmark.sightings;
     }
     if (settings_->use_signature) fuse_signature(landmark, detection.signature, settings_->association);
-    landmark.log_odds = std::min(landmark.log_odds + static_cast<float>(settings_->existence.log_odds_hit),
-                                 static_cast<float>(settings_->existence.log_odds_max));
+    landmark.log_odds = log_odds_after_hit(landmark.log_odds, settings_->existence);
     landmarks_.write(ref, landmark);
     if (settings_->keep_sightings) sightings_.append({observation.stamp, detection.xyr.head<2>(), landmark.id, false});
   }
@@ -131,7 +134,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
   using Model = DetectionModel<D>;
   const Eigen::Vector3d xyyaw(pose.T_map_base.p.x(), pose.T_map_base.p.y(), pose.T_map_base.yaw());
   for (std::size_t d = 0; d < observation.detections.size(); ++d) {
-    if (association.match[d].chunk != FeatureAssociation::kNew) continue;
+    if (association.landmark_of[d].chunk != FeatureAssociation::kNew) continue;
     const Detection& detection = observation.detections[d];
     const Model model(detection, xyyaw);
     const typename Model::PoseJacobian G = model.jacobian(model.z.template head<2>());
@@ -155,13 +158,12 @@ void ParticleFeatureMap::count_misses(const FeatureAssociation& association) {
   const ExistenceSettings& existence = settings_->existence;
   for (const LandmarkRef ref : association.missed) {
     const StoredLandmark landmark = landmarks_.stored(ref);
-    const float log_odds = landmark.log_odds() + static_cast<float>(existence.log_odds_miss);
-    const bool confirmed = landmark.sightings() >= existence.min_observations;
-    if (log_odds < (confirmed ? existence.delete_below : existence.delete_provisional_below)) {
-      landmarks_.erase(ref);
-      figures_.deleted += confirmed;
-    } else {
+    const float log_odds = log_odds_after_miss(landmark.log_odds(), existence);
+    if (survives(log_odds, landmark.sightings(), existence)) {
       landmarks_.write_log_odds(ref, log_odds);
+    } else {
+      figures_.deleted += is_confirmed(landmark.sightings(), existence);
+      landmarks_.erase(ref);
     }
   }
 }
@@ -169,18 +171,18 @@ void ParticleFeatureMap::count_misses(const FeatureAssociation& association) {
 void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& observation, const Association* memo) {
   const auto& features = static_cast<const FeatureObservation&>(observation);
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
-  figures_.matched += static_cast<std::uint64_t>(association.matched);
+  figures_.associated += static_cast<std::uint64_t>(association.associated);
   figures_.ambiguous += static_cast<std::uint64_t>(association.ambiguous);
   if (!settings_->writes()) return;
   // The refs of the association hold until the first landmark is added, so adding comes last.
   if (settings_->use_radius) {
-    write_matched<3>(pose, features, association);
+    write_associated<3>(pose, features, association);
   } else {
-    write_matched<2>(pose, features, association);
+    write_associated<2>(pose, features, association);
   }
   count_misses(association);
   if (settings_->association.merge) {
-    const MergeCounts counts = merge_neighbours(landmarks_, *settings_, association.match);
+    const MergeCounts counts = merge_neighbours(landmarks_, *settings_, association.landmark_of);
     figures_.merged += static_cast<std::uint64_t>(counts.merged);
     figures_.born += static_cast<std::uint64_t>(counts.confirmed);
   }
@@ -198,16 +200,16 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
     view.p_map = landmark.mean.head<2>();
     view.radius_m = landmark.mean.z();
     view.P = landmark.P;
-    view.existence = 1.0 / (1.0 + std::exp(-static_cast<double>(landmark.log_odds)));
+    view.existence = existence_probability(landmark.log_odds);
     view.sightings = landmark.sightings;
-    view.confirmed = landmark.sightings >= settings_->existence.min_observations;
+    view.confirmed = is_confirmed(landmark.sightings, settings_->existence);
     out.landmarks.push_back(view);
   });
   out.figures = {{"born", static_cast<double>(figures_.born)},
                  {"deleted", static_cast<double>(figures_.deleted)},
                  {"merged", static_cast<double>(figures_.merged)},
                  {"ambiguous_share", static_cast<double>(figures_.ambiguous) /
-                                         static_cast<double>(std::max<std::uint64_t>(1, figures_.matched))}};
+                                         static_cast<double>(std::max<std::uint64_t>(1, figures_.associated))}};
   out.sightings = sightings_.items();
 }
 
@@ -218,7 +220,7 @@ std::vector<MapFile> ParticleFeatureMap::files(const Pose& T_enu_map) const {
 void ParticleFeatureMap::save(OutArchive& out) const {
   out.section("feature_map", 3);
   for (const std::uint64_t count :
-       {figures_.born, figures_.deleted, figures_.merged, figures_.matched, figures_.ambiguous})
+       {figures_.born, figures_.deleted, figures_.merged, figures_.associated, figures_.ambiguous})
     out.value(count);
   out.value(signature_distance_sum_);
   out.value(signature_distance_count_);
@@ -235,7 +237,7 @@ void ParticleFeatureMap::load(InArchive& in) {
   const std::uint32_t version = in.section("feature_map", 3);
   if (version >= 2) {
     for (std::uint64_t* count :
-         {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.matched, &figures_.ambiguous})
+         {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.associated, &figures_.ambiguous})
       in.value(*count);
   }
   in.value(signature_distance_sum_);
@@ -250,4 +252,4 @@ void ParticleFeatureMap::load(InArchive& in) {
   });
 }
 
-}  // namespace waymark
+}  // namespace waymark::feature_map

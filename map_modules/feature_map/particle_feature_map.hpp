@@ -4,12 +4,13 @@
 #include <cstdint>
 #include <memory>
 
-#include "feature_map_settings.hpp"
-#include "landmark_store.hpp"
-#include "matching.hpp"
+#include "map_modules/feature_map/association/feature_association.hpp"
+#include "map_modules/feature_map/feature_map_settings.hpp"
+#include "map_modules/feature_map/feature_observation.hpp"
+#include "map_modules/feature_map/landmarks/landmark_store.hpp"
 #include "waymark/memory/lineage.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 
 /// One particle's map of augmented landmarks.
 class ParticleFeatureMap final : public ParticleMap {
@@ -30,8 +31,8 @@ class ParticleFeatureMap final : public ParticleMap {
 
  private:
   template <int D>
-  void write_matched(const PoseGaussian& pose, const FeatureObservation& observation,
-                     const FeatureAssociation& association);
+  void write_associated(const PoseGaussian& pose, const FeatureObservation& observation,
+                        const FeatureAssociation& association);
   void count_misses(const FeatureAssociation& association);
   template <int D>
   void add_new(const PoseGaussian& pose, const FeatureObservation& observation, const FeatureAssociation& association);
@@ -42,17 +43,17 @@ class ParticleFeatureMap final : public ParticleMap {
     std::uint64_t born = 0;     ///< confirmed for the first time
     std::uint64_t deleted = 0;  ///< confirmed ones that were removed
     std::uint64_t merged = 0;
-    std::uint64_t matched = 0;  ///< detections with a landmark
+    std::uint64_t associated = 0;  ///< detections with a landmark
     std::uint64_t ambiguous = 0;
   };
 
   std::shared_ptr<const FeatureMapSettings> settings_;
   LandmarkStore landmarks_;
-  Lineage<Sighting> sightings_;  // empty unless the YAML asks for them
+  Lineage<Sighting> sightings_;  // empty unless `keep_sightings`
   Figures figures_;
   // Running mean of D between detections and *other* landmarks: what a chance match looks like (p₀).
   double signature_distance_sum_ = 0.5;
   double signature_distance_count_ = 1.0;
 };
 
-}  // namespace waymark
+}  // namespace waymark::feature_map

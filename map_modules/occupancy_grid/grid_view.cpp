@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grid_view.hpp"
+#include "map_modules/occupancy_grid/grid_view.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "cell_entropy.hpp"
-#include "map_modules/map_formats/grid_extent.hpp"
+#include "map_modules/shared/scan_matching/cell_entropy.hpp"
+#include "plugins/shared/map_formats/grid_extent.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 namespace {
 
@@ -23,7 +23,7 @@ std::array<T, 256> table_of(const Of& of) {
 }  // namespace
 
 GridFigures figures_of(const TileTree& tiles) {
-  static const auto entropies = table_of<double>(entropy_bit);
+  static const auto entropies = table_of<double>(scan_matching::entropy_bit);
   GridFigures figures;
   double entropy = 0.0;
   tiles.for_all([&](TileIndex, const Tile& tile, bool is_shared) {
@@ -62,4 +62,4 @@ std::optional<GridView> view_of(const TileTree& tiles, double resolution) {
   return view;
 }
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -4,16 +4,16 @@
 #include <cstddef>
 #include <optional>
 
-#include "tile_tree.hpp"
+#include "map_modules/occupancy_grid/tile_tree.hpp"
 #include "waymark/interface/map_module.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
-/// What a whole map comes to.
+/// Sums over a whole map.
 struct GridFigures {
   std::size_t occupied = 0;  ///< cells
   std::size_t free = 0;
-  double mean_entropy_bit = 0.0;  ///< of the known cells: 0 is a crisp map, 1 says nothing
+  double mean_entropy_bit = 0.0;  ///< of the known cells: 0 is a crisp map, 1 is no information
   std::size_t tiles = 0;
   std::size_t tiles_shared = 0;  ///< with other particles
 };
@@ -24,4 +24,4 @@ GridFigures figures_of(const TileTree& tiles);
 /// large to be one picture.
 std::optional<GridView> view_of(const TileTree& tiles, double resolution);
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

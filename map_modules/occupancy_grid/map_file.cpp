@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "map_file.hpp"
+#include "map_modules/occupancy_grid/map_file.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "distance_field.hpp"
-#include "map_modules/map_formats/map_server.hpp"
-#include "tile_window.hpp"
+#include "map_modules/occupancy_grid/tile_window.hpp"
+#include "map_modules/shared/scan_matching/distance_field.hpp"
+#include "plugins/shared/map_formats/map_server.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 namespace {
 
@@ -38,13 +38,13 @@ void compute_distances(TileTree& tiles) {
       cell.x += placed.index.x * Tile::kSide - window.origin().x;
       cell.y += placed.index.y * Tile::kSide - window.origin().y;
     }
-    update_distances({}, placed.occupied, window);
+    scan_matching::update_distances({}, placed.occupied, window);
   }
 }
 
 }  // namespace
 
-LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds) {
+LoadedMap load_map_file(const std::filesystem::path& yaml, const scan_matching::OddsSettings& odds) {
   const GridView picture = map_formats::read_map_server(yaml);
   LoadedMap map;
   map.resolution = picture.resolution_m;
@@ -65,4 +65,4 @@ LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& o
   return map;
 }
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

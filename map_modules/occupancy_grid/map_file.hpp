@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "occupancy_grid_settings.hpp"
-#include "tile_tree.hpp"
+#include "map_modules/occupancy_grid/occupancy_grid_settings.hpp"
+#include "map_modules/occupancy_grid/tile_tree.hpp"
 #include "waymark/math/pose.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 /// A map as it was loaded, and where its cells lie.
 struct LoadedMap {
@@ -19,6 +19,6 @@ struct LoadedMap {
 /// Reads a map of `map_server` (ROS): a YAML that names a binary greymap (PGM, P5). Its pixels are taken as they are,
 /// edited or not: occupied, free or unknown by the YAML's thresholds; what is known gets half of the odds that many
 /// scans would give it. Throws ConfigError or DataError with the file, the value and what was expected.
-LoadedMap load_map_file(const std::filesystem::path& yaml, const OddsSettings& odds);
+LoadedMap load_map_file(const std::filesystem::path& yaml, const scan_matching::OddsSettings& odds);
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "particle_grid.hpp"
-#include "scan_observation.hpp"
-#include "scan_spacing.hpp"
+#include "map_modules/occupancy_grid/particle_grid.hpp"
+#include "map_modules/occupancy_grid/scan_observation.hpp"
+#include "map_modules/shared/scan_matching/scan_spacing.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin/map_module.hpp"
 
-namespace waymark {
+namespace waymark::occupancy_grid {
 
 namespace {
 
@@ -15,35 +15,33 @@ namespace {
 class OccupancyGrid final : public MapModule {
  public:
   OccupancyGrid(const Config& config, const Rig& rig)
-      : model_(std::make_shared<grid::GridModel>(grid::OccupancyGridSettings::read(config))),
+      : model_(std::make_shared<GridModel>(OccupancyGridSettings::read(config))),
         T_base_sensor_(rig.T_base_sensor(scanner_of(config))) {}
 
-  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<grid::ParticleGrid>(model_); }
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleGrid>(model_); }
 
-  bool begins_with_a_place() const override { return model_->settings.use != grid::MapUse::map; }
+  bool begins_with_a_place() const override { return model_->settings.load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {
     const auto& scan = trigger.as<LaserScan>();
     if (!spacing_.is_due(trigger.stamp, motion, model_->settings.scan)) return nullptr;
-    auto observation =
-        std::make_shared<grid::ScanObservation>(grid::observe(scan, T_base_sensor_, motion, model_->settings.scan));
+    auto observation = std::make_shared<ScanObservation>(observe(scan, T_base_sensor_, motion, model_->settings.scan));
     spacing_.take(trigger.stamp);
     return observation;
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
-    auto map = std::make_unique<grid::ParticleGrid>(model_);
+    auto map = std::make_unique<ParticleGrid>(model_);
     map->load(in);
     return map;
   }
 
   void describe(std::span<const ParticleMap* const> of_all_particles, std::vector<MapFigure>& out) const override {
-    std::vector<const grid::TileTree*> trees;
+    std::vector<const TileTree*> trees;
     trees.reserve(of_all_particles.size());
-    for (const ParticleMap* map : of_all_particles)
-      trees.push_back(&static_cast<const grid::ParticleGrid*>(map)->tiles());
-    grid::TileTree::describe_memory(trees, out);
+    for (const ParticleMap* map : of_all_particles) trees.push_back(&static_cast<const ParticleGrid*>(map)->tiles());
+    TileTree::describe_memory(trees, out);
   }
   void save(OutArchive& out) const override { spacing_.save(out); }
   void load(InArchive& in) override { spacing_.load(in); }
@@ -55,13 +53,13 @@ class OccupancyGrid final : public MapModule {
     return inputs.front();
   }
 
-  std::shared_ptr<const grid::GridModel> model_;
+  std::shared_ptr<const GridModel> model_;
   Pose T_base_sensor_;
-  grid::ScanSpacing spacing_;
+  scan_matching::ScanSpacing spacing_;
 };
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::occupancy_grid
 
-WAYMARK_PLUGIN(waymark::MapModule, waymark::OccupancyGrid, "occupancy_grid", "1.0.0")
+WAYMARK_PLUGIN(waymark::MapModule, waymark::occupancy_grid::OccupancyGrid, "occupancy_grid", "1.0.0")

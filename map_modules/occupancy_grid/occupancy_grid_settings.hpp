@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-
-#include "scan_settings.hpp"
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
+#include "plugins/shared/map_formats/load_settings.hpp"
 #include "waymark/config/config.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 struct OccupancyGridSettings {
   double resolution;  ///< side of a cell [m]
-  ScanSettings scan;
-  MatchSettings match;
-  OddsSettings odds;
-  MapUse use = MapUse::map;
-  std::filesystem::path load;  ///< YAML of a map to begin with; empty: none
+  scan_matching::ScanSettings scan;
+  scan_matching::MatchSettings match;
+  scan_matching::OddsSettings odds;
+  map_formats::LoadSettings load;  ///< the YAML of a map to begin with
 
   /// Reads the map's node of the YAML. Throws ConfigError.
   static OccupancyGridSettings read(const Config& config);
 };
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "particle_grid.hpp"
+#include "map_modules/occupancy_grid/particle_grid.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,12 @@
 #include <array>
 #include <cmath>
 
-#include "grid_view.hpp"
-#include "map_file.hpp"
-#include "scan_insertion.hpp"
+#include "map_modules/occupancy_grid/grid_view.hpp"
+#include "map_modules/occupancy_grid/map_file.hpp"
+#include "map_modules/occupancy_grid/scan_insertion.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 namespace {
 
@@ -30,10 +30,10 @@ ThreadScratch& scratch() {
 }  // namespace
 
 GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(settings.match, settings.resolution) {
-  if (settings.use == MapUse::map) return;
-  LoadedMap loaded = load_map_file(settings.load, settings.odds);
+  if (settings.load.use == map_formats::MapUse::map) return;
+  LoadedMap loaded = load_map_file(settings.load.file, settings.odds);
   if (std::abs(loaded.resolution - settings.resolution) > 1e-9) {
-    throw DataError(fmt::format("{}: its cells have {} m, but resolution_m is {}", settings.load.string(),
+    throw DataError(fmt::format("{}: its cells have {} m, but resolution_m is {}", settings.load.file.string(),
                                 loaded.resolution, settings.resolution));
   }
   initial = std::move(loaded.tiles);
@@ -42,24 +42,24 @@ GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(
 
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                           Refinement& out) const {
-  MatchAssociation& association = MatchAssociation::of(out);
+  scan_matching::MatchAssociation& association = scan_matching::MatchAssociation::of(out);
   const auto& scan = static_cast<const ScanObservation&>(observation);
   out.writes = writes(scan);
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
   const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
   const Pose T_grid_map = model_->T_map_grid.inverse();
-  const MatchPrior own =
-      planar_prior({T_grid_map * prior.T_map_base, R_map_grid.transpose() * prior.P * R_map_grid}, T_grid_map * start);
+  const scan_matching::MatchPrior own = scan_matching::planar_prior(
+      {T_grid_map * prior.T_map_base, R_map_grid.transpose() * prior.P * R_map_grid}, T_grid_map * start);
   TileWindow& window = scratch().window;
   window.open(tiles_, own.mean.head<2>(), scan.reach + model_->matcher.margin(own), model_->settings.resolution);
-  association.tell(model_->matcher.match(window, scan.hits, own), out);
+  association.report(model_->matcher.match(window, scan.hits, own), out);
   out.information = R_map_grid * out.information * R_map_grid.transpose();
   out.gradient = R_map_grid * out.gradient;
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  record_.count(static_cast<const MatchAssociation&>(*association));
+  record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
   const auto& scan = static_cast<const ScanObservation&>(observation);
   if (!writes(scan)) return;
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
@@ -92,9 +92,9 @@ void ParticleGrid::load(InArchive& in) {
   in.section("occupancy_grid", 1);
   double resolution = 0.0;
   in.value(resolution);
-  require_resolution(resolution, model_->settings.resolution);
+  scan_matching::require_resolution(resolution, model_->settings.resolution);
   record_.load(in);
   tiles_.load(in);
 }
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -4,22 +4,22 @@
 #include <cstdint>
 #include <memory>
 
-#include "match_record.hpp"
-#include "occupancy_grid_settings.hpp"
-#include "scan_matching.hpp"
-#include "scan_observation.hpp"
-#include "tile_tree.hpp"
+#include "map_modules/occupancy_grid/occupancy_grid_settings.hpp"
+#include "map_modules/occupancy_grid/scan_observation.hpp"
+#include "map_modules/occupancy_grid/tile_tree.hpp"
+#include "map_modules/shared/scan_matching/match_record.hpp"
+#include "map_modules/shared/scan_matching/scan_matcher.hpp"
 #include "waymark/interface/map_module.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 /// What all particles' grids have in common.
 struct GridModel {
-  /// Loads the map that the settings name. Throws ConfigError or DataError if it is no good.
+  /// Loads the map that the settings name. Throws ConfigError or DataError if it is not a valid map.
   explicit GridModel(OccupancyGridSettings s);
 
   OccupancyGridSettings settings;
-  ScanMatcher matcher;
+  scan_matching::ScanMatcher matcher;
   TileTree initial;  ///< what every map begins with
   Pose T_map_grid;   ///< planar: the corner of cell (0, 0), and how the cells are turned
 };
@@ -43,7 +43,7 @@ class ParticleGrid final : public ParticleMap {
  private:
   /// Where nothing comes back, nothing ties the pose to the map: the free space would be written at a guess.
   bool writes(const ScanObservation& scan) const {
-    return model_->settings.use != MapUse::localize && !scan.hits.empty();
+    return model_->settings.load.use != map_formats::MapUse::localize && !scan.hits.empty();
   }
   /// x, y from the corner of cell (0, 0) [m], and yaw, along the cells.
   Eigen::Vector3d in_grid(const Pose& T_map_base) const {
@@ -53,7 +53,7 @@ class ParticleGrid final : public ParticleMap {
 
   std::shared_ptr<const GridModel> model_;
   TileTree tiles_;
-  MatchRecord record_;
+  scan_matching::MatchRecord record_;
 };
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

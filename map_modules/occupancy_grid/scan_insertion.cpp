@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scan_insertion.hpp"
+#include "map_modules/occupancy_grid/scan_insertion.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 
-#include "distance_field.hpp"
+#include "map_modules/shared/scan_matching/distance_field.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 namespace {
 
-int after_hit(int odds, const OddsSettings& s) { return std::min((odds == Tile::kUnknown ? 0 : odds) + s.hit, s.high); }
-int after_miss(int odds, const OddsSettings& s) {
+int after_hit(int odds, const scan_matching::OddsSettings& s) {
+  return std::min((odds == Tile::kUnknown ? 0 : odds) + s.hit, s.high);
+}
+int after_miss(int odds, const scan_matching::OddsSettings& s) {
   return std::max((odds == Tile::kUnknown ? 0 : odds) + s.miss, s.low);
 }
 
@@ -46,7 +48,7 @@ void ScanInsertion::mark_beam(double from_x, double from_y, double to_x, double 
   }
 }
 
-void ScanInsertion::apply(std::size_t slot, const OddsSettings& odds) {
+void ScanInsertion::apply(std::size_t slot, const scan_matching::OddsSettings& odds) {
   Marks& marks = marks_[slot];
   const Cell corner = window_.corner(slot);
   for (int row = 0; row < Tile::kSide; ++row) {
@@ -103,7 +105,7 @@ void ScanInsertion::insert(TileTree& tree, const Eigen::Vector3d& xyyaw, const S
     is_marked_[slot] = 0;
     apply(slot, settings.odds);
   }
-  update_distances(freed_, occupied_, window_);
+  scan_matching::update_distances(freed_, occupied_, window_);
 }
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "occupancy_grid_settings.hpp"
-#include "scan_observation.hpp"
-#include "tile_window.hpp"
+#include "map_modules/occupancy_grid/occupancy_grid_settings.hpp"
+#include "map_modules/occupancy_grid/scan_observation.hpp"
+#include "map_modules/occupancy_grid/tile_window.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 /// Writes scans into a grid. Holds the storage that this takes, so one of these serves many scans; not thread-safe.
 class ScanInsertion {
@@ -29,7 +29,7 @@ class ScanInsertion {
   };
 
   void mark_beam(double from_x, double from_y, double to_x, double to_y);
-  void apply(std::size_t slot, const OddsSettings& odds);
+  void apply(std::size_t slot, const scan_matching::OddsSettings& odds);
 
   WritableWindow window_;
   std::vector<Marks> marks_;             // per tile of the window; zero between scans
@@ -38,4 +38,4 @@ class ScanInsertion {
   std::vector<Cell> occupied_;
 };
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

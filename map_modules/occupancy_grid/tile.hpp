@@ -7,12 +7,16 @@
 #include <cstdint>
 #include <set>
 
-#include "cell.hpp"
-#include "distance_field.hpp"
-#include "scan_settings.hpp"
+#include "map_modules/shared/scan_matching/cell.hpp"
+#include "map_modules/shared/scan_matching/distance_field.hpp"
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
 #include "waymark/io/archive.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
+
+using scan_matching::Cell;
+using scan_matching::StoredDistance;
+using scan_matching::TileIndex;
 
 /// A square of cells: occupancy and the distance to what is occupied, cloned together. Unknown, free and occupied are
 /// three things.
@@ -22,7 +26,7 @@ struct Tile {
   static constexpr std::size_t kCells = std::size_t{kSide} * kSide;
 
   static constexpr std::int8_t kUnknown = -128;
-  static constexpr double kOddsSteps = OddsSettings::kSteps;
+  static constexpr double kOddsSteps = scan_matching::OddsSettings::kSteps;
   static constexpr int kReach = StoredDistance::kReach;
   static constexpr int kDistanceSteps = StoredDistance::kSteps;
   static constexpr std::uint8_t kFar = StoredDistance::kFar;
@@ -54,4 +58,4 @@ struct Tile {
   }
 };
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

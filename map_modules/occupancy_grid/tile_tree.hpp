@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "shared_tree.hpp"
-#include "tile.hpp"
+#include "map_modules/occupancy_grid/tile.hpp"
+#include "map_modules/shared/scan_matching/shared_tree.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 /// A particle's tiles.
-using TileTree = SharedTree<Tile>;
+using TileTree = scan_matching::SharedTree<Tile>;
 
-/// What is nowhere written: all unknown, nothing near.
+/// The tile of places that were never written: all unknown, nothing near.
 inline const Tile& empty_tile() { return TileTree::empty_tile(); }
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

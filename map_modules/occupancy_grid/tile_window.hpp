@@ -6,14 +6,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "tile_tree.hpp"
-#include "tiled_cells.hpp"
+#include "map_modules/occupancy_grid/tile_tree.hpp"
+#include "map_modules/shared/scan_matching/tiled_cells.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 
 /// The tiles around one scan, side by side, so that a cell is found without the tree. Cells count from the window's own
 /// lower left corner here. Kept from scan to scan for its storage.
-class TileWindow : public TiledCells<Tile::kBits> {
+class TileWindow : public scan_matching::TiledCells<Tile::kBits> {
  public:
   /// Looks at all tiles within `reach` [m] of `center` [m]. Throws Error if that is no place for cells of 32 bits.
   void open(const TileTree& tree, const Eigen::Vector2d& center, double reach, double resolution);
@@ -53,4 +53,4 @@ class WritableWindow : public TileWindow {
   std::vector<Tile*> own_;
 };
 
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cloud_insertion.hpp"
+#include "map_modules/octomap_grid/cloud_insertion.hpp"
 
 #include <array>
 #include <cmath>
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -26,7 +26,7 @@ void CloudInsertion::open(VoxelMap& map, const OctomapGridSettings& settings) {
     }
   }
   // Beams are followed in steps, so rounding may lead a voxel out of the box; distances reach farther.
-  constexpr double kMargin = 2 * grid::StoredDistance::kReach + 2;
+  constexpr double kMargin = 2 * scan_matching::StoredDistance::kReach + 2;
   window_.open(map, settings.resolution * (low.head<2>().array() - kMargin).matrix(),
                settings.resolution * (high.head<2>().array() + kMargin).matrix(), settings.resolution);
   constexpr double kMost = double{TileIndex::kMost} * kTileSide;
@@ -164,4 +164,4 @@ void CloudInsertion::insert(VoxelMap& map, const Pose& T_map_base, const CloudOb
   distances_.apply(window_, freed_, occupied_);
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

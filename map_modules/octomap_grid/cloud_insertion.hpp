@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "cloud_observation.hpp"
-#include "column_window.hpp"
+#include "map_modules/octomap_grid/cloud_observation.hpp"
+#include "map_modules/octomap_grid/column_window.hpp"
 #include "waymark/math/pose.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// Writes scans into a map. Holds the storage that this takes, so one of these serves many scans; not thread-safe.
 class CloudInsertion {
@@ -52,4 +52,4 @@ class CloudInsertion {
   DistanceUpdate distances_;
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

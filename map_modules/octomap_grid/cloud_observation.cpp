@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cloud_observation.hpp"
+#include "map_modules/octomap_grid/cloud_observation.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,11 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "scan_beams.hpp"
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/so3.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -52,18 +51,7 @@ void keep_heights(std::vector<Eigen::Vector3f>& points, const Pose& T_map_base, 
 
 CloudObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
                          const OctomapGridSettings& settings) {
-  CloudObservation observation;
-  observation.p_base_sensor = T_base_sensor.p;
-  observation.reach = T_base_sensor.p.norm();
-  const auto kept = [&](const Eigen::Vector3d& p_base) {
-    observation.reach = std::max(observation.reach, p_base.norm());
-    return Eigen::Vector3f(p_base.cast<float>());
-  };
-  observation.hits.reserve(scan.ranges_m.size());
-  grid::for_beams(
-      scan, T_base_sensor, motion, settings.scan,
-      [&](const Eigen::Vector3d& p) { observation.hits.push_back(kept(p)); },
-      [&](const Eigen::Vector3d& p) { observation.clear_to.push_back(kept(p)); });
+  CloudObservation observation(scan_matching::scan_points<3>(scan, T_base_sensor, motion, settings.scan));
   observation.matched = observation.hits;
   keep_heights(observation.matched, motion.T_map_base, settings.match_heights);
   return observation;
@@ -105,4 +93,4 @@ CloudObservation observe(const PointCloud& cloud, const Pose& T_base_sensor, con
   return observation;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

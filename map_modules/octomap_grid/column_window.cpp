@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "column_window.hpp"
+#include "map_modules/octomap_grid/column_window.hpp"
 
 #include <algorithm>
 
-#include "distance_field.hpp"
+#include "map_modules/shared/scan_matching/distance_field.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -73,8 +73,8 @@ void DistanceUpdate::apply(ColumnWindow& window, std::vector<LayerCell>& freed, 
     take_layer(f, freed.cend(), z, freed_);
     take_layer(o, occupied.cend(), z, occupied_);
     layer_.open(window, z);
-    grid::update_distances(freed_, occupied_, layer_);
+    scan_matching::update_distances(freed_, occupied_, layer_);
   }
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "tiled_cells.hpp"
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
+#include "map_modules/shared/scan_matching/tiled_cells.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// The columns around one scan, for writing: the first write to a column goes through the tree.
-class ColumnWindow : public grid::TiledCells<VoxelOctree::kBits> {
+class ColumnWindow : public scan_matching::TiledCells<VoxelOctree::kBits> {
  public:
   /// Throws Error if that is no place for a map. [m]
   void open(VoxelMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high, double resolution);
@@ -26,7 +26,7 @@ class ColumnWindow : public grid::TiledCells<VoxelOctree::kBits> {
   std::vector<TileColumn*> own_;
 };
 
-/// One layer of a map, as `grid::update_distances` sees it. Voxels count from the corner of the window.
+/// One layer of a map, as `scan_matching::update_distances` needs it. Voxels count from the corner of the window.
 class LayerWindow {
  public:
   void open(ColumnWindow& columns, std::int32_t z);
@@ -61,4 +61,4 @@ class DistanceUpdate {
   std::vector<Cell> occupied_;
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "layered_field.hpp"
+#include "map_modules/octomap_grid/layered_field.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/math/so3.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -71,18 +71,19 @@ void LayeredTarget::find_slabs() {
   }
 }
 
-grid::FieldFit LayeredTarget::fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
-  grid::FieldSums sums;
+scan_matching::FieldFit LayeredTarget::fit(const scan_matching::LikelihoodTable& table,
+                                           const Eigen::Vector3d& xyyaw) const {
+  scan_matching::FieldSums sums;
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    sums = grid::add_points(sums, field(i), table, points(layers_[i]), xyyaw, resolution_);
+    sums = scan_matching::add_points(sums, field(i), table, points(layers_[i]), xyyaw, resolution_);
   return sums.fit(resolution_);
 }
 
-double LayeredTarget::sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
+double LayeredTarget::sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    sum += grid::sum_likelihood(field(i), table, points(layers_[i]), xyyaw, resolution_);
+    sum += scan_matching::sum_likelihood(field(i), table, points(layers_[i]), xyyaw, resolution_);
   return sum;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -6,15 +6,15 @@
 #include <span>
 #include <vector>
 
-#include "scan_matching.hpp"
-#include "tiled_cells.hpp"
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
+#include "map_modules/shared/scan_matching/scan_matcher.hpp"
+#include "map_modules/shared/scan_matching/tiled_cells.hpp"
 #include "waymark/math/pose.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// The distances of one layer of a map around a scan, as a field that points are matched on.
-class LayerField : public grid::TiledCells<VoxelOctree::kBits> {
+class LayerField : public scan_matching::TiledCells<VoxelOctree::kBits> {
  public:
   LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : TiledCells(rect), slabs_(slabs) {}
 
@@ -27,15 +27,15 @@ class LayerField : public grid::TiledCells<VoxelOctree::kBits> {
 
 /// A scan over one particle's map: every point over the layer that it lies in. Height, roll and pitch are those of the
 /// prior's mean, so x, y and yaw do not move a point from layer to layer. Kept from scan to scan for its storage.
-class LayeredTarget final : public grid::MatchTarget {
+class LayeredTarget final : public scan_matching::MatchTarget {
  public:
   /// Looks at the tiles within `reach` [m] of the base. `points` are in the base frame. Throws Error if that is no
   /// place for a map.
   void open(const VoxelMap& map, const Pose& T_map_base, double reach, std::span<const Eigen::Vector3f> points,
             double resolution);
 
-  grid::FieldFit fit(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
-  double sum_likelihood(const grid::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
+  scan_matching::FieldFit fit(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
+  double sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
 
  private:
   struct Layer {
@@ -66,4 +66,4 @@ class LayeredTarget final : public grid::MatchTarget {
   std::vector<Eigen::Vector2f> points_;  // in the base's place, but level; layer by layer
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

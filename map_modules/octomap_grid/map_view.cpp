@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "map_view.hpp"
+#include "map_modules/octomap_grid/map_view.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "cell_entropy.hpp"
-#include "map_modules/map_formats/grid_extent.hpp"
+#include "map_modules/shared/scan_matching/cell_entropy.hpp"
+#include "plugins/shared/map_formats/grid_extent.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -26,7 +26,7 @@ MapFigures figures_of(const VoxelMap& map) {
       tile.voxels.for_all([&](LocalVoxel, int side, float odds) {
         const auto voxels = static_cast<std::size_t>(side) * static_cast<std::size_t>(side * side);
         (is_occupied(odds) ? figures.occupied : figures.free) += voxels;
-        entropy += static_cast<double>(voxels) * grid::entropy_bit(probability(odds));
+        entropy += static_cast<double>(voxels) * scan_matching::entropy_bit(probability(odds));
       });
     });
   });
@@ -61,4 +61,4 @@ std::optional<GridView> slice_of(const VoxelMap& map, double resolution, const H
   return view;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -4,17 +4,17 @@
 #include <cstddef>
 #include <optional>
 
-#include "octomap_grid_settings.hpp"
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/octomap_grid_settings.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
 #include "waymark/interface/map_module.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
-/// What a whole map comes to.
+/// Sums over a whole map.
 struct MapFigures {
   std::size_t occupied = 0;  ///< voxels
   std::size_t free = 0;
-  double mean_entropy_bit = 0.0;  ///< of the known voxels: 0 is a crisp map, 1 says nothing
+  double mean_entropy_bit = 0.0;  ///< of the known voxels: 0 is a crisp map, 1 is no information
   std::size_t nodes = 0;          ///< of the octrees
   std::size_t tiles = 0;
   std::size_t tiles_shared = 0;  ///< with other particles
@@ -26,4 +26,4 @@ MapFigures figures_of(const VoxelMap& map);
 /// known there. Throws Error if the rectangle around it is too large to be one picture.
 std::optional<GridView> slice_of(const VoxelMap& map, double resolution, const Heights& slice);
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

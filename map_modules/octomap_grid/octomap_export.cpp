@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The way out: one octomap::OcTree of a whole map, which octovis and other programs read.
 #include <fmt/format.h>
-#include <octomap/OcTree.h>
 
 #include <bit>
 #include <limits>
-#include <sstream>
 #include <string>
+#include <utility>
 
-#include "map_modules/map_formats/octree_bytes.hpp"
-#include "octomap_file.hpp"
+#include "map_modules/octomap_grid/octomap_file.hpp"
+#include "plugins/shared/map_formats/octree_text.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -57,15 +56,8 @@ std::vector<MapFile> octomap_files(const VoxelMap& map, double resolution) {
   if (tree.size() == 0) return {};
   tree.updateInnerOccupancy();
   tree.prune();
-  std::ostringstream full;
-  full << map_formats::octree_header(false, tree.size(), resolution);
-  tree.writeData(full);
-  tree.toMaxLikelihood();
-  tree.prune();
-  std::ostringstream binary;
-  binary << map_formats::octree_header(true, tree.size(), resolution);
-  tree.writeBinaryData(binary);
-  return {{".bt", std::move(binary).str()}, {".ot", std::move(full).str()}};
+  std::string full = map_formats::octree_text(tree, map_formats::OctreeFormat::full);
+  return {{".bt", map_formats::octree_text(tree, map_formats::OctreeFormat::binary)}, {".ot", std::move(full)}};
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

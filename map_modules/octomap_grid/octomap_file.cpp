@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "octomap_file.hpp"
+#include "map_modules/octomap_grid/octomap_file.hpp"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <utility>
 
-#include "column_window.hpp"
-#include "map_modules/map_formats/octree_bytes.hpp"
+#include "map_modules/octomap_grid/column_window.hpp"
+#include "plugins/shared/map_formats/octree_bytes.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -136,4 +136,4 @@ VoxelMap load_octomap(const std::filesystem::path& file, const OctomapGridSettin
   return map;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

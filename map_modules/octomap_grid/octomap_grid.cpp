@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "cloud_observation.hpp"
-#include "particle_octomap.hpp"
-#include "scan_spacing.hpp"
+#include "map_modules/octomap_grid/cloud_observation.hpp"
+#include "map_modules/octomap_grid/particle_octomap.hpp"
+#include "map_modules/shared/scan_matching/scan_spacing.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin/map_module.hpp"
 
-namespace waymark {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -16,37 +16,36 @@ namespace {
 class OctomapGrid final : public MapModule {
  public:
   OctomapGrid(const Config& config, const Rig& rig)
-      : model_(std::make_shared<octo::OctomapModel>(octo::OctomapGridSettings::read(config))),
+      : model_(std::make_shared<OctomapModel>(OctomapGridSettings::read(config))),
         T_base_sensor_(rig.T_base_sensor(scanner_of(config))) {}
 
-  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<octo::ParticleOctomap>(model_); }
+  std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleOctomap>(model_); }
 
-  bool begins_with_a_place() const override { return model_->settings.load.use != grid::MapUse::map; }
+  bool begins_with_a_place() const override { return model_->settings.load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {
     const bool is_cloud = trigger.payload->type() == PointCloud::kType;
     const auto* scan = is_cloud ? nullptr : &trigger.as<LaserScan>();
     if (!spacing_.is_due(trigger.stamp, motion, model_->settings.scan)) return nullptr;
-    auto observation = std::make_shared<octo::CloudObservation>(
-        is_cloud ? octo::observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
-                 : octo::observe(*scan, T_base_sensor_, motion, model_->settings));
+    auto observation = std::make_shared<CloudObservation>(
+        is_cloud ? observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
+                 : observe(*scan, T_base_sensor_, motion, model_->settings));
     spacing_.take(trigger.stamp);
     return observation;
   }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
-    auto map = std::make_unique<octo::ParticleOctomap>(model_);
+    auto map = std::make_unique<ParticleOctomap>(model_);
     map->load(in);
     return map;
   }
 
   void describe(std::span<const ParticleMap* const> of_all_particles, std::vector<MapFigure>& out) const override {
-    std::vector<const octo::VoxelMap*> maps;
+    std::vector<const VoxelMap*> maps;
     maps.reserve(of_all_particles.size());
-    for (const ParticleMap* map : of_all_particles)
-      maps.push_back(&static_cast<const octo::ParticleOctomap*>(map)->voxels());
-    octo::VoxelMap::describe_memory(maps, out);
+    for (const ParticleMap* map : of_all_particles) maps.push_back(&static_cast<const ParticleOctomap*>(map)->voxels());
+    VoxelMap::describe_memory(maps, out);
   }
   void save(OutArchive& out) const override { spacing_.save(out); }
   void load(InArchive& in) override { spacing_.load(in); }
@@ -58,13 +57,13 @@ class OctomapGrid final : public MapModule {
     return inputs.front();
   }
 
-  std::shared_ptr<const octo::OctomapModel> model_;
+  std::shared_ptr<const OctomapModel> model_;
   Pose T_base_sensor_;
-  grid::ScanSpacing spacing_;
+  scan_matching::ScanSpacing spacing_;
 };
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::octomap_grid
 
-WAYMARK_PLUGIN(waymark::MapModule, waymark::OctomapGrid, "octomap_grid", "1.0.0")
+WAYMARK_PLUGIN(waymark::MapModule, waymark::octomap_grid::OctomapGrid, "octomap_grid", "1.0.0")

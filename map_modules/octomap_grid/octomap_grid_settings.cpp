@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "octomap_grid_settings.hpp"
+#include "map_modules/octomap_grid/octomap_grid_settings.hpp"
 
 #include <utility>
 #include <vector>
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -25,19 +25,19 @@ Heights read_heights(const Config& config, std::string_view key) {
 OctomapGridSettings OctomapGridSettings::read(const Config& config) {
   OctomapGridSettings s{};
   s.resolution = config.number_in("resolution_m", 0.005, 10.0, 0.1);
-  s.scan = grid::ScanSettings::read(config, s.resolution);
+  s.scan = scan_matching::ScanSettings::read(config, s.resolution);
   for (const auto& [key, value] :
        {std::pair{"range_max_m", s.scan.range_max}, std::pair{"no_return_clears_m", s.scan.no_return_clears}}) {
     if (value > kLongestReach * s.resolution) config.fail(key, "must be at most 2000 times resolution_m");
   }
   const Config match = config.child_or_empty("match");
-  s.match = grid::MatchSettings::read(match);
+  s.match = scan_matching::MatchSettings::read(match);
   s.match_heights = read_heights(match, "height_m");
   s.max_match_points = static_cast<int>(match.integer_in("max_points", 1, 1'000'000, 1000));
-  s.odds = grid::OddsSettings::read(config.child_or_empty("log_odds"));
+  s.odds = scan_matching::OddsSettings::read(config.child_or_empty("log_odds"));
   s.slice = read_heights(config, "slice_m");
-  s.load = grid::LoadSettings::read(config);
+  s.load = map_formats::LoadSettings::read(config);
   return s;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "scan_settings.hpp"
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
+#include "plugins/shared/map_formats/load_settings.hpp"
 #include "waymark/config/config.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// From … to, both belong to it [m].
 struct Heights {
@@ -15,16 +16,16 @@ struct Heights {
 
 struct OctomapGridSettings {
   double resolution;  ///< side of a voxel [m]
-  grid::ScanSettings scan;
-  grid::MatchSettings match;
-  grid::OddsSettings odds;
+  scan_matching::ScanSettings scan;
+  scan_matching::MatchSettings match;
+  scan_matching::OddsSettings odds;
   Heights match_heights;  ///< above the base, along the map's z: points that are matched
   int max_match_points;   ///< of a cloud
   Heights slice;          ///< in the map: what is seen from above
-  grid::LoadSettings load;
+  map_formats::LoadSettings load;
 
   /// Reads the map's node of the YAML. Throws ConfigError.
   static OctomapGridSettings read(const Config& config);
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "particle_octomap.hpp"
+#include "map_modules/octomap_grid/particle_octomap.hpp"
 
 #include <array>
 
-#include "cloud_insertion.hpp"
-#include "layered_field.hpp"
-#include "map_view.hpp"
-#include "octomap_file.hpp"
+#include "map_modules/octomap_grid/cloud_insertion.hpp"
+#include "map_modules/octomap_grid/layered_field.hpp"
+#include "map_modules/octomap_grid/map_view.hpp"
+#include "map_modules/octomap_grid/octomap_file.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -28,25 +28,25 @@ ThreadStorage& storage() {
 
 OctomapModel::OctomapModel(OctomapGridSettings s)
     : settings(std::move(s)), matcher(settings.match, settings.resolution) {
-  if (settings.load.use != grid::MapUse::map) initial = load_octomap(settings.load.file, settings);
+  if (settings.load.use != map_formats::MapUse::map) initial = load_octomap(settings.load.file, settings);
 }
 
 void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                              Refinement& out) const {
-  grid::MatchAssociation& association = grid::MatchAssociation::of(out);
+  scan_matching::MatchAssociation& association = scan_matching::MatchAssociation::of(out);
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   out.writes = writes(cloud);
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
 
-  const grid::MatchPrior own = grid::planar_prior(prior, start);
+  const scan_matching::MatchPrior own = scan_matching::planar_prior(prior, start);
   const double reach = cloud.reach + model_->matcher.margin(own);
   LayeredTarget& target = storage().target;
   target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings.resolution);
-  association.tell(model_->matcher.match(target, own), out);
+  association.report(model_->matcher.match(target, own), out);
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  record_.count(static_cast<const grid::MatchAssociation&>(*association));
+  record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   if (!writes(cloud)) return;
   storage().insertion.insert(voxels_, pose.T_map_base, cloud, model_->settings);
@@ -86,9 +86,9 @@ void ParticleOctomap::load(InArchive& in) {
     throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   double resolution = 0.0;
   in.value(resolution);
-  grid::require_resolution(resolution, model_->settings.resolution);
+  scan_matching::require_resolution(resolution, model_->settings.resolution);
   record_.load(in);
   voxels_.load(in);
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

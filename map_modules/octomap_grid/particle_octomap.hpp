@@ -3,22 +3,22 @@
 
 #include <memory>
 
-#include "cloud_observation.hpp"
-#include "match_record.hpp"
-#include "octomap_grid_settings.hpp"
-#include "scan_matching.hpp"
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/cloud_observation.hpp"
+#include "map_modules/octomap_grid/octomap_grid_settings.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
+#include "map_modules/shared/scan_matching/match_record.hpp"
+#include "map_modules/shared/scan_matching/scan_matcher.hpp"
 #include "waymark/interface/map_module.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// What all particles' maps have in common.
 struct OctomapModel {
-  /// Loads the map that the settings name. Throws DataError if it is no good.
+  /// Loads the map that the settings name. Throws DataError if it is not a valid map.
   explicit OctomapModel(OctomapGridSettings s);
 
   OctomapGridSettings settings;
-  grid::ScanMatcher matcher;
+  scan_matching::ScanMatcher matcher;
   VoxelMap initial;  ///< what every map begins with
 };
 
@@ -43,12 +43,12 @@ class ParticleOctomap final : public ParticleMap {
  private:
   /// As in the flat grid: where nothing comes back, nothing ties the pose to the map.
   bool writes(const CloudObservation& cloud) const {
-    return model_->settings.load.use != grid::MapUse::localize && !cloud.hits.empty();
+    return model_->settings.load.use != map_formats::MapUse::localize && !cloud.hits.empty();
   }
 
   std::shared_ptr<const OctomapModel> model_;
   VoxelMap voxels_;
-  grid::MatchRecord record_;
+  scan_matching::MatchRecord record_;
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "voxel_brick.hpp"
+#include "map_modules/octomap_grid/voxel_brick.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -106,4 +106,4 @@ bool would_change_others(const VoxelBlock& block, const float* values, std::uint
   return false;
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "voxel_odds.hpp"
+#include "map_modules/octomap_grid/voxel_odds.hpp"
 #include "waymark/io/archive.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// 4 × 4 × 4 voxels in the octree's order. Most are unknown or free as far as they can be: only what differs from the
 /// lowest value in the block is held one by one.
@@ -65,7 +65,7 @@ class VoxelBrick {
   std::size_t bytes() const { return sizeof(Body) + size() * sizeof(float); }
 
   void save(OutArchive& out) const;
-  /// Throws DataError if what is read is no brick.
+  /// Throws DataError if what is read is not a valid brick.
   static VoxelBrick loaded(InArchive& in);
 
  private:
@@ -106,7 +106,7 @@ class BrickDraft {
 /// True if one of the voxels, which are known and not as low as others, changes with such a scan.
 bool would_change_others(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
                          const VoxelOdds& odds);
-/// True if a scan that says `free` and `hit` about a block's voxels changes one of them.
+/// True if a scan that marks a block's voxels `free` and `hit` changes one of them.
 inline bool would_change(const VoxelBlock& block, const float* values, std::uint64_t free, std::uint64_t hit,
                          const VoxelOdds& odds) {
   const std::uint64_t marked = free | hit;
@@ -143,4 +143,4 @@ void add_updated(BrickDraft& draft, const VoxelBlock& block, const float* values
   }
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "voxel_octree.hpp"
+#include "map_modules/octomap_grid/voxel_octree.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "waymark/base/error.hpp"
+#include "waymark/memory/shared_archive.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
@@ -190,7 +190,7 @@ void VoxelOctree::save(OutArchive& out) const {
   out.value(whole_);
   for (std::size_t i = 0; i < kBricks; ++i) {
     if (is_whole(i)) out.value(whole_odds_[i]);
-    if (bricks_[i] && out.first_sight(bricks_[i].identity())) bricks_[i].save(out);
+    if (bricks_[i]) save_shared(bricks_[i].identity(), out, [&] { bricks_[i].save(out); });
   }
 }
 
@@ -199,22 +199,15 @@ void VoxelOctree::load(InArchive& in) {
   std::uint8_t there = 0;
   in.value(there);
   in.value(loaded.whole_);
-  if ((there & loaded.whole_) != 0) throw DataError("checkpoint: voxels: twice the same");
+  if ((there & loaded.whole_) != 0) throw DataError("checkpoint: voxels: a brick that is also one leaf");
   for (std::size_t i = 0; i < kBricks; ++i) {
     if (loaded.is_whole(i)) {
       in.value(loaded.whole_odds_[i]);
       if (!std::isfinite(loaded.whole_odds_[i])) throw DataError("checkpoint: voxels: log-odds that are not finite");
     }
-    if ((there >> i & 1u) == 0) continue;
-    std::uint64_t number = 0;
-    if (const auto known = in.shared(number)) {
-      loaded.bricks_[i] = *std::static_pointer_cast<VoxelBrick>(known);
-    } else {
-      loaded.bricks_[i] = VoxelBrick::loaded(in);
-      in.remember(number, std::make_shared<VoxelBrick>(loaded.bricks_[i]));
-    }
+    if ((there >> i & 1u) != 0) loaded.bricks_[i] = load_shared<VoxelBrick>(in, [&] { return VoxelBrick::loaded(in); });
   }
   *this = std::move(loaded);
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -7,11 +7,11 @@
 #include <set>
 #include <vector>
 
-#include "voxel_brick.hpp"
-#include "voxel_odds.hpp"
+#include "map_modules/octomap_grid/voxel_brick.hpp"
+#include "map_modules/octomap_grid/voxel_odds.hpp"
 #include "waymark/io/archive.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 /// A voxel of one octree, 0 … kSide − 1 in each direction.
 struct LocalVoxel {
@@ -32,7 +32,7 @@ class VoxelOctree {
 
   /// One bit a voxel, in the order of the octree's leaves.
   using Bits = std::array<std::uint64_t, kVoxels / 64>;
-  /// What one scan says about the voxels; none is in both.
+  /// The voxels that one scan marks; none is in both.
   struct Marks {
     Bits free{};
     Bits hit{};
@@ -76,7 +76,7 @@ class VoxelOctree {
   std::size_t bytes(std::set<const void*>& seen) const;
 
   void save(OutArchive& out) const;
-  /// Throws DataError if what is read is no such octree.
+  /// Throws DataError if what is read is not a valid octree.
   void load(InArchive& in);
 
  private:
@@ -120,4 +120,4 @@ class VoxelOctree {
   std::uint8_t whole_ = 0;                      // one bit a brick
 };
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

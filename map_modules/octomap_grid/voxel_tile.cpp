@@ -1,30 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "voxel_tile.hpp"
+#include "map_modules/octomap_grid/voxel_tile.hpp"
 
 #include <algorithm>
 #include <limits>
-#include <memory>
 
 #include "waymark/base/error.hpp"
+#include "waymark/memory/shared_archive.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
 namespace {
 
-/// Writes what a handle holds if it was not written yet.
-template <class T, class Save>
-void save_shared(const Cow<T>& handle, OutArchive& out, const Save& save) {
-  if (out.first_sight(handle.identity())) save(handle.read());
+void save_slab(const Slab& slab, OutArchive& out) {
+  out.bytes(slab.distance.data(), slab.distance.size());
+  out.bytes(slab.occupied.data(), sizeof slab.occupied);
 }
 
-/// Reads what `save_shared` wrote.
-template <class T, class Load>
-Cow<T> load_shared(InArchive& in, const Load& load) {
-  std::uint64_t number = 0;
-  if (const auto known = in.shared(number)) return *std::static_pointer_cast<Cow<T>>(known);
+Cow<Slab> load_slab(InArchive& in) {
+  Cow<Slab> handle;
+  Slab& slab = handle.write();
+  in.bytes(slab.distance.data(), slab.distance.size());
+  in.bytes(slab.occupied.data(), sizeof slab.occupied);
+  return handle;
+}
+
+/// A handle to what its own `load` reads.
+template <class T>
+Cow<T> loaded(InArchive& in) {
   Cow<T> handle;
-  load(handle.write());
-  in.remember(number, std::make_shared<Cow<T>>(handle));
+  handle.write().load(in);
   return handle;
 }
 
@@ -50,12 +54,7 @@ std::size_t Layers::bytes(std::set<const void*>& seen) const {
 void Layers::save(OutArchive& out) const {
   out.bytes(slab_of_.data(), slab_of_.size());
   out.value(static_cast<std::uint8_t>(slabs_.size()));
-  for (const Cow<Slab>& one : slabs_) {
-    save_shared(one, out, [&](const Slab& slab) {
-      out.bytes(slab.distance.data(), slab.distance.size());
-      out.bytes(slab.occupied.data(), sizeof slab.occupied);
-    });
-  }
+  for (const Cow<Slab>& slab : slabs_) save_shared(slab.identity(), out, [&] { save_slab(slab.read(), out); });
 }
 
 void Layers::load(InArchive& in) {
@@ -67,12 +66,7 @@ void Layers::load(InArchive& in) {
   if (!fits) throw DataError("checkpoint: tiles: layers that are not there");
   slabs_.clear();
   slabs_.reserve(count);
-  for (unsigned i = 0; i < count; ++i) {
-    slabs_.push_back(load_shared<Slab>(in, [&](Slab& slab) {
-      in.bytes(slab.distance.data(), slab.distance.size());
-      in.bytes(slab.occupied.data(), sizeof slab.occupied);
-    }));
-  }
+  for (unsigned i = 0; i < count; ++i) slabs_.push_back(load_shared<Cow<Slab>>(in, [&] { return load_slab(in); }));
 }
 
 Slab& VoxelTile::write_slab(std::int32_t z) {
@@ -89,7 +83,7 @@ std::size_t VoxelTile::bytes(std::set<const void*>& seen) const {
 void VoxelTile::save(OutArchive& out) const {
   voxels.save(out);
   out.value(layers_.has_value());
-  if (layers_) save_shared(*layers_, out, [&](const Layers& layers) { layers.save(out); });
+  if (layers_) save_shared(layers_->identity(), out, [&] { layers_->read().save(out); });
 }
 
 void VoxelTile::load(InArchive& in) {
@@ -97,7 +91,7 @@ void VoxelTile::load(InArchive& in) {
   bool has_layers = false;
   in.value(has_layers);
   layers_.reset();
-  if (has_layers) layers_ = load_shared<Layers>(in, [&](Layers& layers) { layers.load(in); });
+  if (has_layers) layers_ = load_shared<Cow<Layers>>(in, [&] { return loaded<Layers>(in); });
 }
 
 const VoxelTile* TileColumn::find(std::int32_t z) const {
@@ -125,7 +119,7 @@ void TileColumn::save(OutArchive& out) const {
   out.value(static_cast<std::uint32_t>(tiles_.size()));
   for (const Placed& placed : tiles_) {
     out.value(placed.z);
-    save_shared(placed.tile, out, [&](const VoxelTile& tile) { tile.save(out); });
+    save_shared(placed.tile.identity(), out, [&] { placed.tile->save(out); });
   }
 }
 
@@ -140,9 +134,9 @@ void TileColumn::load(InArchive& in) {
     in.value(placed.z);
     if (placed.z <= below) throw DataError("checkpoint: tiles: a column out of order");
     below = placed.z;
-    placed.tile = load_shared<VoxelTile>(in, [&](VoxelTile& tile) { tile.load(in); });
+    placed.tile = load_shared<Cow<VoxelTile>>(in, [&] { return loaded<VoxelTile>(in); });
     tiles_.push_back(std::move(placed));
   }
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

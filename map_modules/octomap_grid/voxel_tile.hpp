@@ -7,16 +7,16 @@
 #include <set>
 #include <vector>
 
-#include "distance_field.hpp"
-#include "shared_tree.hpp"
-#include "voxel_octree.hpp"
+#include "map_modules/octomap_grid/voxel_octree.hpp"
+#include "map_modules/shared/scan_matching/distance_field.hpp"
+#include "map_modules/shared/scan_matching/shared_tree.hpp"
 #include "waymark/memory/cow.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 
-using grid::Cell;
-using grid::TileIndex;
-using grid::TileRect;
+using scan_matching::Cell;
+using scan_matching::TileIndex;
+using scan_matching::TileRect;
 
 /// A voxel, counted from the map's origin: voxel (0, 0, 0) has its lowest corner there.
 struct Voxel {
@@ -33,9 +33,9 @@ struct Slab {
   static constexpr int kSide = VoxelOctree::kSide;
 
   std::array<std::uint8_t, std::size_t{kSide} * kSide> distance;
-  std::array<std::uint16_t, kSide> occupied{};  ///< one bit a voxel; the octree knows it, too, but is slower
+  std::array<std::uint16_t, kSide> occupied{};  ///< one bit a voxel; the octree has it, too, but is slower
 
-  Slab() { distance.fill(grid::StoredDistance::kFar); }
+  Slab() { distance.fill(scan_matching::StoredDistance::kFar); }
   static std::size_t place(std::int32_t x, std::int32_t y) {
     return static_cast<std::size_t>(y & (kSide - 1)) * kSide + static_cast<std::size_t>(x & (kSide - 1));
   }
@@ -64,7 +64,7 @@ class Layers {
 
   std::size_t bytes(std::set<const void*>& seen) const;
   void save(OutArchive& out) const;
-  /// Throws DataError if what is read are no layers.
+  /// Throws DataError if what is read are not valid layers.
   void load(InArchive& in);
 
  private:
@@ -88,7 +88,7 @@ class VoxelTile {
 
   std::size_t bytes(std::set<const void*>& seen) const;
   void save(OutArchive& out) const;
-  /// Throws DataError if what is read is no tile.
+  /// Throws DataError if what is read is not a valid tile.
   void load(InArchive& in);
 
  private:
@@ -122,7 +122,7 @@ class TileColumn {
 };
 
 /// A particle's map.
-using VoxelMap = grid::SharedTree<TileColumn>;
+using VoxelMap = scan_matching::SharedTree<TileColumn>;
 
 /// Where tiles lie, counted in tiles.
 inline std::int32_t tile_of(std::int32_t voxel) { return voxel >> VoxelOctree::kBits; }
@@ -140,4 +140,4 @@ void for_all_leaves(const VoxelMap& map, const Visit& visit) {
   });
 }
 
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
-#include "camera_bench.hpp"
+#include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 namespace {
 
 using feature_map_test::camera_settings;
@@ -55,4 +55,4 @@ BENCHMARK_CAPTURE(look, pixels, Image::Encoding::bgr8)->Arg(1)->Arg(4)->Arg(12)-
 BENCHMARK_CAPTURE(look, jpeg, Image::Encoding::compressed)->Arg(1)->Arg(4)->Arg(12)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::feature_map

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <sstream>
 
-#include "feature_map_bench.hpp"
+#include "tests/unit/map_modules/feature_map/feature_map_bench.hpp"
 #include "waymark/math/random.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 namespace {
 
 using feature_map_test::detection_of;
@@ -131,4 +131,4 @@ BENCHMARK(refine_and_insert)
     ->Args({100000, 100});
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::feature_map

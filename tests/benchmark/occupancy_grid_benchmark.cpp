@@ -2,9 +2,9 @@
 // What one particle pays for one scan of 180 beams, and for being copied.
 #include <benchmark/benchmark.h>
 
-#include "simulated_room.hpp"
+#include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 
-namespace waymark::grid_test {
+namespace waymark::occupancy_grid_test {
 namespace {
 
 const std::vector<Eigen::Vector3d> kWay = {{0, 0, 0},     {1, 0, 0.4},   {1.8, 0.6, 1.5},
@@ -77,4 +77,4 @@ void copy_particle(benchmark::State& state) {
 BENCHMARK(copy_particle)->Arg(4)->Arg(64);
 
 }  // namespace
-}  // namespace waymark::grid_test
+}  // namespace waymark::occupancy_grid_test

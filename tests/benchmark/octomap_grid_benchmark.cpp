@@ -12,7 +12,7 @@
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 #include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
 /// A map that was driven through five times, and scans of it.
@@ -50,15 +50,18 @@ const std::vector<Pose> kPlanarWay = {Pose::planar(0, 0, 0),     Pose::planar(1,
 
 LaserScan planar_scan(std::size_t i) {
   const Pose& p = kPlanarWay[i];
-  return grid_test::scan_of(grid_test::room(), {p.p.x(), p.p.y(), p.yaw()}, 0.02, static_cast<std::uint32_t>(i));
+  return occupancy_grid_test::scan_of(occupancy_grid_test::room(), {p.p.x(), p.p.y(), p.yaw()}, 0.02,
+                                      static_cast<std::uint32_t>(i));
 }
 
-Drive<grid::ParticleGrid> flat_drive() {
-  Drive<grid::ParticleGrid> drive{
-      grid::ParticleGrid(std::make_shared<grid::GridModel>(grid_test::settings())), kPlanarWay, {}};
+Drive<occupancy_grid::ParticleGrid> flat_drive() {
+  Drive<occupancy_grid::ParticleGrid> drive{
+      occupancy_grid::ParticleGrid(std::make_shared<occupancy_grid::GridModel>(occupancy_grid_test::settings())),
+      kPlanarWay,
+      {}};
   for (std::size_t i = 0; i < kPlanarWay.size(); ++i) {
-    drive.scans.push_back(
-        std::make_shared<grid::ScanObservation>(grid::observe(planar_scan(i), Pose{}, {}, grid_test::settings().scan)));
+    drive.scans.push_back(std::make_shared<occupancy_grid::ScanObservation>(
+        occupancy_grid::observe(planar_scan(i), Pose{}, {}, occupancy_grid_test::settings().scan)));
   }
   drive.drive(5);
   return drive;
@@ -223,4 +226,4 @@ void hall_refine(benchmark::State& state) {
 BENCHMARK(hall_refine)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

@@ -17,8 +17,8 @@
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
-#include "map_modules/map_formats/landmark_list.hpp"
-#include "map_modules/map_formats/map_server.hpp"
+#include "plugins/shared/map_formats/landmark_list.hpp"
+#include "plugins/shared/map_formats/map_server.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
 
@@ -56,7 +56,7 @@ void print_octree(const fs::path& file) {
   const double resolution = tree.getResolution();
   std::array<double, 3> size{};
   for (std::size_t axis = 0; axis < 3; ++axis) size[axis] = figures.high_m[axis] - figures.low_m[axis];
-  fmt::print("kind        octree of OctoMap, {}\n", loaded.format == maps::OctreeFormat::binary
+  fmt::print("kind        octree of OctoMap, {}\n", loaded.format == map_formats::OctreeFormat::binary
                                                         ? "voxels occupied or free (.bt)"
                                                         : "voxels with log-odds (.ot)");
   fmt::print("resolution  {:g} m\n", resolution);
@@ -128,7 +128,8 @@ struct ConvertOptions {
 
 void write_octree(octomap::OcTree& tree, const fs::path& out) {
   const bool is_full = kind_of(out) == MapKind::full_octree;
-  write_file(out, maps::octree_text(tree, is_full ? maps::OctreeFormat::full : maps::OctreeFormat::binary));
+  write_file(out, map_formats::octree_text(
+                      tree, is_full ? map_formats::OctreeFormat::full : map_formats::OctreeFormat::binary));
   fmt::print("{}: octree of {:g} m, {} nodes\n", out.string(), tree.getResolution(), tree.size());
 }
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "map_modules/map_formats/grid_extent.hpp"
 #include "octree_file.hpp"
+#include "plugins/shared/map_formats/grid_extent.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::maps {

@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <limits>
 #include <sstream>
-#include <utility>
 
-#include "map_modules/map_formats/octree_bytes.hpp"
+#include "plugins/shared/map_formats/octree_bytes.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::maps {
@@ -26,7 +25,7 @@ LoadedOctree read_octree(const std::filesystem::path& file) {
   const map_formats::OctreeBytes bytes = map_formats::OctreeBytes::read(file);
   bytes.check();
   LoadedOctree loaded;
-  loaded.format = bytes.is_binary() ? OctreeFormat::binary : OctreeFormat::full;
+  loaded.format = bytes.is_binary() ? map_formats::OctreeFormat::binary : map_formats::OctreeFormat::full;
   loaded.tree = std::make_unique<octomap::OcTree>(bytes.resolution_m());
   if (bytes.nodes() == 0) return loaded;
   std::istringstream in(bytes.content());
@@ -39,23 +38,6 @@ LoadedOctree read_octree(const std::filesystem::path& file) {
   if (!in || loaded.tree->size() != bytes.nodes())
     throw DataError(fmt::format("{}: liboctomap cannot read it", file.string()));
   return loaded;
-}
-
-std::string octree_text(octomap::OcTree& tree, OctreeFormat format) {
-  const bool is_binary = format == OctreeFormat::binary;
-  if (is_binary) {
-    tree.toMaxLikelihood();
-    tree.prune();
-  }
-  std::ostringstream out;
-  out << map_formats::octree_header(is_binary, tree.size(), tree.getResolution());
-  if (is_binary) {
-    tree.Tree::writeBinaryData(out);
-  } else {
-    tree.Tree::writeData(out);
-  }
-  if (!out) throw Error("an octree could not be turned into bytes");
-  return std::move(out).str();
 }
 
 VoxelBox box_of(const octomap::OcTree::leaf_iterator& leaf, const octomap::OcTree& tree) {

@@ -8,28 +8,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <string>
+
+#include "plugins/shared/map_formats/octree_text.hpp"
 
 namespace waymark::maps {
-
-/// Which of OctoMap's formats.
-enum class OctreeFormat {
-  binary,  ///< .bt: a voxel is occupied or free
-  full     ///< .ot: every node has its log-odds
-};
 
 /// An octree, never null, and the format that it was read from.
 struct LoadedOctree {
   std::unique_ptr<octomap::OcTree> tree;
-  OctreeFormat format = OctreeFormat::binary;
+  map_formats::OctreeFormat format = map_formats::OctreeFormat::binary;
 };
 
-/// Reads a `.bt` or `.ot`; its first line says which. Throws DataError with the file, what is wrong and what was
+/// Reads a `.bt` or `.ot`; its first line decides which. Throws DataError with the file, what is wrong and what was
 /// expected.
 LoadedOctree read_octree(const std::filesystem::path& file);
-
-/// The bytes of a file. `.bt` keeps of every voxel only whether it is occupied, and the tree is pruned for it.
-std::string octree_text(octomap::OcTree& tree, OctreeFormat format);
 
 /// Counted in voxels of the finest level, whatever the size of the leaves.
 struct OctreeFigures {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "map_modules/map_formats/map_server.hpp"
+#include "plugins/shared/map_formats/map_server.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/sink.hpp"

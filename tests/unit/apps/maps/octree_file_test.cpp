@@ -8,13 +8,15 @@
 #include <fstream>
 #include <string>
 
-#include "map_modules/map_formats/octree_bytes.hpp"
+#include "plugins/shared/map_formats/octree_bytes.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/random.hpp"
 
 namespace waymark::maps {
 namespace {
+
+using map_formats::OctreeFormat;
 
 using ::testing::HasSubstr;
 

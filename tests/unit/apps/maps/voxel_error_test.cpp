@@ -31,7 +31,7 @@ class VoxelScore : public ::testing::Test {
     }
   }
   VoxelError score(double tolerance_m = 0.0) {
-    std::ofstream(file_, std::ios::binary) << maps::octree_text(tree_, maps::OctreeFormat::binary);
+    std::ofstream(file_, std::ios::binary) << map_formats::octree_text(tree_, map_formats::OctreeFormat::binary);
     return score_voxels(file_, kWall, {.tolerance_m = tolerance_m});
   }
 

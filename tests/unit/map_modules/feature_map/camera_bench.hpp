@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "camera_extraction.hpp"
-#include "feature_map_bench.hpp"
+#include "map_modules/feature_map/extraction/camera_extraction.hpp"
+#include "tests/unit/map_modules/feature_map/feature_map_bench.hpp"
 #include "waymark/math/random.hpp"
 
 /// Images of cylinders, made ray by ray, for the tests of the camera.

@@ -5,10 +5,11 @@
 
 #include <map>
 
-#include "camera_bench.hpp"
+#include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 #include "unit/core/fusion_robot.hpp"
+#include "waymark/plugin_loader.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 namespace {
 
 using feature_map_test::CameraScene;
@@ -82,4 +83,4 @@ TEST_F(CameraInAFusion, ImagesArePairedMovedByTheTurnAndDoneWithoutWhenTheyStop)
 }
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::feature_map

@@ -8,12 +8,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "camera_bench.hpp"
 #include "temporary_folder.hpp"
+#include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/plugin_loader.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 namespace {
 
 using feature_map_test::CameraScene;
@@ -155,4 +155,4 @@ TEST_F(CameraModule, DrawsTheImageWithCandidatesRegionsAndHistograms) {
 }
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::feature_map

@@ -9,12 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "cylinder_extraction.hpp"
-#include "particle_feature_map.hpp"
+#include "map_modules/feature_map/extraction/cylinder_extraction.hpp"
+#include "map_modules/feature_map/particle_feature_map.hpp"
 #include "waymark/interface/payloads.hpp"
 
 /// Worlds, scans and landmarks for the tests of the feature map.
 namespace waymark::feature_map_test {
+
+using namespace waymark::feature_map;
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
 

@@ -7,11 +7,11 @@
 #include <array>
 #include <sstream>
 
-#include "feature_map_bench.hpp"
+#include "tests/unit/map_modules/feature_map/feature_map_bench.hpp"
 #include "waymark/math/gaussian.hpp"
 #include "waymark/math/random.hpp"
 
-namespace waymark {
+namespace waymark::feature_map {
 namespace {
 
 using feature_map_test::detection_of;
@@ -303,4 +303,4 @@ TEST(Sightings, AreNotKeptUnlessAsked) {
 }
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::feature_map

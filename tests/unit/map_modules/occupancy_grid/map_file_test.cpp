@@ -9,14 +9,14 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "simulated_room.hpp"
 #include "temporary_folder.hpp"
+#include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
 #include "waymark/math/random.hpp"
 #include "waymark/plugin_loader.hpp"
 
-namespace waymark::grid_test {
+namespace waymark::occupancy_grid_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -129,8 +129,8 @@ class LoadedRoom : public MapFile {
                                   "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
                                   corner.p.x(), corner.p.y(), corner.yaw()));
     OccupancyGridSettings localize = settings();
-    localize.use = MapUse::localize;
-    localize.load = folder_ / "map.yaml";
+    localize.load.use = map_formats::MapUse::localize;
+    localize.load.file = folder_ / "map.yaml";
     return ParticleGrid(std::make_shared<GridModel>(localize));
   }
   static Eigen::Vector3d found(const Refinement& refinement, const Eigen::Matrix3d& P) {
@@ -209,8 +209,8 @@ TEST_F(LoadedRoom, IsSearchedThroughoutByAParticleThatKnowsNothing) {
 
 TEST_F(MapFile, MustHaveTheCellsOfTheModule) {
   OccupancyGridSettings localize = settings();
-  localize.use = MapUse::localize;
-  localize.load = folder_ / "map.yaml";
+  localize.load.use = map_formats::MapUse::localize;
+  localize.load.file = folder_ / "map.yaml";
   EXPECT_THROW(GridModel{localize}, DataError);
 }
 
@@ -221,4 +221,4 @@ TEST(OccupancyGridSettings, AMapAndItsModeBelongTogether) {
 }
 
 }  // namespace
-}  // namespace waymark::grid_test
+}  // namespace waymark::occupancy_grid_test

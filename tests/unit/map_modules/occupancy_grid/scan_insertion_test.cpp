@@ -9,10 +9,10 @@
 #include <set>
 #include <utility>
 
-#include "simulated_room.hpp"
+#include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::grid_test {
+namespace waymark::occupancy_grid_test {
 namespace {
 
 using CellKey = std::pair<int, int>;
@@ -201,4 +201,4 @@ TEST(ScanInsertion, DistancesAreThoseOfADistanceTransform) {
 }
 
 }  // namespace
-}  // namespace waymark::grid_test
+}  // namespace waymark::occupancy_grid_test

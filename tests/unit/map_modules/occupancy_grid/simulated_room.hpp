@@ -17,9 +17,10 @@
 #include "map_modules/occupancy_grid/scan_observation.hpp"
 #include "waymark/config/config.hpp"
 
-namespace waymark::grid_test {
+namespace waymark::occupancy_grid_test {
 
-using namespace waymark::grid;
+using namespace waymark::occupancy_grid;
+using namespace waymark::scan_matching;
 
 /// A wall from (x1, y1) to (x2, y2) [m].
 using Wall = std::array<double, 4>;
@@ -96,4 +97,4 @@ inline TileTree mapped(const std::vector<Wall>& walls, const std::vector<Eigen::
   return tiles;
 }
 
-}  // namespace waymark::grid_test
+}  // namespace waymark::occupancy_grid_test

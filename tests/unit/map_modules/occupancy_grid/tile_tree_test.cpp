@@ -11,7 +11,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::grid {
+namespace waymark::occupancy_grid {
 namespace {
 
 void mark(TileTree& tree, TileIndex index, int value) { tree.write(index).odds[0] = static_cast<std::int8_t>(value); }
@@ -70,7 +70,7 @@ TEST(TileTree, GathersARectangle) {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> place(-40, 40);
   for (int i = 0; i < 500; ++i) mark(tree, {place(random), place(random)}, i % 100 + 1);
-  const TileRect rect{{-33, -12}, {25, 47}};
+  const scan_matching::TileRect rect{{-33, -12}, {25, 47}};
   std::vector<const Tile*> found(rect.size());
   tree.gather(rect, found);
   for (int y = rect.low.y; y <= rect.high.y; ++y) {
@@ -138,4 +138,4 @@ TEST(TileTree, RefusesADamagedArchive) {
 }
 
 }  // namespace
-}  // namespace waymark::grid
+}  // namespace waymark::occupancy_grid

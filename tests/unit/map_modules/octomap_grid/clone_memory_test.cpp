@@ -7,11 +7,11 @@
 
 #include "map_modules/occupancy_grid/particle_grid.hpp"
 #include "map_modules/octomap_grid/particle_octomap.hpp"
-#include "simulated_hall.hpp"
 #include "tests/unit/counted_memory.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
 void insert(ParticleMap& map, const Pose& T_map_base, const Observation& seen) {
@@ -39,9 +39,9 @@ double share_of_a_clone(const ParticleMap& map) {
 }
 
 TEST(CloneMemory, ACopyOfAFlatGridAddsLessThanAHundredthOfARoom) {
-  grid::ParticleGrid map(std::make_shared<grid::GridModel>(grid_test::settings()));
+  occupancy_grid::ParticleGrid map(std::make_shared<occupancy_grid::GridModel>(occupancy_grid_test::settings()));
   const Pose at = Pose::planar(0.0, 0.0, 0.4);
-  insert(map, at, grid_test::observed(grid_test::room(), {0.0, 0.0, 0.4}, 0.02));
+  insert(map, at, occupancy_grid_test::observed(occupancy_grid_test::room(), {0.0, 0.0, 0.4}, 0.02));
   EXPECT_GT(memory_of(map), 10e3);
   EXPECT_LT(share_of_a_clone(map), 0.01);
 }
@@ -56,8 +56,8 @@ TEST(CloneMemory, ACopyOfAnOctreeAddsLessThanAHundredthOfAHall) {
 
 /// The counter sees what a write makes anew.
 TEST(CloneMemory, AWriteIntoACopyIsCounted) {
-  grid::ParticleGrid map(std::make_shared<grid::GridModel>(grid_test::settings()));
-  const auto seen = grid_test::observed(grid_test::room(), {0.0, 0.0, 0.4}, 0.02);
+  occupancy_grid::ParticleGrid map(std::make_shared<occupancy_grid::GridModel>(occupancy_grid_test::settings()));
+  const auto seen = occupancy_grid_test::observed(occupancy_grid_test::room(), {0.0, 0.0, 0.4}, 0.02);
   insert(map, Pose::planar(0.0, 0.0, 0.4), seen);
   const std::unique_ptr<ParticleMap> copy = map.clone();
   const std::size_t before = counted::bytes;
@@ -66,4 +66,4 @@ TEST(CloneMemory, AWriteIntoACopyIsCounted) {
 }
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

@@ -11,13 +11,13 @@
 #include <set>
 
 #include "map_modules/occupancy_grid/scan_insertion.hpp"
-#include "simulated_hall.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
-using grid::StoredDistance;
+using scan_matching::StoredDistance;
 
 const std::vector<Pose> kPoses = {
     {so3::from_rpy(0.02, -0.03, 0.3), {0.1, 0.2, 0.1}},
@@ -37,32 +37,33 @@ std::map<Voxel, float> voxels_of(const VoxelMap& map) {
 
 /// What a planar scanner writes is what the flat grid writes: same cells, same odds, same distances.
 TEST(CloudInsertion, OfAPlanarScanIsThatOfTheFlatGrid) {
-  const grid::OccupancyGridSettings flat_settings = grid_test::settings();
+  const occupancy_grid::OccupancyGridSettings flat_settings = occupancy_grid_test::settings();
   const OctomapGridSettings s = settings("{ resolution_m: 0.05 }");
-  grid::TileTree flat;
+  occupancy_grid::TileTree flat;
   VoxelMap map;
-  grid::ScanInsertion flat_insertion;
+  occupancy_grid::ScanInsertion flat_insertion;
   CloudInsertion insertion;
   std::mt19937 random(11);
   std::normal_distribution<double> error(0.0, 1.0);
   const std::vector<Eigen::Vector3d> poses = {{0, 0, 0.3}, {-2, 1, -2.0}, {4.5, -2, 1.7}, {1.2, 0.4, 3.0}};
   for (int i = 0; i < 40; ++i) {
     const Eigen::Vector3d& pose = poses[static_cast<std::size_t>(i) % poses.size()];
-    const LaserScan scan = grid_test::scan_of(grid_test::room(), pose, 0.02, static_cast<std::uint32_t>(i));
+    const LaserScan scan =
+        occupancy_grid_test::scan_of(occupancy_grid_test::room(), pose, 0.02, static_cast<std::uint32_t>(i));
     const Eigen::Vector3d at = pose + Eigen::Vector3d(0.05 * error(random), 0.05 * error(random), 0.01 * error(random));
-    flat_insertion.insert(flat, at, grid::observe(scan, Pose{}, {}, flat_settings.scan), flat_settings);
+    flat_insertion.insert(flat, at, occupancy_grid::observe(scan, Pose{}, {}, flat_settings.scan), flat_settings);
     insertion.insert(map, Pose::planar(at.x(), at.y(), at.z()), observe(scan, Pose{}, {}, s), s);
   }
   const std::map<Voxel, float> voxels = voxels_of(map);
   std::size_t known = 0;
   std::size_t different = 0;
-  flat.for_all([&](grid::TileIndex index, const grid::Tile& tile, bool) {
-    for (int i = 0; i < static_cast<int>(grid::Tile::kCells); ++i) {
+  flat.for_all([&](scan_matching::TileIndex index, const occupancy_grid::Tile& tile, bool) {
+    for (int i = 0; i < static_cast<int>(occupancy_grid::Tile::kCells); ++i) {
       const std::int8_t odds = tile.odds[static_cast<std::size_t>(i)];
-      const Cell cell{index.x * grid::Tile::kSide + i % grid::Tile::kSide,
-                      index.y * grid::Tile::kSide + i / grid::Tile::kSide};
+      const Cell cell{index.x * occupancy_grid::Tile::kSide + i % occupancy_grid::Tile::kSide,
+                      index.y * occupancy_grid::Tile::kSide + i / occupancy_grid::Tile::kSide};
       const auto it = voxels.find({cell.x, cell.y, 0});
-      const bool is_known = grid::Tile::is_known(odds);
+      const bool is_known = occupancy_grid::Tile::is_known(odds);
       known += is_known;
       // A point on the border of two cells may fall either way, since the windows of the two begin elsewhere.
       different += is_known != (it != voxels.end()) || (is_known && std::abs(20.0f * it->second - odds) > 0.01f);
@@ -204,4 +205,4 @@ TEST(CloudInsertion, RefusesAPlaceBeyondTheMap) {
 }
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

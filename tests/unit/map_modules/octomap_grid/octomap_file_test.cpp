@@ -11,11 +11,11 @@
 #include <sstream>
 
 #include "map_modules/octomap_grid/map_view.hpp"
-#include "simulated_hall.hpp"
 #include "temporary_folder.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -101,7 +101,8 @@ TEST_F(OctomapFile, ComesBackAsItWas) {
         const VoxelTile* there = again.read(index).find(z);
         for (int layer = 0; layer < VoxelOctree::kSide; ++layer) {
           const Slab* slab = tile.slab(layer);
-          if (slab == nullptr || *std::ranges::min_element(slab->distance) == grid::StoredDistance::kFar) continue;
+          if (slab == nullptr || *std::ranges::min_element(slab->distance) == scan_matching::StoredDistance::kFar)
+            continue;
           ASSERT_NE(there, nullptr);
           ASSERT_NE(there->slab(layer), nullptr);
           EXPECT_EQ(there->slab(layer)->distance, slab->distance);
@@ -129,8 +130,8 @@ TEST_F(OctomapFile, TellsWhatIsWrong) {
   const std::string& ot = files_[1].content;
   EXPECT_EQ(message(bt), "none");
   EXPECT_EQ(message(ot), "none");
-  EXPECT_THAT(message("P5\n4 3\n255\n"), HasSubstr("map: no octree of OctoMap: the first line must be"));
-  EXPECT_THAT(message(""), HasSubstr("no octree"));
+  EXPECT_THAT(message("P5\n4 3\n255\n"), HasSubstr("map: not an octree of OctoMap: the first line must be"));
+  EXPECT_THAT(message(""), HasSubstr("not an octree"));
   EXPECT_THAT(message(bt.substr(0, 60)), HasSubstr("the line \"data\" is missing"));
   EXPECT_THAT(message(bt.substr(0, bt.size() - 7)), HasSubstr("truncated"));
   EXPECT_THAT(message(bt + "x"), HasSubstr("1 bytes follow the last node"));
@@ -189,4 +190,4 @@ TEST(OctomapSample, OfFreiburgIsRead) {
 }
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

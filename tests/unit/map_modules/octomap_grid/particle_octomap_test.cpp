@@ -10,11 +10,11 @@
 #include <sstream>
 
 #include "map_modules/occupancy_grid/particle_grid.hpp"
-#include "simulated_hall.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
 const Eigen::Matrix3d kPrior = Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal();
@@ -32,18 +32,19 @@ void insert(Map& map, const Pose& T_map_base, const Observation& seen) {
 }
 
 TEST(ParticleOctomap, MatchesAPlanarScanAsTheFlatGridDoes) {
-  grid::ParticleGrid flat(std::make_shared<grid::GridModel>(grid_test::settings()));
+  occupancy_grid::ParticleGrid flat(std::make_shared<occupancy_grid::GridModel>(occupancy_grid_test::settings()));
   ParticleOctomap octomap(std::make_shared<OctomapModel>(settings("{ resolution_m: 0.05 }")));
   const OctomapGridSettings s = settings("{ resolution_m: 0.05 }");
   const auto scan = [](const Eigen::Vector3d& pose, std::uint32_t seed) {
-    return grid_test::scan_of(grid_test::room(), pose, 0.01, seed);
+    return occupancy_grid_test::scan_of(occupancy_grid_test::room(), pose, 0.01, seed);
   };
   const Pose none;
   std::uint32_t seed = 0;
   for (int round = 0; round < 3; ++round) {
     for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 0), {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}}) {
       const LaserScan seen = scan(p, ++seed);
-      insert(flat, Pose::planar(p.x(), p.y(), p.z()), grid::observe(seen, none, {}, grid_test::settings().scan));
+      insert(flat, Pose::planar(p.x(), p.y(), p.z()),
+             occupancy_grid::observe(seen, none, {}, occupancy_grid_test::settings().scan));
       insert(octomap, Pose::planar(p.x(), p.y(), p.z()), observe(seen, none, {}, s));
     }
   }
@@ -55,7 +56,8 @@ TEST(ParticleOctomap, MatchesAPlanarScanAsTheFlatGridDoes) {
     const LaserScan seen = scan(truth, 99);
     Refinement of_flat;
     Refinement of_octomap;
-    flat.refine({prior, kPrior}, prior, grid::observe(seen, none, {}, grid_test::settings().scan), of_flat);
+    flat.refine({prior, kPrior}, prior, occupancy_grid::observe(seen, none, {}, occupancy_grid_test::settings().scan),
+                of_flat);
     octomap.refine({prior, kPrior}, prior, observe(seen, none, {}, s), of_octomap);
     EXPECT_LT((mean_of(of_octomap, kPrior) - offset).head<2>().norm(), 0.025);
     EXPECT_LT((mean_of(of_octomap, kPrior) - mean_of(of_flat, kPrior)).norm(), 1e-3);
@@ -257,4 +259,4 @@ TEST(OctomapGridSettings, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

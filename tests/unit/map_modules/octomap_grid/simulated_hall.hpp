@@ -16,9 +16,10 @@
 #include "waymark/config/config.hpp"
 #include "waymark/math/so3.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 
-using namespace waymark::octo;
+using namespace waymark::octomap_grid;
+using namespace waymark::scan_matching;
 
 /// An axis-parallel box from `low` to `high` [m].
 struct Box {
@@ -88,4 +89,4 @@ inline CloudObservation observed(const Hall& hall, const Pose& T_map_base, const
   return observe(cloud_of(hall, T_map_base * T_base_sensor, sigma_m, seed), T_base_sensor, {}, s);
 }
 
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "map_modules/octomap_grid/cloud_observation.hpp"
-#include "simulated_hall.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 
-namespace waymark::octo_test {
+namespace waymark::octomap_grid_test {
 namespace {
 
 class Sweep : public ::testing::Test {
@@ -22,7 +22,8 @@ class Sweep : public ::testing::Test {
     for (int k = 0; k < 180; ++k) {
       const Pose T_map_sensor = T_map_base_ * motion_.relative(k * scan_.beam_interval_s) * T_base_sensor_;
       const double bearing = T_map_sensor.yaw() + scan_.start_rad + k * scan_.step_rad;
-      const double range = grid_test::range_to(grid_test::room(), T_map_sensor.p.head<2>(), bearing);
+      const double range =
+          occupancy_grid_test::range_to(occupancy_grid_test::room(), T_map_sensor.p.head<2>(), bearing);
       scan_.ranges_m.push_back(range < 80.0 ? static_cast<float>(range) : 81.0f);
     }
   }
@@ -34,7 +35,7 @@ class Sweep : public ::testing::Test {
       const Eigen::Vector3d on_base(point.x(), point.y(), 0.0);
       const Eigen::Vector2d p = (T_map_base_ * on_base).head<2>();
       double nearest = 1e9;
-      for (const grid_test::Wall& w : grid_test::room()) {
+      for (const occupancy_grid_test::Wall& w : occupancy_grid_test::room()) {
         const Eigen::Vector2d from(w[0], w[1]);
         const Eigen::Vector2d way = Eigen::Vector2d(w[2], w[3]) - from;
         const double along = std::clamp((p - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
@@ -52,20 +53,20 @@ class Sweep : public ::testing::Test {
 };
 
 TEST_F(Sweep, AFlatGridSeesTheWallsInTheirPlaces) {
-  const auto scan = grid_test::settings().scan;
-  const auto seen = grid::observe(scan_, T_base_sensor_, motion_, scan);
+  const auto scan = occupancy_grid_test::settings().scan;
+  const auto seen = occupancy_grid::observe(scan_, T_base_sensor_, motion_, scan);
   EXPECT_GT(seen.hits.size(), 150u);
   EXPECT_LT(farthest_from_a_wall(seen.hits), 1e-4);
   // As if the robot had stood, they are not.
-  EXPECT_GT(farthest_from_a_wall(grid::observe(scan_, T_base_sensor_, {}, scan).hits), 0.2);
+  EXPECT_GT(farthest_from_a_wall(occupancy_grid::observe(scan_, T_base_sensor_, {}, scan).hits), 0.2);
 }
 
 TEST_F(Sweep, AnOctreeSeesWhatAFlatGridSees) {
-  const auto flat = grid::observe(scan_, T_base_sensor_, motion_, grid_test::settings().scan);
+  const auto flat = occupancy_grid::observe(scan_, T_base_sensor_, motion_, occupancy_grid_test::settings().scan);
   const CloudObservation seen = observe(scan_, T_base_sensor_, motion_, settings());
   ASSERT_EQ(seen.hits.size(), flat.hits.size());
   for (std::size_t i = 0; i < flat.hits.size(); ++i) EXPECT_EQ(seen.hits[i].head<2>(), flat.hits[i]);
 }
 
 }  // namespace
-}  // namespace waymark::octo_test
+}  // namespace waymark::octomap_grid_test

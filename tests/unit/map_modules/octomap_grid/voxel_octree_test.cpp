@@ -15,12 +15,12 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 namespace {
 
 constexpr int kSide = VoxelOctree::kSide;
 
-const VoxelOdds kOdds{grid::OddsSettings{17, -8, -40, 70}};
+const VoxelOdds kOdds{scan_matching::OddsSettings{17, -8, -40, 70}};
 
 void mark(VoxelOctree::Bits& bits, int x, int y, int z) {
   const std::size_t place = VoxelOctree::place(x, y, z);
@@ -246,4 +246,4 @@ TEST(VoxelOctree, ComesBackFromAnArchive) {
 }
 
 }  // namespace
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

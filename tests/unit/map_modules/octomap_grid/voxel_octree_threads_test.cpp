@@ -9,10 +9,10 @@
 
 #include "map_modules/octomap_grid/voxel_octree.hpp"
 
-namespace waymark::octo {
+namespace waymark::octomap_grid {
 namespace {
 
-const VoxelOdds kOdds{grid::OddsSettings{17, -8, -40, 70}};
+const VoxelOdds kOdds{scan_matching::OddsSettings{17, -8, -40, 70}};
 
 void write_at_random(VoxelOctree& tree, std::mt19937& random) {
   VoxelOctree::Marks marks;
@@ -59,4 +59,4 @@ TEST(VoxelOctree, ThreadsShareBricks) {
 }
 
 }  // namespace
-}  // namespace waymark::octo
+}  // namespace waymark::octomap_grid

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "waymark/io/archive.hpp"
+
+namespace waymark {
+
+/// Writes an object that several owners share: the first time by `save()`, then only its number. `identity` tells
+/// objects apart.
+template <class Save>
+void save_shared(const void* identity, OutArchive& out, const Save& save) {
+  if (out.first_sight(identity)) save();
+}
+
+/// Reads what `save_shared` wrote: the first time what `load()` returns, then copies of that. A `T` is a handle, whose
+/// copies share the object.
+template <class T, class Load>
+T load_shared(InArchive& in, const Load& load) {
+  std::uint64_t number = 0;
+  if (const auto known = in.shared(number)) return *std::static_pointer_cast<T>(known);
+  T object = load();
+  in.remember(number, std::make_shared<T>(object));
+  return object;
+}
+
+}  // namespace waymark

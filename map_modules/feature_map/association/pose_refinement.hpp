@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "map_modules/feature_map/association/feature_association.hpp"
+#include "map_modules/feature_map/feature_map_settings.hpp"
+#include "map_modules/feature_map/feature_observation.hpp"
+#include "map_modules/feature_map/landmarks/landmark_store.hpp"
+
+namespace waymark::feature_map {
+
+/// Associates (association.hpp), refines the pose by every associated
+/// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every
+/// observation counts").
+template <int D>
+void associate_and_refine(const LandmarkStore& store, const FeatureMapSettings& settings,
+                          double mean_signature_distance, const PoseGaussian& prior,
+                          const FeatureObservation& observation, FeatureAssociation& association, Refinement& out);
+
+}  // namespace waymark::feature_map

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace waymark::scan_matching {
+
+/// A Gaussian prior of the base, from which a match starts.
+struct MatchPrior {
+  Eigen::Vector3d mean;   ///< x [m], y [m], yaw [rad]
+  Eigen::Matrix3d P;      ///< may be singular
+  Eigen::Vector3d start;  ///< where the search begins, relative to the mean
+};
+
+/// The result of a match.
+struct Match {
+  Eigen::Vector3d d = Eigen::Vector3d::Zero();            ///< maximum a posteriori, relative to the prior's mean
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< Λ ⪰ 0 of the scan alone, about d
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< η: prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d
+  double log_evidence = 0.0;                           ///< tempered log likelihood of the scan, and of d by the prior
+  double score = 0.0;                                  ///< mean likelihood of the end points
+  bool searched = false;  ///< coarsely, since the start led to no match, or in all of a wide prior
+  bool failed = false;    ///< the prior stands: Λ and η are zero
+};
+
+}  // namespace waymark::scan_matching

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/shared/scan_matching/match_record.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include "waymark/math/so3.hpp"
+
+namespace waymark::scan_matching {
+
+MatchAssociation& MatchAssociation::of(Refinement& out) {
+  if (!out.association) out.association = std::make_unique<MatchAssociation>();
+  auto& association = static_cast<MatchAssociation&>(*out.association);
+  association = MatchAssociation{};
+  return association;
+}
+
+void MatchAssociation::report(const Match& match, Refinement& out) {
+  out.information = match.information;
+  out.gradient = match.gradient;
+  out.log_evidence = match.log_evidence;
+  outcome = match.failed ? Outcome::failed : Outcome::matched;
+  searched = match.searched;
+  score = match.score;
+}
+
+void MatchRecord::count(const MatchAssociation& how) {
+  matches_ += how.outcome == MatchAssociation::Outcome::matched;
+  failed_ += how.outcome == MatchAssociation::Outcome::failed;
+  searches_ += how.searched;
+  if (how.outcome == MatchAssociation::Outcome::matched) score_sum_ += how.score;
+}
+
+void MatchRecord::describe(std::vector<MapFigure>& out) const {
+  out.push_back({"matches", static_cast<double>(matches_)});
+  out.push_back({"failed_matches", static_cast<double>(failed_)});
+  out.push_back({"coarse_searches", static_cast<double>(searches_)});
+  out.push_back({"mean_score", score_sum_ / std::max(1.0, static_cast<double>(matches_))});
+}
+
+void MatchRecord::save(OutArchive& out) const {
+  out.value(matches_);
+  out.value(failed_);
+  out.value(searches_);
+  out.value(score_sum_);
+}
+
+void MatchRecord::load(InArchive& in) {
+  in.value(matches_);
+  in.value(failed_);
+  in.value(searches_);
+  in.value(score_sum_);
+}
+
+MatchPrior planar_prior(const PoseGaussian& prior, const Pose& start) {
+  const auto planar = [](const Pose& pose) { return Eigen::Vector3d(pose.p.x(), pose.p.y(), pose.yaw()); };
+  MatchPrior own{planar(prior.T_map_base), prior.P, planar(start)};
+  own.start -= own.mean;
+  own.start.z() = so3::wrap(own.start.z());
+  return own;
+}
+
+}  // namespace waymark::scan_matching

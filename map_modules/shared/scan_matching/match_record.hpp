@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "map_modules/shared/scan_matching/match.hpp"
+#include "waymark/interface/map_module.hpp"
+
+namespace waymark::scan_matching {
+
+/// How a scan matched one particle's map, for its figures.
+struct MatchAssociation final : Association {
+  enum class Outcome : std::uint8_t { not_tried, matched, failed };
+
+  /// The association that the host keeps in `out`, as new; made if there is none.
+  static MatchAssociation& of(Refinement& out);
+  /// Gives the match to the host and notes how it went.
+  void report(const Match& match, Refinement& out);
+
+  Outcome outcome = Outcome::not_tried;
+  bool searched = false;
+  double score = 0.0;
+};
+
+/// What has happened to a map and its ancestors.
+class MatchRecord {
+ public:
+  void count(const MatchAssociation& how);
+  void describe(std::vector<MapFigure>& out) const;
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  std::uint64_t matches_ = 0;
+  std::uint64_t failed_ = 0;
+  std::uint64_t searches_ = 0;
+  double score_sum_ = 0.0;  // of the matches
+};
+
+/// The planar part of a prior, and where the host starts, relative to it.
+MatchPrior planar_prior(const PoseGaussian& prior, const Pose& start);
+
+}  // namespace waymark::scan_matching

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/shared/scan_matching/scan_matcher.hpp"
+
+#include <algorithm>
+
+#include "map_modules/shared/scan_matching/coarse_search.hpp"
+#include "map_modules/shared/scan_matching/prior_spread.hpp"
+#include "map_modules/shared/scan_matching/weak_direction.hpp"
+#include "waymark/math/gaussian.hpp"
+
+namespace waymark::scan_matching {
+
+namespace {
+
+/// (Λ⁻¹ + F)⁻¹ with F = diag(floor²), for a Λ that may be singular: no direction becomes better known than the floor,
+/// and one that is not known stays unknown.
+Eigen::Matrix3d with_floor(const Eigen::Matrix3d& information, const Eigen::Vector3d& floor) {
+  const Eigen::Matrix3d white = floor.asDiagonal() * information * floor.asDiagonal();
+  const gaussian::Eigen3 eigen = gaussian::eigen(white);
+  const Eigen::Vector3d kept = eigen.values.array() / (1.0 + eigen.values.array());
+  const Eigen::Vector3d back = floor.cwiseInverse();
+  const Eigen::Matrix3d bounded = eigen.vectors * kept.asDiagonal() * eigen.vectors.transpose();
+  const Eigen::Matrix3d result = back.asDiagonal() * bounded * back.asDiagonal();
+  return 0.5 * (result + result.transpose());
+}
+
+}  // namespace
+
+ScanMatcher::ScanMatcher(const MatchSettings& settings, double resolution)
+    : settings_(settings),
+      resolution_(resolution),
+      tables_{LikelihoodTable(settings.wide_sigma, resolution), LikelihoodTable(settings.narrow_sigma, resolution)} {}
+
+double ScanMatcher::margin(const MatchPrior& prior) const {
+  return std::max(prior.start.head<2>().norm(), spread_reach(prior, settings_)) + settings_.coarse_distance +
+         4.0 * settings_.wide_sigma;
+}
+
+Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
+  const bool wide = is_wide(prior, settings_);
+  Match match = match_from(target, prior, wide ? best_draw(target, prior, tables_.wide, settings_) : prior.start);
+  // A descent that ended in a wrong place can fit half of the points.
+  const bool needs_search = !wide && (match.failed || match.score < settings_.search_score);
+  if (needs_search) {
+    const Match searched =
+        match_from(target, prior, coarse_search(target, prior, tables_.wide, settings_, resolution_));
+    if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
+  }
+  if (match.failed) match = prior_alone(target, prior);
+  match.searched = wide || needs_search;
+  return match;
+}
+
+Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
+  Match match;
+  Optimum optimum = descend(target, prior, start, tables_, settings_);
+  match.failed = !optimum.d.allFinite() || optimum.fit.score < settings_.min_score;
+  if (match.failed) return match;
+  const WeakDirection weak =
+      find_weak_direction(target, tables_.wide, prior.mean + optimum.d, optimum.information, settings_.wide_sigma);
+  if (weak.share < 1.0) optimum = without_weak_direction(optimum, weak, target, prior, tables_.narrow);
+  match.d = optimum.d;
+  match.score = optimum.fit.score;
+  match.information = with_floor(optimum.information, settings_.floor);
+  match.gradient = match.information * optimum.d + optimum.pull;
+  match.log_evidence = settings_.evidence_tempering * optimum.fit.log_likelihood - 0.5 * optimum.pull.dot(optimum.d);
+  return match;
+}
+
+Match ScanMatcher::prior_alone(const MatchTarget& target, const MatchPrior& prior) const {
+  const FieldFit fit = target.fit(tables_.narrow, prior.mean);
+  Match match;
+  match.failed = true;
+  match.score = fit.score;
+  match.log_evidence = settings_.evidence_tempering * fit.log_likelihood;
+  return match;
+}
+
+}  // namespace waymark::scan_matching

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "map_modules/shared/scan_matching/descent.hpp"
+#include "map_modules/shared/scan_matching/match.hpp"
+#include "map_modules/shared/scan_matching/match_target.hpp"
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
+
+namespace waymark::scan_matching {
+
+/// Matches scans against likelihood fields: descends (descent.hpp) from the prior's start, or, where the prior is wide,
+/// from the best of many draws of it (prior_spread.hpp). Where that fails, descends from the best place of a coarse
+/// search (coarse_search.hpp). Information that only roughness gives along a corridor does not count
+/// (weak_direction.hpp).
+class ScanMatcher {
+ public:
+  ScanMatcher(const MatchSettings& settings, double resolution);
+
+  /// How far the field must reach beyond the end points at the prior's mean [m].
+  double margin(const MatchPrior& prior) const;
+  Match match(const MatchTarget& target, const MatchPrior& prior) const;
+  template <class Field>
+  Match match(const Field& field, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const {
+    return match(PlanarTarget<Field>(field, points, resolution_), prior);
+  }
+
+ private:
+  /// The match that a descent from `start` leads to; it may have failed.
+  Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
+  /// Of a match that failed: the scan's evidence at the prior's mean.
+  Match prior_alone(const MatchTarget& target, const MatchPrior& prior) const;
+
+  MatchSettings settings_;
+  double resolution_;
+  FieldTables tables_;
+};
+
+}  // namespace waymark::scan_matching

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace waymark::scan_matching {
+
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+/// Some seconds for one scan.
+constexpr double kMostPlaces = 1e5;
+
+/// A scan reaches so many cells at most: it is looked at in one window of tiles.
+constexpr double kLongestReach = 5000.0;
+
+}  // namespace
+
+ScanSettings ScanSettings::read(const Config& config, double resolution) {
+  ScanSettings s{};
+  s.range_min = config.non_negative("range_min_m", 0.1);
+  s.range_max = config.positive("range_max_m", 40.0);
+  s.no_return = config.positive("no_return_m", s.range_max);
+  s.no_return_clears = config.non_negative("no_return_clears_m", 0.0);
+  s.update_distance = config.non_negative("update_distance_m", 0.2);
+  s.update_angle = kRadPerDeg * config.non_negative("update_angle_deg", 11.5);
+  s.update_after = from_seconds(config.non_negative("update_after_s", 0.0));
+  if (s.range_max <= s.range_min)
+    config.fail("range_max_m", fmt::format("{:g} must exceed range_min_m, which is {:g}", s.range_max, s.range_min));
+  if (std::max(s.range_max, s.no_return_clears) > kLongestReach * resolution) {
+    config.fail(s.range_max > kLongestReach * resolution ? "range_max_m" : "no_return_clears_m",
+                "must be at most 5000 times resolution_m");
+  }
+  if (s.no_return_clears > s.no_return) config.fail("no_return_clears_m", "must not exceed no_return_m");
+  return s;
+}
+
+MatchSettings MatchSettings::read(const Config& config) {
+  MatchSettings s{};
+  s.wide_sigma = config.positive("wide_sigma_m", 0.12);
+  s.narrow_sigma = config.positive("narrow_sigma_m", 0.05);
+  s.curvature_scale = config.positive("curvature_scale", 100.0);
+  s.evidence_tempering = config.number_in("evidence_tempering", 0.0, 1.0, 0.03);
+  s.search_score = config.number_in("search_score", 0.0, 1.0, 0.6);
+  s.min_score = config.number_in("min_score", 0.0, 1.0, 0.3);
+  s.max_iterations = static_cast<int>(config.integer_in("max_iterations", 1, 1000, 12));
+  s.coarse_distance = config.non_negative("coarse_distance_m", 0.28);
+  s.coarse_angle = kRadPerDeg * config.number_in("coarse_angle_deg", 0.0, 180.0, 7.0);
+  s.spread_draws = static_cast<int>(config.integer_in("spread_draws", 0, 10'000'000, 10'000));
+  const double position = config.positive("sigma_floor_m", 0.001);
+  s.floor = {position, position, kRadPerDeg * config.positive("sigma_floor_deg", 0.03)};
+  const double across = 2.0 * s.coarse_distance / (s.kSearchStep * s.wide_sigma) + 1.0;
+  const double places = across * across * (2.0 * s.coarse_angle / s.kSearchYawStep + 1.0);
+  if (places > kMostPlaces) {
+    config.fail(
+        "coarse_distance_m",
+        fmt::format("with coarse_angle_deg and wide_sigma_m, makes {:.3g} places to search for every particle and "
+                    "scan that does not fit; at most {:g} are possible",
+                    places, kMostPlaces));
+  }
+  if (s.wide_sigma < s.narrow_sigma) config.fail("wide_sigma_m", "must not be below narrow_sigma_m");
+  return s;
+}
+
+OddsSettings OddsSettings::read(const Config& config) {
+  const auto steps = [&](std::string_view key, double least, double most, double fallback) {
+    return static_cast<int>(std::lround(kSteps * config.number_in(key, least, most, fallback)));
+  };
+  OddsSettings s{};
+  s.hit = steps("hit", 1.0 / kSteps, 6.0, 0.85);
+  s.miss = steps("miss", -6.0, -1.0 / kSteps, -0.4);
+  s.low = steps("min", -6.0, -1.0 / kSteps, -2.0);
+  s.high = steps("max", 1.0 / kSteps, 6.0, 3.5);
+  return s;
+}
+
+}  // namespace waymark::scan_matching

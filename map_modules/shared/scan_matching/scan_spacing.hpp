@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "map_modules/shared/scan_matching/scan_settings.hpp"
+#include "waymark/interface/map_module.hpp"
+
+namespace waymark::scan_matching {
+
+/// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
+class ScanSpacing {
+ public:
+  /// True if this scan is to be taken; `motion` is the robot's at its stamp. Scans that come late are.
+  bool is_due(Time stamp, const MotionWindow& motion, const ScanSettings& settings);
+  /// It was: the next one is due a distance, an angle or a time from here. Not for a scan of no use.
+  void take(Time stamp);
+
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  std::optional<Time> last_;   // scan, taken or not
+  std::optional<Time> taken_;  // the last one that was
+  double distance_ = 0.0;      // since then [m]
+  double angle_ = 0.0;         // [rad]
+};
+
+}  // namespace waymark::scan_matching

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugins/shared/map_formats/landmark_list.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "waymark/config/config.hpp"
+
+namespace waymark::map_formats {
+
+namespace {
+
+constexpr double kSurveyedSigma = 0.01;  // m, where no covariance is given
+
+Eigen::Matrix3d read_covariance(const Config& config, bool of_position_only, const Eigen::Matrix3d& fallback) {
+  const char* key = of_position_only ? "covariance_floor_m2" : "covariance_m2";
+  if (!config.has(key)) return fallback;
+  const std::vector<double> c = config.numbers(key, of_position_only ? 3 : 6);
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+  P.topLeftCorner<2, 2>() << c[0], c[1], c[1], c[2];
+  if (!of_position_only) {
+    P.row(2) << c[3], c[4], c[5];
+    P.col(2) << c[3], c[4], c[5];
+  }
+  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(P, Eigen::EigenvaluesOnly).eigenvalues().x();
+  constexpr double kRounding = 1e-9;
+  if (least < -kRounding * P.trace()) {
+    config.fail(key, fmt::format("is not a covariance: its smallest eigenvalue is {:.3g}", least));
+  }
+  return P;
+}
+
+std::vector<float> read_signature(const Config& config) {
+  if (!config.has("signature")) return {};
+  const std::vector<double> bins = config.numbers("signature");
+  if (bins.empty() || bins.size() > LandmarkEntry::kMaxBins) {
+    config.fail("signature", fmt::format("{} bins; 1 to {} are possible", bins.size(), LandmarkEntry::kMaxBins));
+  }
+  std::vector<float> signature;
+  double sum = 0.0;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    if (!(bins[b] >= 0.0)) config.fail("signature", fmt::format("bin {} is {}, below zero", b, bins[b]));
+    signature.push_back(static_cast<float>(bins[b]));
+    sum += bins[b];
+  }
+  if (std::abs(sum - 1.0) > 1e-3) config.fail("signature", fmt::format("its bins add up to {}, not to 1", sum));
+  return signature;
+}
+
+LandmarkEntry read_landmark(const Config& config) {
+  LandmarkEntry landmark;
+  landmark.place = config.place();
+  // Not with commas: what they begin must be finished, and reading may throw.
+  landmark.mean =
+      Eigen::Vector3d(config.number("east_m"), config.number("north_m"), config.non_negative("radius_m", 0.0));
+  const double variance = kSurveyedSigma * kSurveyedSigma;
+  landmark.P = read_covariance(config, false, variance * Eigen::Matrix3d::Identity());
+  landmark.P_floor =
+      read_covariance(config, true, Eigen::Vector3d(variance, variance, 0.0).asDiagonal()).topLeftCorner<2, 2>();
+  landmark.signature = read_signature(config);
+  constexpr std::int64_t kMost = 1'000'000'000;
+  landmark.signature_views =
+      static_cast<std::int32_t>(config.integer_in("signature_views", 0, kMost, landmark.signature.empty() ? 0 : 1));
+  landmark.identity = static_cast<std::int32_t>(config.integer_in("identity", -1, kMost, -1));
+  if (config.has("log_odds")) landmark.log_odds = static_cast<float>(config.number("log_odds"));
+  if (config.has("sightings"))
+    landmark.sightings = static_cast<std::int32_t>(config.integer_in("sightings", 0, kMost, 0));
+  return landmark;
+}
+
+}  // namespace
+
+std::vector<LandmarkEntry> read_landmark_list(const std::filesystem::path& file) {
+  const Config config = Config::load(file);
+  if (const std::int64_t version = config.integer("version"); version != kLandmarkListVersion) {
+    config.fail("version", fmt::format("{} is not {}, the only one that is known", version, kLandmarkListVersion));
+  }
+  std::vector<LandmarkEntry> landmarks;
+  std::size_t bins = 0;
+  for (const Config& item : config.items("landmarks")) {
+    LandmarkEntry landmark = read_landmark(item);
+    if (!landmark.signature.empty()) {
+      if (bins == 0) bins = landmark.signature.size();
+      if (landmark.signature.size() != bins) {
+        item.fail("signature",
+                  fmt::format("{} bins, but the landmarks before have {}", landmark.signature.size(), bins));
+      }
+    }
+    landmarks.push_back(std::move(landmark));
+  }
+  config.reject_unread();
+  return landmarks;
+}
+
+}  // namespace waymark::map_formats

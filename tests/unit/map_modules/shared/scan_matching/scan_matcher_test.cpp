@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "map_modules/shared/scan_matching/scan_matcher.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
+
+namespace waymark::occupancy_grid_test {
+namespace {
+
+constexpr double kResolution = 0.05;
+
+Eigen::Matrix3d covariance(double position, double yaw) {
+  return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();
+}
+
+struct Bench {
+  Bench(std::vector<Wall> w, const std::vector<Eigen::Vector3d>& poses, const char* use = "{}")
+      : walls(std::move(w)), yaml(use), tiles(mapped(walls, poses, yaml)) {}
+
+  Match match(const Eigen::Vector3d& truth, const MatchPrior& prior, double sigma_m = 0.0, std::uint32_t seed = 1) {
+    const ScanObservation scan = observed(walls, truth, sigma_m, seed, yaml);
+    window.open(tiles, prior.mean.head<2>(), scan.reach + matcher.margin(prior), kResolution);
+    return matcher.match(window, scan.hits, prior);
+  }
+
+  std::vector<Wall> walls;
+  const char* yaml;
+  TileTree tiles;
+  TileWindow window;
+  ScanMatcher matcher{settings().match, kResolution};
+};
+
+TEST(ScanMatching, FindsAKnownOffsetInARoom) {
+  Bench bench(room(), {{0, 0, 0}, {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  for (const Eigen::Vector3d& offset :
+       {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.12, -0.1, 0.05), Eigen::Vector3d(-0.1, 0.12, -0.06)}) {
+    const Match match = bench.match(truth, {truth - offset, covariance(0.3, 0.2), Eigen::Vector3d::Zero()}, 0.01);
+    ASSERT_FALSE(match.failed);
+    EXPECT_LT((match.d - offset).head<2>().norm(), 0.5 * kResolution) << offset.transpose();
+    EXPECT_LT(std::abs((match.d - offset).z()), 0.004) << offset.transpose();
+    EXPECT_FALSE(match.searched);
+  }
+}
+
+TEST(ScanMatching, SearchesCoarselyWhereTheStartLeadsNowhere) {
+  Bench bench(room(), {{0, 0, 0}, {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const Eigen::Vector3d offset(0.25, -0.24, 0.1);
+  Match match = bench.match(truth, {truth - 2.0 * offset, covariance(1.0, 0.5), offset}, 0.01);
+  ASSERT_FALSE(match.failed);
+  EXPECT_LT((match.d - 2.0 * offset).norm(), 0.03);
+  // Where nothing fits the prior stands, and that is said.
+  match = bench.match(truth, {truth + Eigen::Vector3d(3.0, 2.0, 1.2), covariance(0.05, 0.02), Eigen::Vector3d::Zero()});
+  EXPECT_TRUE(match.searched);
+  EXPECT_TRUE(match.failed);
+  EXPECT_TRUE(match.d.isZero());
+  EXPECT_TRUE(match.information.isZero());
+  EXPECT_TRUE(match.gradient.isZero());
+  EXPECT_LT(match.log_evidence, 0.0);
+}
+
+/// prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d, and the evidence has the prior's term: also for P without inverse.
+TEST(ScanMatching, WhereOnlyTheHeadingIsUnknownEachParticleLooksForItself) {
+  // A square looks the same four times; its walls run through the middles of cells.
+  constexpr double kHalf = 3.025;
+  constexpr double kQuarter = 0.5 * std::numbers::pi;
+  const std::vector<Wall> square{{-kHalf, -kHalf, kHalf, -kHalf},
+                                 {kHalf, -kHalf, kHalf, kHalf},
+                                 {kHalf, kHalf, -kHalf, kHalf},
+                                 {-kHalf, kHalf, -kHalf, -kHalf}};
+  Bench bench(square, {{0, 0, 0}, {0, 0, kQuarter}, {0, 0, 2 * kQuarter}, {0, 0, 3 * kQuarter}});
+  std::set<long> quarters;
+  for (int particle = 0; particle < 20; ++particle) {
+    const Eigen::Vector3d start(0.0, 0.0, 0.2 * particle - 2.0);
+    const Match match = bench.match({0, 0, 0}, {{0, 0, 0}, covariance(0.0, 3.0), start});
+    ASSERT_FALSE(match.failed);
+    EXPECT_NEAR(std::remainder(match.d.z(), kQuarter), 0.0, 0.02);
+    quarters.insert((std::lround(match.d.z() / kQuarter) + 4) % 4);
+  }
+  EXPECT_GT(quarters.size(), 2u);
+}
+
+TEST(ScanMatching, ASearchWithoutBoundsIsRefused) {
+  try {
+    MatchSettings::read(Config::parse("{ coarse_distance_m: 1000 }", "robot.yaml"));
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("robot.yaml:1:22: coarse_distance_m"), std::string::npos) << error.what();
+  }
+}
+
+TEST(ScanMatching, TheRefinedGaussianHasItsMeanAtTheMaximum) {
+  Bench bench(room(), {{0, 0, 0}, {4, 0, 1.5}, {-2, -1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  Eigen::Matrix3d singular = Eigen::Matrix3d::Zero();
+  const Eigen::Vector3d direction(0.1, 0.05, 0.02);
+  singular = direction * direction.transpose();
+  for (const Eigen::Matrix3d& P : {covariance(0.05, 0.03), covariance(0.5, 0.2), singular}) {
+    const Match match =
+        bench.match(truth, {truth - Eigen::Vector3d(0.05, 0.03, 0.01), P, Eigen::Vector3d::Zero()}, 0.01);
+    ASSERT_FALSE(match.failed);
+    const Eigen::Vector3d mean =
+        P * (Eigen::Matrix3d::Identity() + match.information * P).partialPivLu().solve(match.gradient);
+    EXPECT_LT((mean - match.d).norm(), 1e-9);
+  }
+  const MatchPrior certain{truth, Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
+  EXPECT_TRUE(bench.match(truth, certain).d.isZero());
+}
+
+TEST(ScanMatching, TheLikelihoodPeaksWhereTheMatchIsAndItsFloorHolds) {
+  Bench bench(room(), {{0, 0, 0}, {4, 0, 1.5}, {-2, -1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const MatchPrior prior{truth, covariance(1.0, 0.5), Eigen::Vector3d::Zero()};
+  const Match match = bench.match(truth, prior, 0.01);
+  const Eigen::Matrix3d P = match.information.inverse();
+  const Eigen::Vector3d floor = settings().match.floor;
+  for (int i = 0; i < 3; ++i) EXPECT_GE(std::sqrt(P(i, i)), floor(i));
+  EXPECT_LT(std::sqrt(P(0, 0)), 0.01);
+  EXPECT_LT(std::sqrt(P(2, 2)), 0.005);
+}
+
+TEST(ScanMatching, InACorridorThePriorSurvivesAlongIt) {
+  // Near and often enough that the walls of the map have no gaps: a gap is a mark along the corridor.
+  std::vector<Eigen::Vector3d> poses;
+  for (int i = -40; i <= 40; ++i) poses.emplace_back(0.05 * i, 0.0, i % 2 == 0 ? 0.0 : 3.14);
+  Bench bench(corridor(), poses, "{ range_max_m: 2 }");
+  const Eigen::Vector3d truth(0.3, 0.1, 0.02);
+  const Eigen::Vector3d offset(0.4, 0.06, 0.03);
+  const MatchPrior prior{truth - offset, covariance(0.5, 0.1), Eigen::Vector3d::Zero()};
+  const Match match = bench.match(truth, prior, 0.01);
+  ASSERT_FALSE(match.failed);
+  EXPECT_NEAR(match.d.y(), offset.y(), 0.015);
+  EXPECT_NEAR(match.d.z(), offset.z(), 0.005);
+  const Eigen::Matrix3d refined = (prior.P.inverse() + match.information).inverse();
+  EXPECT_GT(std::sqrt(refined(0, 0)), 0.8 * 0.5);  // along: what the prior said
+  EXPECT_LT(std::sqrt(refined(1, 1)), 0.01);       // across: what the walls say
+  EXPECT_NEAR(match.d.x(), 0.0, 0.05);             // nothing there to be seen
+}
+
+TEST(ScanMatching, InTheOpenThePriorSurvivesAltogether) {
+  const std::vector<Wall> far_pillar{{3.0, -0.05, 3.0, 0.05}};
+  Bench bench(far_pillar, {{0, 0, 0}, {0.2, 0.1, 0}});
+  const MatchPrior prior{{0.02, -0.03, 0.01}, covariance(0.1, 0.05), Eigen::Vector3d::Zero()};
+  const Match match = bench.match({0, 0, 0}, prior);
+  const gaussian::Eigen3 eigen = gaussian::eigen(match.information);
+  EXPECT_LT(eigen.values.minCoeff(), 1e-3 * eigen.values.maxCoeff());
+}
+
+TEST(LikelihoodField, DerivativesAreThoseOfDifferences) {
+  Bench bench(room(), {{0, 0, 0}, {4, 0, 1.5}, {-2, -1, -0.5}});
+  for (const double sigma : {0.05, 0.12}) {
+    const LikelihoodTable table(sigma, kResolution);
+    const Eigen::Vector3d pose(0.07, -0.03, 0.02);
+    const ScanObservation scan = observed(room(), {0.1, 0.0, 0.0});
+    bench.window.open(bench.tiles, pose.head<2>(), scan.reach + 1.0, kResolution);
+    // One point at a time: the derivative jumps where a point crosses from cell to cell, and those are left out.
+    int compared = 0;
+    for (const Eigen::Vector2f& point : scan.hits) {
+      const std::vector<Eigen::Vector2f> one{point};
+      const FieldFit fit = fit_points(bench.window, table, one, pose, kResolution);
+      Eigen::Vector3d differences;
+      bool smooth = true;
+      for (int i = 0; i < 3; ++i) {
+        const double h = 2e-3;
+        const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(i);
+        const double up = fit_points(bench.window, table, one, pose + step, kResolution).score;
+        const double down = fit_points(bench.window, table, one, pose - step, kResolution).score;
+        differences(i) = (up - down) / (2.0 * h);
+        smooth = smooth && std::abs(up - 2.0 * fit.score + down) < 2e-4;
+      }
+      if (!smooth) continue;
+      ++compared;
+      const Eigen::Vector3d expected = differences * (1.0 - fit.score);
+      EXPECT_LT((fit.Jtr - expected).norm(), 0.05 * expected.norm() + 0.05);
+      EXPECT_NEAR(fit.JtJ.trace(), differences.squaredNorm(), 0.1 * differences.squaredNorm() + 0.05);
+    }
+    EXPECT_GT(compared, 30);
+  }
+}
+
+TEST(LikelihoodField, IsOneOnAWallAndFallsAsAGaussian) {
+  const LikelihoodTable table(0.1, kResolution);
+  EXPECT_FLOAT_EQ(table[0], 1.0f);
+  EXPECT_NEAR(table[2 * Tile::kDistanceSteps], std::exp(-0.5), 1e-6);
+  EXPECT_FLOAT_EQ(table[Tile::kFar], table[Tile::kReach * Tile::kDistanceSteps]);
+}
+
+}  // namespace
+}  // namespace waymark::occupancy_grid_test
