@@ -13,7 +13,7 @@
 #include "map_modules/feature_map/particle_feature_map.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/map_module.hpp"
 
 namespace waymark::feature_map {
 

@@ -5,7 +5,7 @@
 #include "map_modules/occupancy_grid/scan_observation.hpp"
 #include "map_modules/shared/scan_matching/scan_spacing.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/map_module.hpp"
 
 namespace waymark::occupancy_grid {
 

@@ -5,7 +5,7 @@
 #include "map_modules/octomap_grid/particle_octomap.hpp"
 #include "map_modules/shared/scan_matching/scan_spacing.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/map_module.hpp"
 
 namespace waymark::octomap_grid {
 

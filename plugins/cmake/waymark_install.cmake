@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `find_package(waymark)` finds: the targets waymark::core and waymark::plugin, the function waymark_add_plugin(), and with
-# COMPONENTS testing the contract kit, waymark::testing.
+# What `find_package(waymark)` finds: the targets waymark::core, waymark::plugin (for plugins) and waymark::host (for programs that
+# run robots; it brings waymark::loader), the function waymark_add_plugin(), and with COMPONENTS testing the contract kit, waymark::testing.
 include(CMakePackageConfigHelpers)
 set(package_dir lib/cmake/waymark)
 

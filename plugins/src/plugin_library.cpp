@@ -66,7 +66,7 @@ PluginLibrary open(const std::filesystem::path& file) {
   const Library& library = found->second;
   if (!library->has(kSymbol)) {
     throw PluginError(fmt::format(
-        "is a library, but no waymark plugin: it does not export \"{}\" (is the line WAYMARK_PLUGIN(...) missing?)",
+        "is a library, but not a waymark plugin: it does not export \"{}\" (is the line WAYMARK_PLUGIN(...) missing?)",
         kSymbol));
   }
   return {library, &library->get<const PluginDescriptor>(kSymbol)};

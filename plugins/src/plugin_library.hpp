@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/descriptor.hpp"
 
 namespace waymark {
 
@@ -18,7 +18,7 @@ struct PluginLibrary {
 
 /// Opens a file once per process and keeps it for ever; a second call for the same file, under whatever path, gives the
 /// same library. Safe to call from many threads. Throws PluginError, whose text starts with the file, if the file is
-/// missing, is no library that this program can load, or exports no descriptor.
+/// missing, is not a library that this program can load, or exports no descriptor.
 PluginLibrary open_plugin_library(const std::filesystem::path& file);
 
 /// Why the library does not fit this program (another ABI, build key or Eigen alignment), or an empty text. Calls no

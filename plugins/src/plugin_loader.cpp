@@ -120,7 +120,7 @@ std::shared_ptr<void> PluginLoader::create_erased(std::string_view kind, std::st
   } catch (const std::exception& error) {
     config.fail(fmt::format("plugin \"{}\" could not be built: {}", name, error.what()));
   } catch (...) {
-    config.fail(fmt::format("plugin \"{}\" could not be built: it threw something that is no std::exception", name));
+    config.fail(fmt::format("plugin \"{}\" could not be built: it threw something that is not a std::exception", name));
   }
   if (object == nullptr) config.fail(fmt::format("plugin \"{}\" could not be built: it returned nothing", name));
   return {object, [keep = library.handle, destroy](void* plugin) { destroy(plugin); }};

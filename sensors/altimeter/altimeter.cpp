@@ -4,9 +4,9 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
-namespace waymark {
+namespace waymark::altimeter {
 
 namespace {
 
@@ -33,7 +33,7 @@ class HeightUpdate final : public Update {
   int block_size_;
 };
 
-/// Height over level ground or over a fixed level: ultrasound, barometer. In planar motion it says nothing.
+/// Height over level ground or over a fixed level: ultrasound, barometer. In planar motion it is ignored.
 class Altimeter final : public Sensor {
  public:
   Altimeter(const Config& config, const Rig& rig)
@@ -72,6 +72,6 @@ class Altimeter final : public Sensor {
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::altimeter
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Altimeter, "altimeter", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::altimeter::Altimeter, "altimeter", "1.0.0")

@@ -13,15 +13,15 @@
 #include "magnetometer.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
-namespace waymark {
+namespace waymark::compass {
 
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// What one measurement says: a direction of the base whose heading in the map is known.
+/// What one measurement gives: a direction of the base whose heading in the map is known.
 struct Direction {
   Eigen::Vector3d u_base;
   double heading = 0.0;  ///< counter-clockwise from east [rad]
@@ -59,11 +59,12 @@ class Compass final : public Sensor {
 
   /// Level, or as the specific force has it if there is one: as good as the robot is at rest.
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
-    const Direction seen = direction(
-        measurement, counts_from_true_north(measurement) ? magnetic::Field{} : earth_.at(measurement.stamp, datum));
+    const Direction seen =
+        direction(measurement,
+                  counts_from_true_north(measurement) ? magnetic_model::Field{} : earth_.at(measurement.stamp, datum));
     const Eigen::Quaterniond q_level_base = levelled(measurement);
-    const double u = compass::heading_of(q_level_base * seen.u_base);
-    const double forward = compass::heading_of(q_level_base * Eigen::Vector3d::UnitX());
+    const double u = heading_of(q_level_base * seen.u_base);
+    const double forward = heading_of(q_level_base * Eigen::Vector3d::UnitX());
     StartHint hint;
     hint.yaw_rad = so3::wrap(seen.heading - u + forward);
     hint.yaw_sigma_rad = std::hypot(seen.sigma, offset_sigma_);
@@ -71,8 +72,8 @@ class Compass final : public Sensor {
   }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
-    const magnetic::Field earth =
-        counts_from_true_north(measurement) ? magnetic::Field{} : earth_.at(measurement.stamp, prediction.datum);
+    const magnetic_model::Field earth =
+        counts_from_true_north(measurement) ? magnetic_model::Field{} : earth_.at(measurement.stamp, prediction.datum);
     const Direction seen = direction(measurement, earth);
     const double dt = last_stamp_ ? std::max(0.0, to_seconds(measurement.stamp - *last_stamp_)) : 0.0;
     last_stamp_ = std::max(last_stamp_.value_or(measurement.stamp), measurement.stamp);
@@ -93,23 +94,16 @@ class Compass final : public Sensor {
       return;
     }
     last_used_ = true;
-    out.emplace<compass::DirectionUpdate>(seen.u_base, seen.heading, variance, offset_sigma_ > 0.0 ? 1 : 0);
+    out.emplace<DirectionUpdate>(seen.u_base, seen.heading, variance, offset_sigma_ > 0.0 ? 1 : 0);
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Compass>(*this); }
-  void save(OutArchive& out) const override {
-    out.section("compass", 1);
-    out.value(last_stamp_);
-    out.value(last_used_);
-    field_.save(out);
-    jumps_.save(out);
-  }
-  void load(InArchive& in) override {
-    in.section("compass", 1);
-    in.value(last_stamp_);
-    in.value(last_used_);
-    field_.load(in);
-    jumps_.load(in);
+  void save(OutArchive& out) const override { out(*this); }
+  void load(InArchive& in) override { in(*this); }
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("compass", 1);
+    archive(last_stamp_, last_used_, field_, jumps_);
   }
 
  private:
@@ -121,7 +115,7 @@ class Compass final : public Sensor {
     return measurement.payload->type() == CompassHeading::kType && measurement.as<CompassHeading>().from_true_north;
   }
 
-  Direction direction(const Measurement& measurement, const magnetic::Field& earth) const {
+  Direction direction(const Measurement& measurement, const magnetic_model::Field& earth) const {
     constexpr double kNorth = 0.5 * std::numbers::pi;
     Direction seen;
     seen.sigma = sigma_;
@@ -152,15 +146,15 @@ class Compass final : public Sensor {
   /// Against the mixture; the offset counts with its whole stationary uncertainty.
   bool is_plausible(Time stamp, const Direction& seen, const Prediction& prediction) {
     const double variance = seen.sigma * seen.sigma + offset_sigma_ * offset_sigma_;
-    const compass::DirectionUpdate model(seen.u_base, seen.heading, variance, 0);
+    const DirectionUpdate model(seen.u_base, seen.heading, variance, 0);
     const PredictedInnovation innovation = prediction.innovation(model);
     const double offset = offset_sigma_ > 0.0 ? prediction.block[0] : 0.0;
     return jumps_.judge(stamp, so3::wrap(innovation.nu(0) - offset), innovation.S(0, 0));
   }
 
   Eigen::Quaterniond q_base_sensor_;
-  compass::Magnetometer magnetometer_;
-  magnetic::EarthField earth_;
+  Magnetometer magnetometer_;
+  magnetic_model::EarthField earth_;
   double sigma_;
   bool use_reported_;
   double offset_sigma_;
@@ -168,14 +162,14 @@ class Compass final : public Sensor {
   double noise_time_;
   bool own_magnetometer_;
 
-  compass::FieldMonitor field_;
-  compass::HeadingMonitor jumps_;
+  FieldMonitor field_;
+  HeadingMonitor jumps_;
   std::optional<Time> last_stamp_;
   bool last_used_ = false;  // some reading has been given to the filter
 };
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::compass
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Compass, "compass", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::compass::Compass, "compass", "1.0.0")

@@ -27,7 +27,7 @@ bool FieldMonitor::near(const Eigen::Vector2d& field, const Eigen::Vector2d& ref
   return strength && (dip_limit_ == 0.0 || std::abs(field.y() - reference.y()) <= dip_limit_);
 }
 
-bool FieldMonitor::judge(const Eigen::Vector3d& m_map, const magnetic::Field& earth, double dt, double turn) {
+bool FieldMonitor::judge(const Eigen::Vector3d& m_map, const magnetic_model::Field& earth, double dt, double turn) {
   const Eigen::Vector2d field(m_map.norm(), std::atan2(-m_map.z(), m_map.head<2>().norm()));
   if (!known_) {
     known_ = true;
@@ -62,19 +62,5 @@ void FieldMonitor::consider(const Eigen::Vector2d& field, double dt, double turn
   reference_ = candidate_;
   candidate_s_ = 0.0;
 }
-
-template <class Archive, class Monitor>
-void FieldMonitor::each_state(Archive& archive, Monitor& monitor) {
-  archive.section("field_monitor", 1);
-  archive.value(monitor.known_);
-  archive.value(monitor.reference_);
-  archive.value(monitor.candidate_);
-  archive.value(monitor.candidate_s_);
-  archive.value(monitor.candidate_turn_);
-  archive.value(monitor.clear_s_);
-}
-
-void FieldMonitor::save(OutArchive& out) const { each_state(out, *this); }
-void FieldMonitor::load(InArchive& in) { each_state(in, *this); }
 
 }  // namespace waymark::compass

@@ -20,14 +20,15 @@ class FieldMonitor {
 
   /// True if the field may be used. `m_map`: the field in the map, of which the heading does not count; `dt`: since the
   /// one before [s]; `turn`: of the robot meanwhile [rad].
-  bool judge(const Eigen::Vector3d& m_map, const magnetic::Field& earth, double dt, double turn);
+  bool judge(const Eigen::Vector3d& m_map, const magnetic_model::Field& earth, double dt, double turn);
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("field_monitor", 1);
+    archive(known_, reference_, candidate_, candidate_s_, candidate_turn_, clear_s_);
+  }
 
  private:
-  template <class Archive, class Monitor>
-  static void each_state(Archive& archive, Monitor& monitor);
   bool near(const Eigen::Vector2d& field, const Eigen::Vector2d& reference) const;
   void consider(const Eigen::Vector2d& field, double dt, double turn);
 

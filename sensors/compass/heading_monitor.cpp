@@ -17,16 +17,4 @@ bool HeadingMonitor::judge(Time stamp, double innovation, double variance) {
   return stamp - *jumping_since_ >= patience_;
 }
 
-void HeadingMonitor::save(OutArchive& out) const {
-  out.section("heading_monitor", 1);
-  out.value(known_);
-  out.value(jumping_since_);
-}
-
-void HeadingMonitor::load(InArchive& in) {
-  in.section("heading_monitor", 1);
-  in.value(known_);
-  in.value(jumping_since_);
-}
-
 }  // namespace waymark::compass

@@ -18,8 +18,11 @@ class HeadingMonitor {
   /// True if the heading may be used. `innovation` [rad], `variance`: of it [rad²].
   bool judge(Time stamp, double innovation, double variance);
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("heading_monitor", 1);
+    archive(known_, jumping_since_);
+  }
 
  private:
   double jump_sigmas_;

@@ -3,7 +3,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
+#include <string>
 
+#include "waymark/base/error.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/io/archive.hpp"
 
@@ -13,7 +16,7 @@ namespace waymark::dgps {
 /// stated noise says, within [1, 25]. What white noise as stated would give by chance (3σ of that mean) leaves it at 1.
 /// Matching the innovations' covariance is R. K. Mehra's (IEEE Trans. Automatic Control 15(2), 1970), in a window A. H.
 /// Mohamed's and K. P. Schwarz's (Journal of Geodesy 73, 1999); they take νᵀν, but innovations that all point to one
-/// side are no noise of the fixes: wheels slip, or the belief is off. Successive differences do not see them (J. von
+/// side are not noise of the fixes: wheels slip, or the belief is off. Successive differences do not see them (J. von
 /// Neumann et al., Ann. Math. Statistics 12(2), 1941).
 class AdaptiveNoise {
  public:
@@ -29,14 +32,28 @@ class AdaptiveNoise {
   void interrupt() { has_last_ = false; }
   double scale() const { return scale_; }  ///< of the stated variance
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    if (archive.section("adaptive_noise", 2) < 2) throw DataError("adaptive noise: the checkpoint is of an older kind");
+    int window = window_;
+    archive(window);
+    if (window != window_) throw DataError("adaptive noise: the checkpoint has a window of " + std::to_string(window));
+    archive(has_last_, last_);
+    for (int i = 0; i < window_; ++i)
+      archive(ratios_[static_cast<std::size_t>(i)], variances_[static_cast<std::size_t>(i)]);
+    archive(next_, count_, scale_);
+  }
 
  private:
   struct Taken {
     Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
     double prior_trace = 0.0;
     double stated_trace = 0.0;
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(innovation, prior_trace, stated_trace);
+    }
   };
 
   int window_;

@@ -11,9 +11,9 @@
 #include "inflation.hpp"
 #include "updates.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
-namespace waymark {
+namespace waymark::dgps {
 
 namespace {
 
@@ -23,7 +23,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 struct VelocitySettings {
   double sigma = 0.0;         ///< per axis [m/s]; 0: not used
   double course_sigma = 0.0;  ///< what the course errs beyond that [rad]
-  double min_speed = 0.0;     ///< below it a course says nothing [m/s]
+  double min_speed = 0.0;     ///< below it a course carries no information [m/s]
   bool tells_heading = false;
 };
 
@@ -67,18 +67,18 @@ class Dgps final : public Sensor {
     return block;
   }
   bool is_absolute() const override { return true; }
-  /// Speed and course tell how the robot moves: enough where there is nothing else.
+  /// Speed and course are a motion source: enough where there is nothing else.
   bool is_motion_source() const override { return velocity_.sigma > 0.0; }
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     const auto& fix = measurement.as<GnssFix>();
-    dgps::check_usable(fix, min_satellites_);
+    check_usable(fix, min_satellites_);
     StartHint hint;
-    if (dgps::is_geodetic(fix) && datum == nullptr) {
+    if (is_geodetic(fix) && datum == nullptr) {
       hint.datum = Datum{fix.latitude_deg, fix.longitude_deg, std::isfinite(fix.height_m) ? fix.height_m : 0.0};
       return hint;
     }
-    hint.p_map_point = dgps::position(fix, datum);
+    hint.p_map_point = position(fix, datum);
     if (!std::isfinite(hint.p_map_point->z())) hint.p_map_point->z() = 0.0;
     hint.p_base_point = lever_arm_;
     hint.sigma_m = std::hypot(noise_.horizontal(fix), offset_sigma_);
@@ -92,16 +92,16 @@ class Dgps final : public Sensor {
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     pending_ = false;
     const auto& fix = measurement.as<GnssFix>();
-    dgps::check_usable(fix, min_satellites_);
-    const Eigen::Vector3d p = dgps::position(fix, prediction.datum);
+    check_usable(fix, min_satellites_);
+    const Eigen::Vector3d p = position(fix, prediction.datum);
     const double horizontal = noise_.horizontal(fix);
     const double vertical = noise_.vertical(fix);
-    const dgps::ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, prediction);
+    const ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, prediction);
 
     const double settling = settling_.factor(measurement.stamp, fix);
     if (settling > 1.0) out.report_doubt("settling after a change of fix type or satellites");
-    if (const auto verdict = monitor_.judge(seen); verdict != dgps::FixMonitor::Verdict::good) {
-      out.report_doubt(dgps::FixMonitor::reason(verdict));
+    if (const auto verdict = monitor_.judge(seen); verdict != FixMonitor::Verdict::good) {
+      out.report_doubt(FixMonitor::reason(verdict));
       return;
     }
     if (horizontal_.scale() >= kDoubtedScale) out.report_doubt("residuals far beyond the stated noise");
@@ -113,19 +113,19 @@ class Dgps final : public Sensor {
     used_ *= reacquisition_.factor(measurement.stamp, seen.innovation, prior, R);
 
     const bool height = !prediction.planar() && std::isfinite(p.z());
-    out.emplace<dgps::PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
-                                      offset_states());
+    out.emplace<PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
+                                offset_states());
     pending_ = true;
     if (velocity_.sigma > 0.0 && has_course(fix)) {
-      out.emplace<dgps::VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma,
-                                        lever_arm_, offset_states());
+      out.emplace<VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma, lever_arm_,
+                                  offset_states());
     }
     if (sideslip_sigma_ > 0.0 && !prediction.standing) {
-      out.emplace<dgps::SideslipUpdate>(sideslip_sigma_, offset_states());
+      out.emplace<SideslipUpdate>(sideslip_sigma_, offset_states());
     }
   }
 
-  /// A rejected fix says nothing about the noise of the others.
+  /// A rejected fix carries nothing about the noise of the others.
   void outcome(const Outcome& outcome) override {
     if (!pending_ || outcome.update != 0) return;
     pending_ = false;
@@ -142,31 +142,16 @@ class Dgps final : public Sensor {
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Dgps>(*this); }
-  void save(OutArchive& out) const override {
-    out.section("dgps", 1);
-    monitor_.save(out);
-    settling_.save(out);
-    reacquisition_.save(out);
-    horizontal_.save(out);
-    vertical_.save(out);
-    out.value(pending_);
-    out.value(stated_);
-    out.value(used_);
-  }
-  void load(InArchive& in) override {
-    in.section("dgps", 1);
-    monitor_.load(in);
-    settling_.load(in);
-    reacquisition_.load(in);
-    horizontal_.load(in);
-    vertical_.load(in);
-    in.value(pending_);
-    in.value(stated_);
-    in.value(used_);
+  void save(OutArchive& out) const override { out(*this); }
+  void load(InArchive& in) override { in(*this); }
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("dgps", 1);
+    archive(monitor_, settling_, reacquisition_, horizontal_, vertical_, pending_, stated_, used_);
   }
 
  private:
-  /// Twice the stated σ: either the fixes are worse than they say or the belief is off, and nothing here can tell
+  /// Twice the stated σ: either the fixes are worse than they state or the belief is off, and nothing here can decide
   /// which.
   static constexpr double kDoubtedScale = 4.0;
   static constexpr double kSideslip = 10.0 * kDegree;  // a vehicle does not drive exactly where it points
@@ -192,9 +177,8 @@ class Dgps final : public Sensor {
     return velocity;
   }
 
-  static dgps::AdaptiveNoise read_window(const Config& config) {
-    return dgps::AdaptiveNoise(
-        static_cast<int>(config.integer_in("adaptive_window", 5, dgps::AdaptiveNoise::kMaxWindow, 20)));
+  static AdaptiveNoise read_window(const Config& config) {
+    return AdaptiveNoise(static_cast<int>(config.integer_in("adaptive_window", 5, AdaptiveNoise::kMaxWindow, 20)));
   }
 
   int offset_states() const {
@@ -208,13 +192,13 @@ class Dgps final : public Sensor {
 
   /// The fix beside what the mixture expects. The offset counts with its whole stationary uncertainty, not with what is
   /// left of it: the monitor had rather doubt too little.
-  dgps::ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma,
-                                      const Prediction& prediction) const {
+  ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma,
+                                const Prediction& prediction) const {
     const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;
-    const dgps::PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
+    const PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
     const PredictedInnovation innovation = prediction.innovation(model);
     const NavState& state = prediction.belief.mean;
-    dgps::ObservedFix seen;
+    ObservedFix seen;
     seen.stamp = stamp;
     seen.z = p.head<2>();
     seen.innovation = innovation.nu;
@@ -229,7 +213,7 @@ class Dgps final : public Sensor {
   }
 
   Eigen::Vector3d lever_arm_;
-  dgps::FixNoise noise_;
+  FixNoise noise_;
   double offset_sigma_;
   double offset_vertical_sigma_;
   double offset_tau_;
@@ -237,12 +221,12 @@ class Dgps final : public Sensor {
   VelocitySettings velocity_;
   double sideslip_sigma_;
 
-  dgps::FixMonitor monitor_;
-  dgps::Settling settling_;
-  dgps::Reacquisition reacquisition_;
+  FixMonitor monitor_;
+  Settling settling_;
+  Reacquisition reacquisition_;
   bool adaptive_;
-  dgps::AdaptiveNoise horizontal_;
-  dgps::AdaptiveNoise vertical_;
+  AdaptiveNoise horizontal_;
+  AdaptiveNoise vertical_;
   bool pending_ = false;                              // the outcome of a position is still to come
   Eigen::Vector2d stated_ = Eigen::Vector2d::Zero();  // variance of the last fix, horizontal and vertical
   Eigen::Vector2d used_ = Eigen::Vector2d::Zero();    // the same as given to the filter
@@ -250,6 +234,6 @@ class Dgps final : public Sensor {
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::dgps
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Dgps, "dgps", "1.1.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::dgps::Dgps, "dgps", "1.1.0")

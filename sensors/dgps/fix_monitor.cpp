@@ -41,7 +41,7 @@ std::string_view FixMonitor::reason(Verdict verdict) {
 
 FixMonitor::Verdict FixMonitor::judge(const ObservedFix& fix) {
   const double dt = last_stamp_ ? std::max(0.0, to_seconds(fix.stamp - *last_stamp_)) : 0.0;
-  // Each keeps its own account, whatever the others say.
+  // Each keeps its own account, whatever the others find.
   const bool frozen = is_frozen(fix, dt);
   const bool drifting = is_drifting(fix);
   const bool jump = !frozen && is_jump(fix, dt);
@@ -109,24 +109,5 @@ bool FixMonitor::is_jump(const ObservedFix& fix, double dt) {
   agreeing_ = jumps_ = 0;
   return false;
 }
-
-template <class Archive, class Monitor>
-void FixMonitor::each_state(Archive& archive, Monitor& monitor) {
-  archive.section("fix_monitor", 1);
-  archive.value(monitor.last_stamp_);
-  archive.value(monitor.last_);
-  archive.value(monitor.known_);
-  archive.value(monitor.repeats_);
-  archive.value(monitor.moved_m_);
-  archive.value(monitor.agreeing_);
-  archive.value(monitor.jumps_);
-  archive.value(monitor.believing_);
-  archive.value(monitor.stood_);
-  archive.value(monitor.place_);
-  archive.value(monitor.drifting_since_);
-}
-
-void FixMonitor::save(OutArchive& out) const { each_state(out, *this); }
-void FixMonitor::load(InArchive& in) { each_state(in, *this); }
 
 }  // namespace waymark::dgps

@@ -25,8 +25,8 @@ struct ObservedFix {
 
 /// Plausibility of fixes before they are fused (estimation.md §2, GNSS quality monitoring): a jump that no covariance
 /// of the prediction explains, a position that does not change while the robot moves, one that wanders while it stands.
-/// Its patience is bounded, so a filter that is wrong itself gets the fixes in the end; frozen ones excepted, which say
-/// nothing new.
+/// Its patience is bounded, so a filter that is wrong itself gets the fixes in the end; frozen ones excepted, which
+/// carry nothing new.
 class FixMonitor {
  public:
   enum class Verdict { good, jump, frozen, drifting };
@@ -38,12 +38,14 @@ class FixMonitor {
   /// For UpdateList::report_doubt; empty for a good one.
   static std::string_view reason(Verdict verdict);
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("fix_monitor", 1);
+    archive(last_stamp_, last_, known_, repeats_, moved_m_, agreeing_, jumps_, believing_, stood_, place_,
+            drifting_since_);
+  }
 
  private:
-  template <class Archive, class Monitor>
-  static void each_state(Archive& archive, Monitor& monitor);
   bool is_frozen(const ObservedFix& fix, double dt);
   bool is_drifting(const ObservedFix& fix);
   bool is_jump(const ObservedFix& fix, double dt);

@@ -18,7 +18,7 @@ void check_usable(const GnssFix& fix, int min_satellites) {
     throw DataError("the fix has neither east and north nor latitude and longitude");
   if (std::abs(fix.latitude_deg) > 90.0 || std::abs(fix.longitude_deg) > 180.0) {
     throw DataError("latitude " + std::to_string(fix.latitude_deg) + ", longitude " +
-                    std::to_string(fix.longitude_deg) + " is no place on Earth");
+                    std::to_string(fix.longitude_deg) + " is not a place on Earth");
   }
 }
 

@@ -12,7 +12,7 @@ namespace waymark::dgps {
 /// on Earth.
 void check_usable(const GnssFix& fix, int min_satellites);
 
-/// True if only latitude and longitude tell where the antenna is.
+/// True if only latitude and longitude give the position of the antenna.
 inline bool is_geodetic(const GnssFix& fix) { return !fix.p_map_antenna.head<2>().allFinite(); }
 
 /// The antenna in the map: east, north, up from the datum [m]; up is NaN if the fix has no height. Throws DataError if

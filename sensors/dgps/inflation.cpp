@@ -29,7 +29,7 @@ Settling::Settling(const Config& config)
       satellites_change_(static_cast<int>(config.integer_in("settling_satellites", 1, 100, 3))) {}
 
 double Settling::factor(Time stamp, const GnssFix& fix) {
-  // What a sentence does not say has not changed.
+  // What a sentence does not hold has not changed.
   const bool typed = fix.type != GnssFix::Type::unknown && type_ != GnssFix::Type::unknown;
   const bool counted = fix.satellites >= 0 && satellites_ >= 0;
   if ((typed && fix.type != type_) || (counted && std::abs(fix.satellites - satellites_) >= satellites_change_)) {
@@ -44,20 +44,6 @@ double Settling::factor(Time stamp, const GnssFix& fix) {
     return 1.0;
   }
   return 1.0 + (sigma_factor_ * sigma_factor_ - 1.0) * std::exp(-since / time_);
-}
-
-void Settling::save(OutArchive& out) const {
-  out.section("settling", 1);
-  out.value(type_);
-  out.value(satellites_);
-  out.value(changed_);
-}
-
-void Settling::load(InArchive& in) {
-  in.section("settling", 1);
-  in.value(type_);
-  in.value(satellites_);
-  in.value(changed_);
 }
 
 Reacquisition::Reacquisition(const Config& config)
@@ -81,20 +67,6 @@ double Reacquisition::factor(Time stamp, const Eigen::Vector2d& innovation, cons
     factor *= 2.0;
   }
   return factor;
-}
-
-void Reacquisition::save(OutArchive& out) const {
-  out.section("reacquisition", 1);
-  out.value(last_);
-  out.value(usual_s_);
-  out.value(left_);
-}
-
-void Reacquisition::load(InArchive& in) {
-  in.section("reacquisition", 1);
-  in.value(last_);
-  in.value(usual_s_);
-  in.value(left_);
 }
 
 }  // namespace waymark::dgps

@@ -9,7 +9,7 @@
 #include "waymark/interface/payloads.hpp"
 #include "waymark/io/archive.hpp"
 
-/// Times in which a fix is worth less than it says. All factors are of the variance and at least 1.
+/// Times in which a fix is worth less than it states. All factors are of the variance and at least 1.
 namespace waymark::dgps {
 
 /// After a change of fix type or of several satellites the receiver's own filter has not settled yet.
@@ -21,8 +21,11 @@ class Settling {
   /// 1 + (f² − 1) exp(−t/τ) at t after the last change; 1 from 3 τ on.
   double factor(Time stamp, const GnssFix& fix);
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("settling", 1);
+    archive(type_, satellites_, changed_);
+  }
 
  private:
   double time_;
@@ -46,8 +49,11 @@ class Reacquisition {
   double factor(Time stamp, const Eigen::Vector2d& innovation, const Eigen::Matrix2d& prior, const Eigen::Matrix2d& R);
   bool active() const { return left_ > 0; }
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("reacquisition", 1);
+    archive(last_, usual_s_, left_);
+  }
 
  private:
   Duration outage_;

@@ -71,8 +71,8 @@ class VelocityUpdate final : public Update {
   int block_size_;
 };
 
-/// A robot on wheels does not go sideways: 0 = v_y of the base. With it the course tells the heading of a robot that
-/// has no odometry to say so.
+/// A robot on wheels does not go sideways: 0 = v_y of the base. With it the course observes the heading of a robot
+/// that has no odometry.
 class SideslipUpdate final : public Update {
  public:
   SideslipUpdate(double sigma, int block_size) : sigma_(sigma), block_size_(block_size) {}

@@ -11,8 +11,8 @@ namespace waymark::imu {
 
 namespace {
 
-constexpr double kMinForce = 0.1;   // of gravity: less is no accelerometer, or free fall
-constexpr double kMinAngle = 0.05;  // [rad] between field and vertical: a steeper field tells no heading
+constexpr double kMinForce = 0.1;   // of gravity: less is not an accelerometer, or free fall
+constexpr double kMinAngle = 0.05;  // [rad] between field and vertical: a steeper field gives no heading
 
 double square(double x) { return x * x; }
 

@@ -48,6 +48,11 @@ class AttitudeFilter {
     std::uint64_t disturbed = 0;      ///< used, but the field was refused
     std::uint64_t saturated = 0;      ///< used, but the rate is at the end of the gyro's range
     std::uint64_t gaps = 0;           ///< longer than `max_gap_s`
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(used, without_rate, out_of_order, without_force, without_field, disturbed, saturated, gaps);
+    }
   };
 
   explicit AttitudeFilter(const AttitudeSettings& settings = {});
@@ -76,13 +81,16 @@ class AttitudeFilter {
   const AttitudeSettings& settings() const { return settings_; }
 
   /// The settings are not part of it: load into a filter with the same ones.
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("attitude_filter", 1);
+    archive(q_, bias_, w_, last_rate_, P_, last_stamp_, levelled_, knows_tilt_, knows_heading_, q_map_level_,
+            q_level_sensor_, force_sum_, field_sum_, force_count_, field_count_, levelling_s_, levelling_force_, force_,
+            attitude_, motion_, since_restart_s_, since_force_s_, since_field_s_, field_, rest_, surprise_s_,
+            saturation_, counts_);
+  }
 
  private:
-  /// The same list for writing and reading.
-  template <class Archive, class Filter>
-  static void each_state(Archive& archive, Filter& filter);
   void begin_levelling();
   void level(const ImuSample& sample, double dt);
   void finish_levelling(const Eigen::Vector3d& f_level, const Eigen::Vector3d& m_level);

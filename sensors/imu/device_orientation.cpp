@@ -18,7 +18,7 @@ Eigen::Quaterniond DeviceOrientation::of(const ImuSample& sample) {
   constexpr double kRounded = 0.05;  // a log may give it with two decimals
   const double norm = sample.q_enu_sensor.norm();
   if (!std::isfinite(norm)) throw DataError("the sample has no orientation made by the device");
-  if (std::abs(norm - 1.0) > kRounded) throw DataError("the device's orientation is no unit quaternion");
+  if (std::abs(norm - 1.0) > kRounded) throw DataError("the device's orientation is not a unit quaternion");
   return sample.q_enu_sensor.normalized();
 }
 

@@ -10,18 +10,18 @@
 #include "device_orientation.hpp"
 #include "earth_field.hpp"
 #include "imu_updates.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 
-namespace waymark {
+namespace waymark::imu {
 
 namespace {
 
-constexpr double kDegree = imu::AttitudeSettings::kDegree;
+constexpr double kDegree = AttitudeSettings::kDegree;
 
 /// `earth`: a declination that the YAML gives turns the filter's own map; the model's comes in behind it, where date
 /// and place are known.
-imu::AttitudeSettings read_attitude_settings(const Config& config, const magnetic::EarthField& earth) {
-  imu::AttitudeSettings s;
+AttitudeSettings read_attitude_settings(const Config& config, const magnetic_model::EarthField& earth) {
+  AttitudeSettings s;
   const auto degrees = [&](const char* key, double& value) { value = kDegree * config.positive(key, value / kDegree); };
   s.gravity_mps2 = config.positive("gravity_mps2", s.gravity_mps2);
   s.levelling_s = config.non_negative("levelling_s", s.levelling_s);
@@ -92,7 +92,7 @@ class Imu final : public Sensor {
       hint.yaw_sigma_rad = device_->heading_sigma();
       return hint;
     }
-    imu::AttitudeFilter alone(filter_.settings());
+    AttitudeFilter alone(filter_.settings());
     alone.process(measurement.stamp, sample);
     if (!alone.knows_heading()) return std::nullopt;
     const Eigen::Quaterniond q = from_true_north(alone.q_map_sensor(), model_declination(measurement.stamp, datum));
@@ -142,25 +142,20 @@ class Imu final : public Sensor {
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Imu>(*this); }
-  void save(OutArchive& out) const override {
-    out.section("imu", 1);
-    filter_.save(out);
-    out.value(last_stamp_);
-    out.value(std::string_view(fault_ ? *fault_ : ""));
-  }
-  void load(InArchive& in) override {
-    in.section("imu", 1);
-    filter_.load(in);
-    std::string fault;
-    in.value(last_stamp_);
-    in.value(fault);
-    fault_ = fault.empty() ? std::nullopt : std::optional(fault);
+  void save(OutArchive& out) const override { out(*this); }
+  void load(InArchive& in) override { in(*this); }
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("imu", 1);
+    std::string fault = fault_.value_or("");
+    archive(filter_, last_stamp_, fault);
+    if constexpr (Archive::kReads) fault_ = fault.empty() ? std::nullopt : std::optional(fault);
   }
 
  private:
   static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-4;    // [s]
-  static constexpr double kCrawl = 0.05;          // [m/s], slower is no drive
+  static constexpr double kCrawl = 0.05;          // [m/s], slower is not a drive
   static constexpr double kSlowTurn = 3e-3;       // [rad/s], that feels like rest
   static constexpr double kSlowTurnTime = 10.0;   // [s], how long one lasts
 
@@ -168,11 +163,11 @@ class Imu final : public Sensor {
 
   void check_mounting() {
     fault_.reset();
-    if (filter_.knows_tilt()) fault_ = imu::mounting_fault(filter_.levelling_force(), q_base_sensor_, mounting_limit_);
+    if (filter_.knows_tilt()) fault_ = mounting_fault(filter_.levelling_force(), q_base_sensor_, mounting_limit_);
   }
 
   void add_rate(double dt, bool planar, bool saturated, UpdateList& out) const {
-    const imu::AttitudeSettings& s = filter_.settings();
+    const AttitudeSettings& s = filter_.settings();
     const Eigen::Vector3d& w = filter_.angular_rate();
     double density = s.gyro_noise + s.gyro_noise_per_rate * w.norm();
     if (saturated) density += s.saturation_noise;
@@ -187,7 +182,7 @@ class Imu final : public Sensor {
       R_base.col(2).setZero();
       R_base(2, 2) = density * density / dt;
     }
-    out.emplace<imu::RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
+    out.emplace<RateUpdate>(w_base, R_base, planar, yaw_bias_state_ ? 1 : 0);
   }
 
   static bool is_known_to_drive(const Prediction& prediction) {
@@ -198,7 +193,7 @@ class Imu final : public Sensor {
 
   /// At rest the cascade sees the bias that the main filter cannot see while it takes the robot for moving. But a
   /// smooth drive feels like rest, too. Straight on, the rate is not quite zero, and stays so for a while; in a wide
-  /// curve it is no bias at all, which shows by its size.
+  /// curve it is not a bias at all, which shows by its size.
   void add_yaw_bias(double dt, const Prediction& prediction, UpdateList& out) const {
     const Eigen::Vector3d up = q_base_sensor_.conjugate() * Eigen::Vector3d::UnitZ();  // base z in the sensor's frame
     const double variance = up.dot(filter_.covariance().bottomRightCorner<3, 3>() * up);
@@ -206,21 +201,21 @@ class Imu final : public Sensor {
     const double bias = up.dot(filter_.gyro_bias());
     const double change = std::abs(bias - prediction.block[0]);
     if (change > 3.0 * std::hypot(yaw_bias_sigma_, kSlowTurn) && is_known_to_drive(prediction)) return;
-    out.emplace<imu::YawBiasUpdate>(bias, (variance + kSlowTurn * kSlowTurn) * correlated(kSlowTurnTime, dt));
+    out.emplace<YawBiasUpdate>(bias, (variance + kSlowTurn * kSlowTurn) * correlated(kSlowTurnTime, dt));
   }
 
   void add_tilt(const Eigen::Quaterniond& q_map_sensor, double variance, UpdateList& out) const {
     const Eigen::Vector3d up_base = q_base_sensor_ * (q_map_sensor.conjugate() * Eigen::Vector3d::UnitZ());
-    out.emplace<imu::TiltUpdate>(up_base, variance);
+    out.emplace<TiltUpdate>(up_base, variance);
   }
 
   void add_attitude(const Eigen::Quaterniond& q_map_sensor, const Eigen::Matrix3d& R, bool planar,
                     UpdateList& out) const {
     const Eigen::Quaterniond q_map_base = q_map_sensor * q_base_sensor_.conjugate();
     if (planar) {
-      out.emplace<imu::HeadingUpdate>(so3::yaw(q_map_base), R(2, 2));
+      out.emplace<HeadingUpdate>(so3::yaw(q_map_base), R(2, 2));
     } else {
-      out.emplace<imu::AttitudeUpdate>(q_map_base, R);
+      out.emplace<AttitudeUpdate>(q_map_base, R);
     }
   }
 
@@ -246,8 +241,8 @@ class Imu final : public Sensor {
   }
 
   Eigen::Quaterniond q_base_sensor_;
-  magnetic::EarthField earth_;
-  imu::AttitudeFilter filter_;
+  magnetic_model::EarthField earth_;
+  AttitudeFilter filter_;
   bool heading_;
   bool tilt_;
   bool tells_standstill_;
@@ -257,13 +252,13 @@ class Imu final : public Sensor {
   double mounting_limit_;
   bool own_magnetometer_ = false;
   bool yaw_bias_state_ = false;
-  std::optional<imu::DeviceOrientation> device_;  // instead of the cascade's attitude
+  std::optional<DeviceOrientation> device_;  // instead of the cascade's attitude
   std::optional<Time> last_stamp_;
   std::optional<std::string> fault_;
 };
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::imu
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Imu, "imu", "1.1.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::imu::Imu, "imu", "1.1.0")

@@ -4,8 +4,6 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "waymark/io/archive.hpp"
-
 namespace waymark::imu {
 
 /// First-order low-pass of a vector or matrix: time constant [s], exact for an input held over each interval, so the
@@ -18,8 +16,10 @@ class FirstOrderLowPass {
     value_ += (input - value_) * -std::expm1(-dt / time_constant);
   }
   const Value& value() const { return value_; }
-  void save(OutArchive& out) const { out.value(value_); }
-  void load(InArchive& in) { in.value(value_); }
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(value_);
+  }
 
  private:
   Value value_ = Value::Zero();
@@ -56,13 +56,9 @@ class ButterworthLowPass {
   /// ∫ (input − value) dt since the reset: how far the output lags behind the integral of the input.
   Value lag() const { return (rate_ + std::sqrt(2.0) * omega_ * x_) / (omega_ * omega_); }
 
-  void save(OutArchive& out) const {
-    out.value(x_);
-    out.value(rate_);
-  }
-  void load(InArchive& in) {
-    in.value(x_);
-    in.value(rate_);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(x_, rate_);
   }
 
  private:

@@ -62,26 +62,4 @@ void MagneticField::step(const AttitudeSettings& settings, const Eigen::Vector3d
   disturbance_ = deviation(settings, now, reference_);
 }
 
-void MagneticField::save(OutArchive& out) const {
-  out.section("magnetic_field", 1);
-  out.value(known_);
-  out.value(reference_);
-  out.value(candidate_);
-  present_.save(out);
-  out.value(disturbance_);
-  out.value(clear_s_);
-  out.value(candidate_s_);
-}
-
-void MagneticField::load(InArchive& in) {
-  in.section("magnetic_field", 1);
-  in.value(known_);
-  in.value(reference_);
-  in.value(candidate_);
-  present_.load(in);
-  in.value(disturbance_);
-  in.value(clear_s_);
-  in.value(candidate_s_);
-}
-
 }  // namespace waymark::imu

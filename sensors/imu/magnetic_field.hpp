@@ -15,8 +15,8 @@ namespace waymark::imu {
 class MagneticField {
  public:
   /// `m_map`: field in the map frame, of which only strength and inclination count [any unit]; `dt` [s]; `turning`: the
-  /// sensor turns fast enough to tell a field of the place from one that moves along; `tilt_known`: if not, the dip
-  /// says nothing and the reference stays.
+  /// sensor turns fast enough to distinguish a field of the place from one that moves along; `tilt_known`: if not, the
+  /// dip carries nothing and the reference stays.
   void step(const AttitudeSettings& settings, const Eigen::Vector3d& m_map, double dt, bool turning, bool tilt_known);
   /// Makes this field the reference.
   void adopt(const Eigen::Vector3d& m_map);
@@ -30,8 +30,11 @@ class MagneticField {
   double strength() const { return reference_.x(); }  ///< of the reference [unit of the magnetometer]
   double dip() const { return reference_.y(); }       ///< of the reference, down positive [rad]
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("magnetic_field", 1);
+    archive(known_, reference_, candidate_, present_, disturbance_, clear_s_, candidate_s_);
+  }
 
  private:
   static double deviation(const AttitudeSettings& settings, const Eigen::Vector2d& field,

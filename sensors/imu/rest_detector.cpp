@@ -20,22 +20,4 @@ void RestDetector::step(const AttitudeSettings& settings, const Eigen::Vector3d&
   still_s_ = still ? still_s_ + dt : 0.0;
 }
 
-void RestDetector::save(OutArchive& out) const {
-  out.section("rest_detector", 1);
-  rate_.save(out);
-  force_.save(out);
-  out.value(has_rate_);
-  out.value(has_force_);
-  out.value(still_s_);
-}
-
-void RestDetector::load(InArchive& in) {
-  in.section("rest_detector", 1);
-  rate_.load(in);
-  force_.load(in);
-  in.value(has_rate_);
-  in.value(has_force_);
-  in.value(still_s_);
-}
-
 }  // namespace waymark::imu

@@ -24,18 +24,4 @@ Eigen::Vector3d SaturationDetector::step(const AttitudeSettings& settings, const
   return saturated;
 }
 
-void SaturationDetector::save(OutArchive& out) const {
-  out.section("saturation_detector", 1);
-  out.value(largest_);
-  out.value(level_);
-  out.value(since_s_);
-}
-
-void SaturationDetector::load(InArchive& in) {
-  in.section("saturation_detector", 1);
-  in.value(largest_);
-  in.value(level_);
-  in.value(since_s_);
-}
-
 }  // namespace waymark::imu

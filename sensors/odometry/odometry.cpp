@@ -4,10 +4,10 @@
 #include <cmath>
 #include <optional>
 
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sensor.hpp"
 #include "wheel_models.hpp"
 
-namespace waymark {
+namespace waymark::odometry {
 
 namespace {
 
@@ -47,7 +47,7 @@ struct Systematic {
   double value(const double* states, Kind kind) const { return index[kind] < 0 ? 0.0 : states[index[kind]]; }
 };
 
-/// The twist that the wheels tell, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
+/// The twist that the wheels give, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
 /// v_w with scale s, yaw scale s_yaw and curvature κ out of the block (s leaves ω alone where the rotation is measured
 /// otherwise).
 class TwistUpdate final : public Update {
@@ -127,13 +127,12 @@ class Odometry final : public Sensor {
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Odometry>(*this); }
-  void save(OutArchive& out) const override {
-    out.section("odometry", 1);
-    out.value(last_stamp_);
-  }
-  void load(InArchive& in) override {
-    in.section("odometry", 1);
-    in.value(last_stamp_);
+  void save(OutArchive& out) const override { out(*this); }
+  void load(InArchive& in) override { in(*this); }
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("odometry", 1);
+    archive(last_stamp_);
   }
 
  private:
@@ -167,7 +166,7 @@ class Odometry final : public Sensor {
     return {square(speed_), square(lateral_), square(yaw_)};
   }
 
-  /// So wide that neither the gain nor the gate knows of the twist before.
+  /// So wide that neither the gain nor the gate depends on the twist before.
   static UpdateList::UnknownTwist unknown_beside(const WheelTwist& twist, const Eigen::Vector3d& variance,
                                                  const NavState& before) {
     constexpr double kFar = 1000.0;
@@ -196,6 +195,6 @@ class Odometry final : public Sensor {
 
 }  // namespace
 
-}  // namespace waymark
+}  // namespace waymark::odometry
 
-WAYMARK_PLUGIN(waymark::Sensor, waymark::Odometry, "odometry", "1.1.0")
+WAYMARK_PLUGIN(waymark::Sensor, waymark::odometry::Odometry, "odometry", "1.1.0")

@@ -7,7 +7,7 @@
 
 #include "waymark/interface/payloads.hpp"
 
-namespace waymark {
+namespace waymark::odometry {
 
 namespace {
 
@@ -79,4 +79,4 @@ std::shared_ptr<const WheelModel> WheelModel::read(const Config& config) {
   return std::make_shared<ReadyTwist>();
 }
 
-}  // namespace waymark
+}  // namespace waymark::odometry

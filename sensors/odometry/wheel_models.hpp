@@ -8,9 +8,9 @@
 #include "waymark/config/config.hpp"
 #include "waymark/interface/measurement.hpp"
 
-namespace waymark {
+namespace waymark::odometry {
 
-/// Planar twist of the base as the wheels tell it.
+/// Planar twist of the base as the wheels give it.
 struct WheelTwist {
   double v_x = 0.0;  ///< [m/s]
   double v_y = 0.0;  ///< [m/s]
@@ -33,4 +33,4 @@ class WheelModel {
   static std::shared_ptr<const WheelModel> read(const Config& config);
 };
 
-}  // namespace waymark
+}  // namespace waymark::odometry

@@ -81,7 +81,7 @@ TEST(BadPlugins, IncompleteDescriptorIsRefused) {
 TEST(BadPlugins, MissingSymbolIsNamed) {
   EXPECT_THAT(error_of<PluginError>("no_symbol"),
               EndsWith(file_of("no_symbol") +
-                       ": is a library, but no waymark plugin: it does not export \"waymark_plugin\" (is the line "
+                       ": is a library, but not a waymark plugin: it does not export \"waymark_plugin\" (is the line "
                        "WAYMARK_PLUGIN(...) missing?)"));
 }
 
@@ -136,7 +136,7 @@ TEST(BadPlugins, OtherExceptionOfAConstructorBecomesConfigError) {
 
 TEST(BadPlugins, ThrownIntegerBecomesConfigError) {
   EXPECT_THAT(error_of<ConfigError>("throws_int"),
-              EndsWith("plugin \"throws_int\" could not be built: it threw something that is no std::exception"));
+              EndsWith("plugin \"throws_int\" could not be built: it threw something that is not a std::exception"));
 }
 
 TEST(BadPlugins, ObjectOutlivesTheLoader) {

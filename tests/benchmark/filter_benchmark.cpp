@@ -29,11 +29,14 @@ void ekf_measurement(benchmark::State& state) {
   belief.P = 0.01 * ErrorMatrix::Identity(layout.size(), layout.size());
   const test::TwistModel twist({1.0, 0.0, 0.1}, {0.1, 0.1, 0.05});
   Linearization model;
+  estimation::StateJacobian H;
   estimation::ekf::Innovation innovation;
   for (auto _ : state) {
     process.predict(belief, belief.stamp + from_seconds(0.025), false);
     twist.linearize({belief.mean, belief.mean.block.data()}, model);
-    estimation::ekf::innovate(belief, layout, 0, model, innovation);
+    H.reset(model.rows(), layout.size());
+    estimation::scatter(layout, 0, model, H);
+    estimation::ekf::innovate(belief, model, H, innovation);
     estimation::ekf::apply(belief, layout, innovation);
     benchmark::DoNotOptimize(belief);
   }

@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "unit/core/beliefs.hpp"
-#include "waymark/host/fusion.hpp"
+#include "waymark/host/robot.hpp"
 #include "waymark/interface/payloads.hpp"
-#include "waymark/plugin_loader.hpp"
 
 namespace waymark {
 namespace {
@@ -60,7 +59,7 @@ std::vector<Measurement> circle(int late) {
   return log;
 }
 
-std::unique_ptr<Fusion> make_host(const PluginLoader& loader, int particles) {
+std::unique_ptr<Fusion> make_fusion(const PluginLoader& loader, int particles) {
   const Config yaml = Config::parse(
       "{ motion: { kind: spatial }, filter: { history_s: 2, particles: " + std::to_string(particles) +
           " }, initial: { x_m: 0, y_m: 0, yaw_deg: 0, position_sigma_m: 1, yaw_sigma_deg: 5 }, sensors: ["
@@ -69,15 +68,7 @@ std::unique_ptr<Fusion> make_host(const PluginLoader& loader, int particles) {
           "{ name: gps, plugin: dgps, base_p_antenna_m: [0.2, 0, 0.5], sigma_m: 0.5, sigma_vertical_m: 0.5, "
           "offset_sigma_m: 1, offset_vertical_sigma_m: 1, offset_tau_s: 60 }] }",
       "w_fuse.yaml");
-  std::vector<Mounting> mountings;
-  std::vector<SensorSlot> slots;
-  for (const Config& entry : yaml.items("sensors")) mountings.push_back(read_mounting(entry));
-  const Rig rig(std::move(mountings));
-  for (const Config& entry : yaml.items("sensors")) {
-    slots.push_back(read_sensor_slot(entry));
-    slots.back().sensor = loader.create<Sensor>(slots.back().plugin, entry, rig);
-  }
-  return std::make_unique<Fusion>(read_fusion_settings(yaml), std::move(slots), std::vector<MapSlot>{}, nullptr);
+  return host::Robot::live(yaml, loader).fusion(nullptr);
 }
 
 void w_fuse(benchmark::State& state) {
@@ -87,15 +78,15 @@ void w_fuse(benchmark::State& state) {
   int states = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    auto host = make_host(loader, static_cast<int>(state.range(0)));
+    auto fusion = make_fusion(loader, static_cast<int>(state.range(0)));
     state.ResumeTiming();
-    for (const Measurement& m : log) host->add(m);
-    host->finish();
-    const Pose& pose = host->filter().mixture().mean.T_map_base;
+    for (const Measurement& m : log) fusion->add(m);
+    fusion->finish();
+    const Pose pose = fusion->front(test::at(kSlot * (kSlots - 1))).mean.T_map_base;
     const double t = kSlot * (kSlots - 1);
     square_error = std::hypot(pose.p.x() - kSpeed / kRate * std::sin(kRate * t),
                               pose.p.y() - kSpeed / kRate * (1.0 - std::cos(kRate * t)));
-    states = host->layout().size();
+    states = fusion->layout().size();
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations()) * kSlots);
   state.counters["us_per_measurement"] = benchmark::Counter(static_cast<double>(state.iterations()) * kSlots * 1e-6,

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs the build, builds the project in PROJECT_DIR against it, runs its own tests with the contract kit, loads a plugin with
-# LOADER, runs the robot made of the others with the installed command, and checks that the documentation quotes the files as they are.
+# LOADER, runs the robot made of the others with the installed command, does the same with the programs in HOST_DIR, and checks that the documentation quotes the files as they are.
 function(step what)
   message(STATUS "${what}")
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result)
@@ -36,6 +36,31 @@ foreach(file IN ITEMS distance.csv landmarks.csv)
   endif()
 endforeach()
 
+# Programs of a user's own, linked to waymark::host.
+step(
+  "configure the hosts"
+  ${CMAKE_COMMAND}
+  -S
+  ${HOST_DIR}
+  -B
+  ${WORK_DIR}/host
+  -G
+  ${GENERATOR}
+  -DCMAKE_CXX_COMPILER=${CXX}
+  -DCMAKE_BUILD_TYPE=RelWithDebInfo
+  -DCMAKE_PREFIX_PATH=${WORK_DIR}/install)
+step("build the hosts" ${CMAKE_COMMAND} --build ${WORK_DIR}/host)
+set(ENV{WAYMARK_PLUGIN_PATH} ${WORK_DIR}/install/lib/waymark/plugins)
+step("run a robot" ${WORK_DIR}/host/run_robot ${PROJECT_DIR}/robot.yaml ${WORK_DIR}/host_out)
+foreach(file IN ITEMS distance.csv landmarks.csv)
+  step("${file} as the command writes it" ${CMAKE_COMMAND} -E compare_files ${WORK_DIR}/out/${file} ${WORK_DIR}/host_out/${file})
+endforeach()
+execute_process(COMMAND ${WORK_DIR}/host/live_robot OUTPUT_VARIABLE printed RESULT_VARIABLE result)
+# 1 m/s from the first measurement, at 0.1 s, to 10.05 s.
+if(NOT result EQUAL 0 OR NOT printed MATCHES "now at x (9\\.9|10\\.0)")
+  message(FATAL_ERROR "live_robot: failed (${result}): ${printed}")
+endif()
+
 # quoted(file page): the page shows the file as it is, and the file stays short enough to be an example.
 function(quoted file page)
   file(READ ${PROJECT_DIR}/${file} source)
@@ -62,3 +87,6 @@ quoted(circle.cpp write_a_source_or_sink.md)
 quoted(check_circle.cpp write_a_source_or_sink.md)
 quoted(distance.cpp write_a_source_or_sink.md)
 quoted(robot.yaml write_a_source_or_sink.md)
+quoted(../host/CMakeLists.txt write_a_host.md)
+quoted(../host/run_robot.cpp write_a_host.md)
+quoted(../host/live_robot.cpp write_a_host.md)

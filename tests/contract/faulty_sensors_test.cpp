@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{Fault::reads_too_little, "load does not read all that save wrote"},
         Case{Fault::random_process, "process is not deterministic"},
         Case{Fault::swallows_foreign_payload, "process does not refuse a foreign payload"},
-        Case{Fault::throws_int, "the check threw: something that is no std::exception"},
+        Case{Fault::throws_int, "the check threw: something that is not a std::exception"},
         Case{Fault::unnamed_state, "a state of the block has no name"},
         Case{Fault::twin_names, "two states of the block have one name"},
         Case{Fault::negative_sigma, "a sigma, walk or time constant of the block is negative"},

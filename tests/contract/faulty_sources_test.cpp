@@ -22,8 +22,6 @@ enum class Fault {
   endless,
   empty,
   starts_again,
-  no_position,
-  forgets_counter,
   wrong_type,
   no_such_channel,
   nan_value,
@@ -59,8 +57,7 @@ class Counter final : public Source {
     if (fault_ == Fault::stamp_after_arrival) m.stamp += Duration{1};
     if (fault_ == Fault::arrivals_go_back && n == 5) m.stamp = m.arrival = Time{};
     m.sensor = fault_ == Fault::no_such_channel ? 3 : 0;
-    m.sequence = static_cast<std::uint64_t>(
-        fault_ == Fault::equal_sequence ? 0 : (fault_ == Fault::forgets_counter ? counter_++ : n));
+    m.sequence = static_cast<std::uint64_t>(fault_ == Fault::equal_sequence ? 0 : n);
     m.payload = wheels;
     if (fault_ == Fault::null_payload) m.payload = nullptr;
     if (fault_ == Fault::wrong_type) m.payload = std::make_shared<BodyTwist>();
@@ -76,12 +73,6 @@ class Counter final : public Source {
                              {Time{Duration{fault_ == Fault::reference_goes_back ? 4 : 6}}, {}, false}};
     return reference;
   }
-  void save(OutArchive& out) const override {
-    if (fault_ != Fault::no_position) out.value(position_);
-  }
-  void load(InArchive& in) override {
-    if (fault_ != Fault::no_position) in.value(position_);
-  }
 
  private:
   static constexpr std::int64_t kCount = 12;
@@ -89,7 +80,6 @@ class Counter final : public Source {
   std::vector<Channel> channels_{{"wheels", std::string(WheelSpeeds::kType)}};
   std::vector<BadRecord> bad_;
   std::int64_t position_ = 0;
-  std::int64_t counter_ = 0;
   static inline std::atomic<int> draws_ = 0;
 };
 
@@ -120,8 +110,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{Fault::endless, "the source does not end"},
                       Case{Fault::empty, "the source gives no measurement"},
                       Case{Fault::starts_again, "next gives something after the end"},
-                      Case{Fault::no_position, "a loaded source does not continue where it was saved"},
-                      Case{Fault::forgets_counter, "a loaded source does not continue where it was saved"},
                       Case{Fault::wrong_type, "a payload is not of its channel's type"},
                       Case{Fault::no_such_channel, "a measurement belongs to no channel"},
                       Case{Fault::nan_value, "a payload has bad values"},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: csv, dgps, diagnostics, feature_map, landmarks, odometry, tum
-// YAML files that are not as they should be: `check` and `run` say so in one line with its place, and write nothing.
+// YAML files with errors: `check` and `run` report one in one line with its place, and write nothing.
 #include <gmock/gmock.h>
 
 #include "tests/system/small_robot.hpp"
@@ -30,10 +30,10 @@ class BadYaml : public testing::TestWithParam<Mistake> {
   std::vector<std::string> told_;
 };
 
-TEST_P(BadYaml, CheckSaysSoInOneLine) { EXPECT_TRUE(tells(robot_.check(), 1, told_)); }
+TEST_P(BadYaml, CheckSaysSoInOneLine) { EXPECT_TRUE(reports_error(robot_.check(), 1, told_)); }
 
 TEST_P(BadYaml, RunSaysSoInOneLineAndWritesNothing) {
-  EXPECT_TRUE(tells(robot_.run(), 1, told_));
+  EXPECT_TRUE(reports_error(robot_.run(), 1, told_));
   EXPECT_FALSE(std::filesystem::exists(robot_.out()));
 }
 
@@ -105,9 +105,9 @@ TEST(BadRobot, TwoSensorsOnOneInput) {
   robot.replace("    - path: fixes.csv",
                 "    - path: twist.csv\n      sensor: twin\n      payload: BodyTwist\n      time: t_s\n"
                 "      columns: { v_x_mps: v_mps, w_z_radps: w_radps }\n    - path: fixes.csv");
-  EXPECT_TRUE(tells(robot.check(), 1,
-                    {robot.place("robot.yaml", robot.yaml_line("sensor: twin")), "two sensors on one input",
-                     "\"wheels\"", "\"twin\""}));
+  EXPECT_TRUE(reports_error(robot.check(), 1,
+                            {robot.place("robot.yaml", robot.yaml_line("sensor: twin")), "two sensors on one input",
+                             "\"wheels\"", "\"twin\""}));
 }
 
 TEST(BadRobot, NoMotionSensor) {
@@ -115,19 +115,19 @@ TEST(BadRobot, NoMotionSensor) {
   robot.replace("plugin: odometry\n    model: twist", "payload: BodyTwist");
   const std::vector<std::string> told{robot.file("robot.yaml").string() + ": sensors: ", "how the robot moves",
                                       "plugin: odometry"};
-  EXPECT_TRUE(tells(robot.check(), 1, told));
-  EXPECT_TRUE(tells(robot.run(), 1, told));
+  EXPECT_TRUE(reports_error(robot.check(), 1, told));
+  EXPECT_TRUE(reports_error(robot.run(), 1, told));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 
 TEST(BadRobot, OverrideOfAnUnknownKey) {
   SmallRobot robot;
-  EXPECT_TRUE(tells(robot.run({"--set", "filter.particels=3"}), 1, {"--set", "filter.particels", "particles"}));
+  EXPECT_TRUE(reports_error(robot.run({"--set", "filter.particels=3"}), 1, {"--set", "filter.particels", "particles"}));
 }
 
 TEST(BadRobot, OverrideWithoutAValue) {
   SmallRobot robot;
-  EXPECT_TRUE(tells(robot.run({"--set", "filter.particles"}), 1, {"--set", "filter.particles", "="}));
+  EXPECT_TRUE(reports_error(robot.run({"--set", "filter.particles"}), 1, {"--set", "filter.particles", "="}));
 }
 
 }  // namespace

@@ -42,16 +42,17 @@ TEST(GoodInput, EndsWithZeroAndAllOutputs) {
 TEST(BadLog, Missing) {
   SmallRobot robot;
   robot.replace("path: fixes.csv", "path: nowhere.csv");
-  EXPECT_TRUE(tells(robot.run(), 1,
-                    {fmt::format("robot.yaml:{}", robot.yaml_line("nowhere.csv")), robot.file("nowhere.csv").string(),
-                     "No such file"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1,
+                            {fmt::format("robot.yaml:{}", robot.yaml_line("nowhere.csv")),
+                             robot.file("nowhere.csv").string(), "No such file"}));
   EXPECT_FALSE(std::filesystem::exists(robot.out() / "trajectory.txt"));
 }
 
 TEST(BadLog, Folder) {
   SmallRobot robot;
   robot.replace("path: fixes.csv", "path: .");
-  EXPECT_TRUE(tells(robot.run(), 1, {fmt::format("robot.yaml:{}", robot.yaml_line("path: .")), "a file is expected"}));
+  EXPECT_TRUE(
+      reports_error(robot.run(), 1, {fmt::format("robot.yaml:{}", robot.yaml_line("path: .")), "a file is expected"}));
 }
 
 TEST(BadLog, NotReadable) {
@@ -61,19 +62,19 @@ TEST(BadLog, NotReadable) {
   std::filesystem::create_directory(robot.out());
   std::filesystem::permissions(robot.out(), std::filesystem::perms(0777));
   const Outcome outcome = robot.command().in_child([] { drop_privileges(); }).run();
-  EXPECT_TRUE(tells(outcome, 1, {robot.file("fixes.csv").string(), "Permission denied"}));
+  EXPECT_TRUE(reports_error(outcome, 1, {robot.file("fixes.csv").string(), "Permission denied"}));
 }
 
 TEST(BadLog, WithoutRows) {
   SmallRobot robot;
   robot.fixes.resize(1);
-  EXPECT_TRUE(tells(robot.run(), 1, {robot.file("fixes.csv").string(), "no data rows"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1, {robot.file("fixes.csv").string(), "no data rows"}));
 }
 
 TEST(BadLog, Empty) {
   SmallRobot robot;
   robot.fixes.clear();
-  EXPECT_TRUE(tells(robot.run(), 1, {robot.file("fixes.csv").string(), "no data rows"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1, {robot.file("fixes.csv").string(), "no data rows"}));
 }
 
 TEST(BadLog, TruncatedGzipKeepsTheResultsUntilThere) {
@@ -82,8 +83,8 @@ TEST(BadLog, TruncatedGzipKeepsTheResultsUntilThere) {
   robot.write();
   write_gzip(robot.file("scans.csv.gz"), robot.scans);
   std::filesystem::resize_file(robot.file("scans.csv.gz"), std::filesystem::file_size(robot.file("scans.csv.gz")) / 2);
-  EXPECT_TRUE(
-      tells(robot.command().run(), 1, {robot.file("scans.csv.gz").string() + ":", "the gzip stream ends early"}));
+  EXPECT_TRUE(reports_error(robot.command().run(), 1,
+                            {robot.file("scans.csv.gz").string() + ":", "the gzip stream ends early"}));
   EXPECT_TRUE(robot.has_results(100));
 }
 
@@ -107,7 +108,7 @@ TEST_P(BadFix, StopsTheRunAndKeepsTheResultsUntilThere) {
   std::vector<std::string> told = GetParam().told;
   told.push_back(robot_.place("fixes.csv", kLine) + ": ");
   told.emplace_back("max_bad_rows allows 0");
-  EXPECT_TRUE(tells(robot_.run(), 1, told));
+  EXPECT_TRUE(reports_error(robot_.run(), 1, told));
   EXPECT_TRUE(robot_.has_results(800));
   EXPECT_LT(lines_of(read_text(robot_.out() / "trajectory.txt")).size(), 1300u);
 }
@@ -148,7 +149,8 @@ TEST(BadLog, MoreBadRowsThanAllowed) {
   SmallRobot robot;
   robot.replace("max_bad_rows: 0", "max_bad_rows: 2");
   for (const std::size_t line : {5u, 10u, 15u}) at_line(robot.fixes, line) = "x,y,z";
-  EXPECT_TRUE(tells(robot.run(), 1, {robot.place("fixes.csv", 15), "bad row number 3", "max_bad_rows allows 2"}));
+  EXPECT_TRUE(
+      reports_error(robot.run(), 1, {robot.place("fixes.csv", 15), "bad row number 3", "max_bad_rows allows 2"}));
   EXPECT_TRUE(robot.has_results(500));
   EXPECT_EQ(diagnostics(robot)["run"]["bad_record_count"], 3);
 }
@@ -156,8 +158,8 @@ TEST(BadLog, MoreBadRowsThanAllowed) {
 TEST(BadLog, ScanWithAnotherNumberOfBeams) {
   SmallRobot robot;
   at_line(robot.scans, 52) += ",40.000";
-  EXPECT_TRUE(
-      tells(robot.run(), 1, {robot.place("scans.csv", 52), "123 fields, but the first row of this file has 122"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1,
+                            {robot.place("scans.csv", 52), "123 fields, but the first row of this file has 122"}));
   EXPECT_TRUE(robot.has_results(400));
 }
 
@@ -182,7 +184,7 @@ TEST(BadLog, WithoutAnyFixForTheStart) {
   for (std::size_t i = 1; i < robot.fixes.size(); ++i) robot.fixes[i].resize(robot.fixes[i].find(','));
   for (std::size_t i = 1; i < robot.fixes.size(); ++i) robot.fixes[i] += ",x,y";
   robot.replace("max_bad_rows: 0", "max_bad_rows: 100");
-  EXPECT_TRUE(tells(robot.run(), 1, {"the filter never started", "initial.x_m"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1, {"the filter never started", "initial.x_m"}));
 }
 
 TEST(Evaluate, EstimateAndReferenceWithoutCommonTimes) {
@@ -197,11 +199,11 @@ TEST(Evaluate, EstimateAndReferenceWithoutCommonTimes) {
   const std::string reference = (folder / "late.txt").string();
   write_text(estimate, early);
   write_text(reference, late);
-  EXPECT_TRUE(
-      tells(waymark({"evaluate", "--estimate", estimate, "--reference", reference}), 1, {estimate, reference, "time"}));
+  EXPECT_TRUE(reports_error(waymark({"evaluate", "--estimate", estimate, "--reference", reference}), 1,
+                            {estimate, reference, "time"}));
 }
 
-/// Positions of a point of the robot say nothing about the covariance of its base.
+/// Positions of a point of the robot do not show the covariance of its base.
 TEST(Evaluate, CovarianceOfTheBaseAgainstPositionsOfAnotherPoint) {
   const TemporaryFolder folder;
   std::string poses;
@@ -230,8 +232,8 @@ TEST(Evaluate, CovarianceOfTheBaseAgainstPositionsOfAnotherPoint) {
   EXPECT_THAT(outcome.out, testing::HasSubstr("right: mean 2"));
   std::vector<std::string> antenna = score;
   antenna.insert(antenna.end(), {"--lever-arm", "1,0,0"});
-  EXPECT_TRUE(tells(waymark(antenna), 1, {"--covariance is that of the base", "--lever-arm", "positions.csv"}));
-  // Where the reference turns, the base is known: here the point 1 m ahead of it is where the reference says.
+  EXPECT_TRUE(reports_error(waymark(antenna), 1, {"--covariance is that of the base", "--lever-arm", "positions.csv"}));
+  // Where the reference turns, the base is known: here the point 1 m ahead of it is where the reference is.
   std::string ahead;
   for (int i = 0; i < 20; ++i) ahead += fmt::format("{} {} 0.96 0 0 0 0.6 0.8\n", i, i + 0.28);
   antenna[4] = file("ahead.txt", ahead);
@@ -243,7 +245,8 @@ TEST(Evaluate, CovarianceOfTheBaseAgainstPositionsOfAnotherPoint) {
 TEST(Evaluate, MissingFile) {
   const TemporaryFolder folder;
   const std::string missing = (folder / "missing.txt").string();
-  EXPECT_TRUE(tells(waymark({"evaluate", "--estimate", missing, "--reference", missing}), 1, {missing, "not found"}));
+  EXPECT_TRUE(
+      reports_error(waymark({"evaluate", "--estimate", missing, "--reference", missing}), 1, {missing, "not found"}));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ TEST_P(BadPluginRun, IsOneLineWithItsPlaceAndWritesNothing) {
   std::vector<std::string> told = GetParam().told;
   told.push_back(robot.file("robot.yaml").string() + ":");
   told.emplace_back("sensors.extra");
-  EXPECT_TRUE(tells(robot.run(), 1, told));
+  EXPECT_TRUE(reports_error(robot.run(), 1, told));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 
@@ -63,15 +63,15 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(PluginConstruction, KeepsThePlaceThatThePluginNames) {
   SmallRobot robot;
   add_sensor(robot, "throws_error");
-  EXPECT_TRUE(tells(robot.run(), 1, {"calibration.bin:7: 3 columns, expected 4"}));
+  EXPECT_TRUE(reports_error(robot.run(), 1, {"calibration.bin:7: 3 columns, expected 4"}));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 
 TEST(PluginInService, ThrowsAtMeasurement1000AndTheRunGoesOnWithoutIt) {
   SmallRobot robot;
   add_sensor(robot, "throws_at_1000");
-  EXPECT_TRUE(
-      tells(robot.run(), 3, {"at 19.980 s", "extra: taken out of service", "fails on purpose at measurement 1000"}));
+  EXPECT_TRUE(reports_error(robot.run(), 3,
+                            {"at 19.980 s", "extra: taken out of service", "fails on purpose at measurement 1000"}));
   EXPECT_TRUE(robot.has_results(1500));
   const nlohmann::json report = nlohmann::json::parse(read_text(robot.out() / "diagnostics.json"));
   EXPECT_THAT(report["run"]["events"].dump(), HasSubstr("extra: taken out of service"));
@@ -91,21 +91,22 @@ TEST(OutputFolder, NotWritable) {
   std::filesystem::create_directory(robot.out());
   std::filesystem::permissions(robot.out(), std::filesystem::perms(0555));
   const Outcome outcome = robot.command().in_child([] { drop_privileges(); }).run();
-  EXPECT_TRUE(tells(outcome, 1, {robot.out().string() + ": ", "not writable"}));
+  EXPECT_TRUE(reports_error(outcome, 1, {robot.out().string() + ": ", "not writable"}));
 }
 
 TEST(OutputFolder, CannotBeCreated) {
   const SmallRobot robot;
   robot.write();
   const Outcome outcome = robot.command().in_child([] { drop_privileges(); }).run();
-  EXPECT_TRUE(tells(outcome, 1, {robot.out().string() + ": ", "cannot create the output folder", "Permission denied"}));
+  EXPECT_TRUE(
+      reports_error(outcome, 1, {robot.out().string() + ": ", "cannot create the output folder", "Permission denied"}));
 }
 
 TEST(OutputFolder, IsAFile) {
   const SmallRobot robot;
   robot.write();
   write_text(robot.out(), "something of the user's\n");
-  EXPECT_TRUE(tells(robot.command().run(), 1, {robot.out().string() + ": ", "folder"}));
+  EXPECT_TRUE(reports_error(robot.command().run(), 1, {robot.out().string() + ": ", "folder"}));
   EXPECT_EQ(read_text(robot.out()), "something of the user's\n");
 }
 
@@ -118,7 +119,7 @@ TEST(FullDisk, KeepsTheResultsUntilThereInCompleteLines) {
   const SmallRobot robot;
   robot.write();
   const Outcome outcome = robot.command().in_child([] { limit_file_size(rlim_t{70000}); }).run();
-  EXPECT_TRUE(tells(outcome, 3, {"sink tum", (robot.out() / "trajectory.txt").string(), "File too large"}));
+  EXPECT_TRUE(reports_error(outcome, 3, {"sink tum", (robot.out() / "trajectory.txt").string(), "File too large"}));
   EXPECT_TRUE(has_complete_lines(robot.out() / "trajectory.txt", 500));
   EXPECT_LE(std::filesystem::file_size(robot.out() / "trajectory.txt"), 70000u);
   EXPECT_TRUE(has_complete_lines(robot.out() / "landmarks.csv", 2));
@@ -131,7 +132,7 @@ TEST(FullDisk, WithRoomForNothingIsOneLineAndLeavesNoHalfFile) {
   robot.write();
   // The captured stderr is a file as well, so some room is needed.
   const Outcome outcome = robot.command({"--quiet"}).in_child([] { limit_file_size(rlim_t{1000}); }).run();
-  EXPECT_TRUE(tells(outcome, 1, {(robot.out() / "config.yaml").string(), "File too large"}));
+  EXPECT_TRUE(reports_error(outcome, 1, {(robot.out() / "config.yaml").string(), "File too large"}));
   EXPECT_TRUE(has_no_partial_file(robot.out()));
   EXPECT_FALSE(std::filesystem::exists(robot.out() / "config.yaml"));
 }

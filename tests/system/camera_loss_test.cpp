@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: diagnostics, feature_map, kitti, landmarks, odometry, simulator, tum
 // Without a camera image for a while, or with a useless one, the filter goes on, landmarks keep what is known of them,
-// and diagnostics.json says what happened.
+// and diagnostics.json reports what happened.
 #include <gmock/gmock.h>
 
 #include <map>
@@ -15,9 +15,9 @@ namespace {
 
 using testing::IsEmpty;
 
-/// What the map tells about itself, and how many bad records the source had.
-struct Told {
-  explicit Told(const std::filesystem::path& out) {
+/// The figures of the map, and how many bad records the source had.
+struct MapReport {
+  explicit MapReport(const std::filesystem::path& out) {
     const auto report = nlohmann::json::parse(read_text(out / "diagnostics.json"));
     figures = report.at("landmarks").at(0).at("figures").get<std::map<std::string, double>>();
     steps = report.at("run").at("mapping_steps").get<double>();
@@ -116,16 +116,16 @@ class SimulatedCameraLoss : public testing::Test {
 TEST_F(SimulatedCameraLoss, TheFilterGoesOnAndTheCountsSayWhatHappened) {
   const auto out = run("faulty", {"source.camera.outages_s=[4, 8]", "source.camera.black_s=[11, 15]",
                                   "source.camera.overexposed_s=[18, 22]"});
-  const Told told(out);
-  EXPECT_EQ(told.events, 0U);
-  EXPECT_EQ(told.images(), told.steps);
+  const MapReport reported(out);
+  EXPECT_EQ(reported.events, 0U);
+  EXPECT_EQ(reported.images(), reported.steps);
   // Four seconds at five scans a second; a span may begin or end between a scan and its image.
-  EXPECT_NEAR(told.figures.at("images_missing"), 20.0, 2.0);
-  EXPECT_NEAR(told.figures.at("images_dark"), 20.0, 2.0);
-  EXPECT_NEAR(told.figures.at("images_overexposed"), 20.0, 2.0);
-  EXPECT_GE(told.figures.at("images_used"), told.steps - 66.0);
-  EXPECT_EQ(told.figures.at("images_undecodable"), 0.0);
-  EXPECT_EQ(told.figures.at("images_wrong_size"), 0.0);
+  EXPECT_NEAR(reported.figures.at("images_missing"), 20.0, 2.0);
+  EXPECT_NEAR(reported.figures.at("images_dark"), 20.0, 2.0);
+  EXPECT_NEAR(reported.figures.at("images_overexposed"), 20.0, 2.0);
+  EXPECT_GE(reported.figures.at("images_used"), reported.steps - 66.0);
+  EXPECT_EQ(reported.figures.at("images_undecodable"), 0.0);
+  EXPECT_EQ(reported.figures.at("images_wrong_size"), 0.0);
 
   const nlohmann::json scored = score(out);
   EXPECT_LT(scored.at("trajectory").at("ate_max_m").get<double>(), 0.4) << scored.dump(1);
@@ -134,13 +134,13 @@ TEST_F(SimulatedCameraLoss, TheFilterGoesOnAndTheCountsSayWhatHappened) {
 
 TEST_F(SimulatedCameraLoss, LandmarksAreTheSameAsWithoutLoss) {
   const auto clean = run("clean", {});
-  EXPECT_EQ(Told(clean).figures.at("images_used"), Told(clean).steps);
+  EXPECT_EQ(MapReport(clean).figures.at("images_used"), MapReport(clean).steps);
   const auto good = score(clean).at("landmarks");
   ASSERT_EQ(good.at("matched").get<int>(), 7) << good.dump(1);
   for (const std::string fault : {"outages_s", "black_s", "overexposed_s"}) {
     SCOPED_TRACE(fault);
     const auto out = run(fault, {"source.camera." + fault + "=[10, 20]"});
-    EXPECT_LE(Told(out).figures.at("images_used"), Told(out).steps - 48.0);
+    EXPECT_LE(MapReport(out).figures.at("images_used"), MapReport(out).steps - 48.0);
     const auto scored = score(out).at("landmarks");
     EXPECT_EQ(scored.at("matched").get<int>(), 7) << scored.dump(1);
     EXPECT_EQ(scored.at("duplicates").get<int>(), 0) << scored.dump(1);
@@ -179,11 +179,11 @@ class RecordedCameraLoss : public testing::Test {
 TEST_F(RecordedCameraLoss, WithoutFaultsEveryImageIsUsed) {
   recording_.write();
   const auto out = run("out");
-  const Told told(out);
-  EXPECT_EQ(told.steps, RawRecording::kFrames);
-  EXPECT_EQ(told.figures.at("images_used"), RawRecording::kFrames);
-  EXPECT_EQ(told.figures.at("candidates_no_edges"), 0.0);
-  EXPECT_EQ(told.bad_records, 0);
+  const MapReport reported(out);
+  EXPECT_EQ(reported.steps, RawRecording::kFrames);
+  EXPECT_EQ(reported.figures.at("images_used"), RawRecording::kFrames);
+  EXPECT_EQ(reported.figures.at("candidates_no_edges"), 0.0);
+  EXPECT_EQ(reported.bad_records, 0);
   expect_poles(out, RawRecording::kFrames);
 }
 
@@ -200,17 +200,17 @@ TEST_F(RecordedCameraLoss, UselessImagesCostNothingButThemselves) {
   write_text(recording_.cloud(11), "abc");
 
   const auto out = run("out");
-  const Told told(out);
-  EXPECT_EQ(told.events, 0U);
-  EXPECT_EQ(told.steps, RawRecording::kFrames - 1);
-  EXPECT_EQ(told.images(), told.steps);
-  EXPECT_EQ(told.figures.at("images_undecodable"), 2.0);
-  EXPECT_EQ(told.figures.at("images_wrong_size"), 2.0);
-  EXPECT_EQ(told.figures.at("images_dark"), 1.0);
-  EXPECT_EQ(told.figures.at("images_overexposed"), 1.0);
-  EXPECT_EQ(told.figures.at("images_missing"), 1.0);
-  EXPECT_EQ(told.figures.at("images_used"), RawRecording::kFrames - 8);
-  EXPECT_EQ(told.bad_records, 2);
+  const MapReport reported(out);
+  EXPECT_EQ(reported.events, 0U);
+  EXPECT_EQ(reported.steps, RawRecording::kFrames - 1);
+  EXPECT_EQ(reported.images(), reported.steps);
+  EXPECT_EQ(reported.figures.at("images_undecodable"), 2.0);
+  EXPECT_EQ(reported.figures.at("images_wrong_size"), 2.0);
+  EXPECT_EQ(reported.figures.at("images_dark"), 1.0);
+  EXPECT_EQ(reported.figures.at("images_overexposed"), 1.0);
+  EXPECT_EQ(reported.figures.at("images_missing"), 1.0);
+  EXPECT_EQ(reported.figures.at("images_used"), RawRecording::kFrames - 8);
+  EXPECT_EQ(reported.bad_records, 2);
   expect_poles(out, RawRecording::kFrames - 1);
 }
 
@@ -218,8 +218,9 @@ TEST_F(RecordedCameraLoss, OneBadFileTooManyStopsTheRunAndNamesIt) {
   recording_.write();
   for (const int frame : {10, 12, 14}) std::filesystem::remove(recording_.image(frame));
   const Outcome outcome = waymark({"run", recording_.yaml().string(), "--out", (recording_.folder() / "out").string()});
-  EXPECT_TRUE(tells(outcome, 1, {recording_.image(14).filename().string(), "is missing", "max_bad_records allows 2"}));
-  EXPECT_EQ(Told(recording_.folder() / "out").steps, 14) << "what came before is kept";
+  EXPECT_TRUE(
+      reports_error(outcome, 1, {recording_.image(14).filename().string(), "is missing", "max_bad_records allows 2"}));
+  EXPECT_EQ(MapReport(recording_.folder() / "out").steps, 14) << "what came before is kept";
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ class Command {
     environment_.emplace_back(name, std::nullopt);
     return *this;
   }
-  /// Sends `signal_number` as soon as `ready` says so.
+  /// Sends `signal_number` as soon as `ready` is true.
   Command& send(int signal_number, std::function<bool()> ready) {
     signal_ = signal_number;
     ready_ = std::move(ready);
@@ -171,9 +171,10 @@ class Command {
 
 inline Outcome waymark(std::vector<std::string> arguments) { return Command(std::move(arguments)).run(); }
 
-/// Passes if the command ended with `exit_code` and told the user in exactly one line, which holds every one of
+/// Passes if the command ended with `exit_code` and reported one error in one line, which holds every one of
 /// `parts`.
-inline testing::AssertionResult tells(const Outcome& outcome, int exit_code, const std::vector<std::string>& parts) {
+inline testing::AssertionResult reports_error(const Outcome& outcome, int exit_code,
+                                              const std::vector<std::string>& parts) {
   const auto all = [&] { return "\nstderr:\n" + outcome.err; };
   if (outcome.exit_code != exit_code) {
     return testing::AssertionFailure() << "exit code " << outcome.exit_code << ", expected " << exit_code << all();

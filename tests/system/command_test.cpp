@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: csv, dgps, diagnostics, feature_map, held_out, imu, kitti, landmarks, odometry, plot, simulator
 // needs plugins: tum
-// What the command says about itself, and what it prints for other programs.
+// What the command prints about itself, and what it prints for other programs.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -35,34 +35,36 @@ TEST(Command, HelpNamesEverySubcommand) {
 }
 
 TEST(Command, UnknownSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({"fly"}), 2, {"fly", "run, check, plugins, evaluate, map"}));
+  EXPECT_TRUE(reports_error(waymark({"fly"}), 2, {"fly", "run, check, plugins, evaluate, map"}));
 }
 
 TEST(Command, NoSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({}), 2, {"subcommand", "run, check, plugins, evaluate, map"}));
+  EXPECT_TRUE(reports_error(waymark({}), 2, {"subcommand", "run, check, plugins, evaluate, map"}));
 }
 
 TEST(Command, UnknownOptionIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--particles", "3"}), 2, {"--particles"}));
+  EXPECT_TRUE(reports_error(waymark({"run", "robot.yaml", "--particles", "3"}), 2, {"--particles"}));
 }
 
 TEST(Command, OptionOfTheWrongTypeIsOneErrorLine) {
-  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--threads", "many"}), 2, {"--threads", "many"}));
+  EXPECT_TRUE(reports_error(waymark({"run", "robot.yaml", "--threads", "many"}), 2, {"--threads", "many"}));
 }
 
 TEST(Command, MissingYamlIsOneErrorLine) {
   const TemporaryFolder folder;
   const std::string file = (folder / "robot.yaml").string();
-  EXPECT_TRUE(tells(waymark({"run", file, "--out", (folder / "out").string()}), 1, {file}));
+  EXPECT_TRUE(reports_error(waymark({"run", file, "--out", (folder / "out").string()}), 1, {file}));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 TEST(Command, OptionsThatMeanNothingTogetherAreAWrongCommandLine) {
-  EXPECT_TRUE(tells(waymark({"evaluate"}), 2, {"nothing to score"}));
-  EXPECT_TRUE(tells(waymark({"evaluate", "--estimate", "a.txt"}), 2, {"belong together"}));
-  EXPECT_TRUE(tells(waymark({"evaluate", "--rpe-delta-m", "-1"}), 2, {"\"-1\" is not a finite number above 0"}));
-  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--until", "nan"}), 2, {"--until", "\"nan\" is not a finite"}));
-  EXPECT_TRUE(tells(waymark({"run", "robot.yaml", "--seed", "-1"}), 2, {"--seed", "\"-1\" is not"}));
+  EXPECT_TRUE(reports_error(waymark({"evaluate"}), 2, {"nothing to score"}));
+  EXPECT_TRUE(reports_error(waymark({"evaluate", "--estimate", "a.txt"}), 2, {"belong together"}));
+  EXPECT_TRUE(
+      reports_error(waymark({"evaluate", "--rpe-delta-m", "-1"}), 2, {"\"-1\" is not a finite number above 0"}));
+  EXPECT_TRUE(
+      reports_error(waymark({"run", "robot.yaml", "--until", "nan"}), 2, {"--until", "\"nan\" is not a finite"}));
+  EXPECT_TRUE(reports_error(waymark({"run", "robot.yaml", "--seed", "-1"}), 2, {"--seed", "\"-1\" is not"}));
 }
 
 /// In the child: what is written to `descriptor` fails, as on a full disk or after `| head`.
@@ -89,7 +91,8 @@ TEST(Command, ARunEndsAsUsualIfNobodyReadsWhatItSays) {
 }
 
 TEST(Command, WhatCannotBePrintedIsAnErrorButAClosedPipeIsNone) {
-  EXPECT_TRUE(tells(Command({"plugins"}).in_child(full(STDOUT_FILENO)).run(), 1, {"standard output", "No space left"}));
+  EXPECT_TRUE(
+      reports_error(Command({"plugins"}).in_child(full(STDOUT_FILENO)).run(), 1, {"standard output", "No space left"}));
   const Outcome cut = Command({"plugins"}).in_child(without_reader(STDOUT_FILENO)).run();
   EXPECT_EQ(cut.exit_code, 0);
   EXPECT_EQ(cut.err, "");

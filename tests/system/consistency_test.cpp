@@ -34,7 +34,7 @@ Eigen::VectorXd normals(int size, Random& random) {
   return v;
 }
 
-/// A robot in the plane whose twist wanders as the process model says, from a start drawn from the prior.
+/// A robot in the plane whose twist wanders as in the process model, from a start drawn from the prior.
 class World {
  public:
   World(int run, const StartSigmas& start) : random_({991, static_cast<std::uint32_t>(run), 0, 0}) {
@@ -137,7 +137,7 @@ TEST(Consistency, EkfWithOdometryAndPositionFixes) {
   EXPECT_GE(scores.share_in_band(), 0.9) << "average NEES " << scores.mean();
 }
 
-/// The particle filter among landmarks that it knows, scored in x, y and yaw at every mapping step.
+/// The particle filter among known landmarks, scored in x, y and yaw at every mapping step.
 Scores in_a_known_map(const StartSigmas& start, int particles, double sampling_fraction) {
   constexpr int kMappingSteps = 120;
   Scores scores{std::vector<double>(kMappingSteps, 0.0), 3};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: compass, dgps, diagnostics, imu, odometry, simulator, tum
 // The robot of config/faults.yaml with one fault after the other: no divergence, no lock-out, and the health names what
-// is wrong. How often the position is outside its 3σ ellipse while the health says ok is a number, and checked.
+// is wrong. How often the position is outside its 3σ ellipse while the health is ok is a number, and checked.
 // docs/results/faults.md has the table over more seeds.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <memory>
@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/host/fusion.hpp"
-#include "waymark/plugin_loader.hpp"
+#include "waymark/host/session.hpp"
 
 namespace waymark {
 namespace {
@@ -26,29 +25,17 @@ struct Result {
   std::set<std::string> named;  ///< "gps silent"
 };
 
-class Robot {
+class FaultyRun {
  public:
-  explicit Robot(const std::vector<Config::Override>& overrides)
-      : yaml_(Config::load(WAYMARK_SOURCE_DIR "/config/faults.yaml", overrides)), loader_({WAYMARK_PLUGIN_DIR}) {
-    std::vector<Mounting> mountings;
-    for (const Config& entry : yaml_.items("sensors")) mountings.push_back(read_mounting(entry));
-    rig_ = std::make_unique<Rig>(std::move(mountings));
-    for (const Config& entry : yaml_.items("sensors")) {
-      slots_.push_back(read_sensor_slot(entry));
-      slots_.back().sensor = loader_.create<Sensor>(slots_.back().plugin, entry, *rig_);
-    }
-    const Config source = yaml_.child("source");
-    source_ = loader_.create<Source>(source.text("plugin"), source, *rig_);
-    for (const Channel& channel : source_->channels()) sensors_.push_back(rig_->find(channel.sensor));
-  }
+  explicit FaultyRun(const std::vector<Config::Override>& overrides)
+      : session_(host::Robot::load(Config::load(WAYMARK_SOURCE_DIR "/config/faults.yaml", overrides),
+                                   PluginLoader({WAYMARK_PLUGIN_DIR})),
+                 {.observer = [this](const Snapshot& snapshot, double) { look(snapshot); }}) {}
 
   Result run() {
-    Fusion fusion(read_fusion_settings(yaml_), slots_, {}, [this](const Snapshot& snapshot) { look(snapshot); });
-    while (auto m = source_->next()) {
-      m->sensor = static_cast<std::uint32_t>(sensors_[m->sensor]);
-      fusion.add(std::move(*m));
-    }
-    fusion.finish();
+    session_.play();
+    const host::SessionResult ended = session_.finish();
+    EXPECT_THAT(ended.failures, ::testing::IsEmpty());
     const std::size_t tail = std::min<std::size_t>(errors_.size(), 100);
     for (std::size_t i = errors_.size() - tail; i < errors_.size(); ++i) {
       result_.end_m += errors_[i] / static_cast<double>(tail);
@@ -60,13 +47,14 @@ class Robot {
   void look(const Snapshot& snapshot) {
     if (!snapshot.started()) return;
     const Health& health = snapshot.health();
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
+    const std::vector<SensorSlot>& sensors = session_.robot().sensors;
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
       if (health.sensors[i].state == SensorHealth::State::ok) continue;
-      result_.named.insert(slots_[i].name + " " + to_string(health.sensors[i].state));
+      result_.named.insert(sensors[i].name + " " + to_string(health.sensors[i].state));
     }
     if (snapshot.stamp() < due_) return;
     due_ = snapshot.stamp() + from_seconds(0.1);
-    const std::vector<Reference::Point>& truth = source_->reference()->trajectory;
+    const std::vector<Reference::Point>& truth = session_.robot().source->reference()->trajectory;
     const auto after = std::find_if(truth.begin() + next_, truth.end(),
                                     [&](const Reference::Point& point) { return point.stamp >= snapshot.stamp(); });
     if (after == truth.end() || after == truth.begin()) return;
@@ -83,22 +71,18 @@ class Robot {
     result_.ok_outside += error.dot(P.inverse() * error) > 9.0 ? 1 : 0;
   }
 
-  Config yaml_;
-  PluginLoader loader_;
-  std::unique_ptr<Rig> rig_;
-  std::vector<SensorSlot> slots_;
-  std::shared_ptr<Source> source_;
-  std::vector<int> sensors_;
   Time due_{};
   std::ptrdiff_t next_ = 0;
   std::vector<double> errors_;
   Result result_;
+  host::Session session_;  // last: it calls look()
 };
 
 Result run(std::vector<Config::Override> overrides, int seed) {
   overrides.push_back("source.seed=" + std::to_string(seed));
   overrides.push_back("filter.seed=" + std::to_string(seed));
-  return Robot(overrides).run();
+  overrides.emplace_back("sinks=[]");
+  return FaultyRun(overrides).run();
 }
 
 TEST(Health, IsOffBeyond3SigmaAboutAsRarelyAsAnHonestCovarianceIs) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: odometry, simulator, tum
-// Places that say nothing about a direction: along a corridor whose ends are out of sight, and in the open, a dense map
-// must leave the belief as wide as the wheels make it, and right about that, and must not jump.
+// Places without information about a direction: along a corridor whose ends are out of sight, and in the open, a dense
+// map must leave the belief as wide as the wheels make it, and right about that, and must not jump.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,11 +49,11 @@ std::vector<std::vector<double>> table(const std::filesystem::path& file) {
   return rows;
 }
 
-/// What one run says of the place where the robot stands in the end.
+/// The pose at the end of one run.
 struct End {
   double along = 0.0;  ///< error [m]
   double across = 0.0;
-  double sigma_along = 0.0;  ///< what the filter says of it [m]
+  double sigma_along = 0.0;  ///< of the filter [m]
   double sigma_across = 0.0;
   double jump = 0.0;  ///< the farthest from one estimate to the next, 25 ms of driving at 1 m/s included [m]
 };
@@ -94,8 +94,8 @@ class Featureless : public ::testing::TestWithParam<const char*> {
   TemporaryFolder folder_;
 };
 
-// Along the corridor the wheels alone leave σ 0.05 m after 50 m (0.00707 m/√s). Before weak directions were told from
-// rough walls, the maps claimed 0.003 m there.
+// Along the corridor the wheels alone leave σ 0.05 m after 50 m (0.00707 m/√s). Before weak directions were separated
+// from rough walls, the maps claimed 0.003 m there.
 TEST_P(Featureless, ACorridorLeavesTheBeliefWideAlongIt) {
   constexpr int kSeeds = 4;
   double squares = 0.0;

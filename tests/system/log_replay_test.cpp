@@ -64,7 +64,7 @@ class LogReplay : public ::testing::Test {
 
   std::filesystem::path log() const { return folder_ / "first" / "log"; }
 
-  /// Outputs of a run; what config.yaml says of the source is another matter.
+  /// Outputs of a run; the source in config.yaml is another one.
   Files run(const std::filesystem::path& config, std::string_view out, std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"run", config.string(), "--out", (folder_ / out).string(), "--quiet"});
     const Outcome outcome = waymark(std::move(more));
@@ -92,7 +92,7 @@ TEST_F(LogReplay, AllSixSensorsGiveTheSameBytes) {
   const Files first = first_run();
   for (const char* name : {"trajectory.txt", "landmarks.csv", "covariance.csv", "path.txt", "diagnostics.json"})
     EXPECT_THAT(first, Contains(Key(name)));
-  // The run was one in which every sensor had its say.
+  // The run was one in which every sensor was fused.
   EXPECT_GT(count(first, "gps", "fused"), 20);
   EXPECT_EQ(count(first, "lidar", "mapped"), 60);
   EXPECT_EQ(count(first, "camera", "mapped"), 60);
@@ -198,7 +198,7 @@ TEST_F(LogReplay, AFullDiskIsOneLineAndKeepsWhatFits) {
             ::setrlimit(RLIMIT_FSIZE, &limit);
           })
           .run();
-  EXPECT_TRUE(tells(outcome, 3, {"sink log: taken out of service", "log/", "File too large"}));
+  EXPECT_TRUE(reports_error(outcome, 3, {"sink log: taken out of service", "log/", "File too large"}));
   EXPECT_TRUE(has_complete_lines(folder_ / "first" / "trajectory.txt", 100)) << "the other outputs are whole";
   for (const char* name : {"wheels.csv", "gps.csv", "lidar.csv", "imu.csv"}) {
     EXPECT_TRUE(has_complete_lines(log() / name, 10));

@@ -101,9 +101,10 @@ TEST_F(MapCommand, VoxelsAreScoredAgainstSurfaces) {
   EXPECT_EQ(voxels.at("occupied"), 3);
   EXPECT_EQ(voxels.at("recall"), 1.0);
   EXPECT_EQ(voxels.at("tolerance_m"), 0.02);
-  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt")}), 2, {"--voxels and --surfaces belong together"}));
-  EXPECT_TRUE(tells(waymark({"evaluate", "--voxels", at("room.bt"), "--surfaces", at("room.yaml")}), 1,
-                    {"room.yaml:1", "the first row must be"}));
+  EXPECT_TRUE(
+      reports_error(waymark({"evaluate", "--voxels", at("room.bt")}), 2, {"--voxels and --surfaces belong together"}));
+  EXPECT_TRUE(reports_error(waymark({"evaluate", "--voxels", at("room.bt"), "--surfaces", at("room.yaml")}), 1,
+                            {"room.yaml:1", "the first row must be"}));
 }
 
 TEST_F(MapCommand, InfoCountsLandmarks) {
@@ -118,38 +119,39 @@ TEST_F(MapCommand, InfoCountsTheLandmarksOfAFeatureMap) {
   EXPECT_TRUE(
       shows(info("trunks.landmarks.yaml"), {"landmarks   2", "size        3.000 x 0.500 m, between their middles"}));
   write_text(folder_ / "bad.landmarks.yaml", "version: 1\nlandmarks:\n  - { east_m: 1, north_m: 2, radus_m: 0.1 }\n");
-  EXPECT_TRUE(tells(info("bad.landmarks.yaml"), 1, {"bad.landmarks.yaml:3", "radus_m", "did you mean \"radius_m\"?"}));
+  EXPECT_TRUE(
+      reports_error(info("bad.landmarks.yaml"), 1, {"bad.landmarks.yaml:3", "radus_m", "did you mean \"radius_m\"?"}));
   write_text(folder_ / "newer.landmarks.yaml", "version: 2\nlandmarks: []\n");
-  EXPECT_TRUE(tells(info("newer.landmarks.yaml"), 1, {"newer.landmarks.yaml:1", "2 is not 1"}));
+  EXPECT_TRUE(reports_error(info("newer.landmarks.yaml"), 1, {"newer.landmarks.yaml:1", "2 is not 1"}));
 }
 
 TEST_F(MapCommand, AFileThatIsNoMapIsAnError) {
-  EXPECT_TRUE(tells(info("gone.bt"), 1, {"gone.bt", "not found"}));
-  EXPECT_TRUE(tells(info("room.png"), 1, {"room.png", "\".png\" is no extension of a map", ".bt, .ot, .yaml"}));
+  EXPECT_TRUE(reports_error(info("gone.bt"), 1, {"gone.bt", "not found"}));
+  EXPECT_TRUE(reports_error(info("room.png"), 1, {"room.png", "\".png\" is no extension of a map", ".bt, .ot, .yaml"}));
   write_text(folder_ / "foreign.bt", "solid cube\n");
-  EXPECT_TRUE(tells(info("foreign.bt"), 1, {"foreign.bt", "the first line must be"}));
+  EXPECT_TRUE(reports_error(info("foreign.bt"), 1, {"foreign.bt", "the first line must be"}));
   ASSERT_EQ(convert("room.yaml", "room.bt").exit_code, 0);
   const std::string whole = read_text(folder_ / "room.bt");
   write_text(folder_ / "cut.bt", whole.substr(0, whole.size() - 1));
-  EXPECT_TRUE(tells(info("cut.bt"), 1, {"cut.bt", "truncated", "nodes are there"}));
-  EXPECT_TRUE(tells(convert("cut.bt", "out.ot"), 1, {"cut.bt", "truncated"}));
+  EXPECT_TRUE(reports_error(info("cut.bt"), 1, {"cut.bt", "truncated", "nodes are there"}));
+  EXPECT_TRUE(reports_error(convert("cut.bt", "out.ot"), 1, {"cut.bt", "truncated"}));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out.ot"));
 }
 
 TEST_F(MapCommand, APictureThatDisagreesWithItsYamlIsAnError) {
   write_text(folder_ / "room.pgm", "P5\n5 5\n255\n" + kPixels);
-  EXPECT_TRUE(tells(info("room.yaml"), 1, {"room.pgm", "5 x 5 pixels are 25 bytes, but 20 are there"}));
+  EXPECT_TRUE(reports_error(info("room.yaml"), 1, {"room.pgm", "5 x 5 pixels are 25 bytes, but 20 are there"}));
   write_text(folder_ / "bad.yaml",
              "image: room.pgm\nresolution: 0\norigin: [0, 0, 0]\noccupied_thresh: 0.65\n"
              "free_thresh: 0.196\n");
-  EXPECT_TRUE(tells(info("bad.yaml"), 1, {"bad.yaml:2", "resolution", "0"}));
+  EXPECT_TRUE(reports_error(info("bad.yaml"), 1, {"bad.yaml:2", "resolution", "0"}));
   write_text(folder_ / "none.yaml",
              "image: gone.pgm\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\n"
              "free_thresh: 0.196\n");
-  EXPECT_TRUE(tells(info("none.yaml"), 1, {"none.yaml:1:8: image", "gone.pgm", "not found"}));
+  EXPECT_TRUE(reports_error(info("none.yaml"), 1, {"none.yaml:1:8: image", "gone.pgm", "not found"}));
   write_text(folder_ / "far.yaml",
              "image: room.pgm\nresolution: 0.1\norigin: [1e15, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
-  EXPECT_TRUE(tells(info("far.yaml"), 1, {"far.yaml:3", "origin", "x 1e+15 m"}));
+  EXPECT_TRUE(reports_error(info("far.yaml"), 1, {"far.yaml:3", "origin", "x 1e+15 m"}));
 }
 
 TEST_F(MapCommand, AMapThatDoesNotFitIntoMemoryIsAnError) {
@@ -160,23 +162,23 @@ TEST_F(MapCommand, AMapThatDoesNotFitIntoMemoryIsAnError) {
     ::setrlimit(RLIMIT_AS, &limit);
   };
   const Outcome outcome = Command({"map", "info", at("room.yaml")}).in_child(limited).run();
-  EXPECT_TRUE(tells(outcome, 1, {"room.yaml", "more memory than there is"}));
+  EXPECT_TRUE(reports_error(outcome, 1, {"room.yaml", "more memory than there is"}));
 }
 
 TEST_F(MapCommand, WhatCannotBeConvertedIsAnError) {
   ASSERT_EQ(convert("room.yaml", "room.bt").exit_code, 0);
-  EXPECT_TRUE(tells(convert("room.bt", "out.yaml"), 2, {"--slice-m low,high"}));
-  EXPECT_TRUE(tells(convert("room.bt", "out.ot", {"--slice-m", "0,1"}), 2, {"--slice-m is for an octree"}));
-  EXPECT_TRUE(tells(convert("room.bt", "out.yaml", {"--slice-m", "3,4"}), 1, {"room.bt", "nothing is known"}));
-  EXPECT_TRUE(
-      tells(convert("room.bt", "out.yaml", {"--slice-m", "nan,4"}), 2, {"--slice-m", "\"nan\" is not a finite"}));
-  EXPECT_TRUE(tells(convert("room.yaml", "out.yaml"), 2, {"of one kind"}));
-  EXPECT_TRUE(tells(convert("room.yaml", "out.csv"), 2, {"landmarks cannot be converted"}));
-  EXPECT_TRUE(tells(convert("room.bt", "room.bt"), 2, {"overwrite itself"}));
-  EXPECT_TRUE(tells(convert("room.yaml", "gone/room.bt"), 1, {"gone/room.bt"}));
+  EXPECT_TRUE(reports_error(convert("room.bt", "out.yaml"), 2, {"--slice-m low,high"}));
+  EXPECT_TRUE(reports_error(convert("room.bt", "out.ot", {"--slice-m", "0,1"}), 2, {"--slice-m is for an octree"}));
+  EXPECT_TRUE(reports_error(convert("room.bt", "out.yaml", {"--slice-m", "3,4"}), 1, {"room.bt", "nothing is known"}));
+  EXPECT_TRUE(reports_error(convert("room.bt", "out.yaml", {"--slice-m", "nan,4"}), 2,
+                            {"--slice-m", "\"nan\" is not a finite"}));
+  EXPECT_TRUE(reports_error(convert("room.yaml", "out.yaml"), 2, {"of one kind"}));
+  EXPECT_TRUE(reports_error(convert("room.yaml", "out.csv"), 2, {"landmarks cannot be converted"}));
+  EXPECT_TRUE(reports_error(convert("room.bt", "room.bt"), 2, {"overwrite itself"}));
+  EXPECT_TRUE(reports_error(convert("room.yaml", "gone/room.bt"), 1, {"gone/room.bt"}));
   write_text(folder_ / "room.yaml",
              "image: room.pgm\nresolution: 0.1\norigin: [0, 0, 0.5]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
-  EXPECT_TRUE(tells(convert("room.yaml", "out.bt"), 1, {"room.yaml", "the yaw, is 0.5"}));
+  EXPECT_TRUE(reports_error(convert("room.yaml", "out.bt"), 1, {"room.yaml", "the yaw, is 0.5"}));
   EXPECT_EQ(waymark({"map"}).exit_code, 2);
   EXPECT_EQ(waymark({"map", "convert", at("room.bt")}).exit_code, 2);
   EXPECT_THAT(waymark({"map", "convert", "--help"}).out, HasSubstr("Example:\n  waymark map convert"));

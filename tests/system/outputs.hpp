@@ -21,7 +21,7 @@ inline std::map<std::string, std::string> contents(const std::filesystem::path& 
   return files;
 }
 
-/// Passes if both folders hold the same files, byte for byte. Files are long, so only the first difference is told.
+/// Passes if both folders hold the same files, byte for byte. Files are long, so only the first difference is reported.
 inline testing::AssertionResult same_bytes(const std::map<std::string, std::string>& left,
                                            const std::map<std::string, std::string>& right) {
   for (const auto& [name, text] : left) {

@@ -65,7 +65,7 @@ TEST(CarmenLogs, DeadReckoningIsTheLogsOwnOdometry) {
          {1685, 6.507, 13.657, 30.3, 45.5}, 6e-4, 0.06);
 }
 
-// Turning the reversals round must help; nothing says by exactly how much.
+// Turning the reversals round must help; by how much is not known exactly.
 TEST(CarmenLogs, RepairedReversalsAreNearerToTheTruth) {
   if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
   const nlohmann::json repaired = dead_reckoning("fr079");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: dgps, feature_map, grid_map, map_files, occupancy_grid, odometry, simulator, tum
-// A map of one run, and another run of the same robot that finds itself in it: from GPS and course, without being told
+// A map of one run, and another run of the same robot that finds itself in it: from GPS and course, without being given
 // where it starts.
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: altimeter, carmen, compass, csv, dgps, diagnostics, feature_map, grid_map, held_out, imu, kitti
 // needs plugins: landmarks, map_files, nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1, simulator, tum
-// Every YAML in config/ is valid, runs, and says in its effective configuration all that it takes to run again.
+// Every YAML in config/ is valid, runs, and its effective configuration holds all that it takes to run again.
 #include <gmock/gmock.h>
 
 #include <algorithm>

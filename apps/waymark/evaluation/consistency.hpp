@@ -10,14 +10,14 @@
 
 namespace waymark::evaluation {
 
-/// How uncertain an estimate says its planar pose is, at one time.
+/// The covariance that an estimate gives for its planar pose, at one time.
 struct PoseCovariance {
   Time stamp;
   Eigen::Matrix3d P;  ///< of (x [m], y [m], yaw [rad]) in the map frame
 };
 
 /// The normalised estimation error squared of (x, y, yaw), eᵀ P⁻¹ e: 3 on the average and 2.4 at the median if the
-/// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4). Of (x, y) alone if the reference tells no
+/// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4). Of (x, y) alone if the reference has no
 /// orientation: 2 and 1.4.
 struct Consistency {
   int dimensions = 3;  ///< 3, or 2: degrees of freedom of one NEES

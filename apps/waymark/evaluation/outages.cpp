@@ -30,7 +30,7 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// What the estimates before `next` say of the pose at `time`: the last one, moved on at the median velocity of the
+/// The pose at `time`, predicted from the estimates before `next`: the last one, moved on at the median velocity of the
 /// last quarter of a second. The median does not mind that one of them stepped itself. Absent if there are too few.
 std::optional<Pose> predicted(const Trajectory& estimate, Iterator next, Time time) {
   constexpr double kWindow = 0.25;  // [s]

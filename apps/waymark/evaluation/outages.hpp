@@ -10,7 +10,7 @@
 
 namespace waymark::evaluation {
 
-/// A span of time without the sensor that holds the pose.
+/// A span of time without the sensor that bounds the position error.
 struct Outage {
   Time begin;
   Time end;  ///< when the sensor is there again

@@ -47,7 +47,7 @@ struct RelationErrors {
 /// error of a relation is its inverse times the motion that the estimate shows between its two times.
 struct RelationScore {
   std::size_t relations = 0;
-  std::size_t uncovered = 0;     ///< the estimate does not tell one of the two poses
+  std::size_t uncovered = 0;     ///< the estimate does not cover one of the two poses
   std::size_t poses = 0;         ///< of the relations scored, two each
   std::size_t poses_at_row = 0;  ///< of these: the estimate has a row of that time, to 1 µs
   RelationErrors all;

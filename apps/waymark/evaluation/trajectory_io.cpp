@@ -119,7 +119,7 @@ void sort_by_stamp(std::vector<Trajectory::Point>& points) {
   points.resize(kept);
 }
 
-/// Columns of a file that tell where on the Earth a point is.
+/// Columns of a file that hold geodetic coordinates.
 class GeodeticColumns {
  public:
   GeodeticColumns(const Columns& columns, const std::optional<Datum>& datum)
@@ -139,7 +139,7 @@ class GeodeticColumns {
     const double longitude = table.number(row, longitude_, "longitude");
     if (!datum_) {
       throw DataError(
-          fmt::format("{}: the positions are geodetic; --datum must tell where the map's origin is", table.place(row)));
+          fmt::format("{}: the positions are geodetic; --datum must give the map's origin", table.place(row)));
     }
     const double height = height_ >= 0 ? table.number_or_nan(row, height_) : std::numeric_limits<double>::quiet_NaN();
     Eigen::Vector3d p;

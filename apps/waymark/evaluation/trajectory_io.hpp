@@ -14,7 +14,7 @@
 
 namespace waymark::evaluation {
 
-/// How much of the orientation a file tells.
+/// How much of the orientation a file holds.
 enum class Orientation { none, yaw, full };
 
 /// Poses in order of their stamps, no stamp twice.

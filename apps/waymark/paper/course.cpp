@@ -10,10 +10,8 @@
 #include <limits>
 #include <memory>
 
-#include "apps/waymark/assembly.hpp"
 #include "apps/waymark/evaluation/consistency.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/host/fusion.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::paper {
@@ -21,8 +19,8 @@ namespace {
 
 using evaluation::Trajectory;
 
-/// The odometry's noise times a factor, in the simulator and in what the filter is told: `--noise` asks how much of it
-/// the method stands, not what a wrong model does.
+/// The odometry's noise times a factor, in the simulator and in the settings of the filter: `--noise` measures how much
+/// noise the method bears, not what a wrong model does.
 std::vector<std::string> with_noise(const std::filesystem::path& config, std::vector<std::string> overrides,
                                     double factor) {
   const Config yaml = Config::load(config, overrides);
@@ -43,7 +41,7 @@ std::vector<std::string> with_noise(const std::filesystem::path& config, std::ve
 std::vector<evaluation::Landmark> survey_of(const Source& source) {
   const auto reference = source.reference();
   if (reference == nullptr || reference->landmarks.empty() || reference->trajectory.empty())
-    throw Error("paper: the source knows no truth; config must use the simulator");
+    throw Error("paper: the source has no ground truth; config must use the simulator");
   std::vector<evaluation::Landmark> survey;
   for (const Reference::Landmark& landmark : reference->landmarks)
     survey.push_back({landmark.name, landmark.p_map, landmark.radius_m});
@@ -62,35 +60,27 @@ double least_distance(const std::vector<evaluation::Landmark>& survey) {
 /// One scenario under way: its own robot, fed with the measurements of another one's source.
 class Run {
  public:
-  Run(Assembly robot, const std::filesystem::path& pictures)
-      : robot_(std::move(robot)),
-        fusion_(robot_.settings, robot_.sensors, robot_.maps, [this](const Snapshot& snapshot) { watch(snapshot); }) {
-    for (const SinkSlot& slot : robot_.sinks) slot.sink->start({pictures, &robot_.rig, robot_.source->reference()});
-  }
+  Run(host::Robot robot, const std::filesystem::path& pictures)
+      : truth_(truth_of(*robot.source)),
+        survey_(survey_of(*robot.source)),
+        session_(std::move(robot),
+                 {.out = pictures, .observer = [this](const Snapshot& snapshot, double) { watch(snapshot); }}) {}
 
-  Source& source() { return *robot_.source; }
+  Source& source() { return *session_.robot().source; }
 
   void add(Measurement measurement) {
-    if (robot_.address(measurement)) fusion_.add(std::move(measurement));
+    if (session_.robot().assign(measurement)) session_.add(std::move(measurement));
   }
 
   Trial finish() {
-    fusion_.finish();
-    const RunReport report = fusion_.report();
-    for (const Event& event : report.events) {
-      if (event.is_failure) throw Error("paper: " + event.text);
-    }
-    if (!fusion_.started() || online_.points.empty()) throw Error("paper: the filter has mapped nothing");
-    fusion_.show_last([&](const Snapshot& last) {
-      for (const SinkSlot& slot : robot_.sinks) slot.sink->finish(&last, report);
-      score(last);
-    });
+    refuse_failures(session_.finish());
+    if (online_.points.empty()) throw Error("paper: the filter has mapped nothing");
+    session_.fusion().show_last([&](const Snapshot& last) { score(last); });
     return trial_;
   }
 
  private:
   void watch(const Snapshot& snapshot) {
-    for (const SinkSlot& slot : robot_.sinks) slot.sink->write(snapshot);
     if (!snapshot.started()) return;
     const Eigen::Matrix3d P = pose_covariance(snapshot.belief(), snapshot.layout());
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P.topLeftCorner<2, 2>(), Eigen::EigenvaluesOnly);
@@ -103,21 +93,18 @@ class Run {
   void score(const Snapshot& last) {
     constexpr double kGap = 1.0;   // [s]
     constexpr int kConfirmed = 3;  // sightings: fewer are no landmark
-    const Trajectory truth = truth_of(*robot_.source);
-    const std::vector<evaluation::Landmark> survey = survey_of(*robot_.source);
-
-    const double match_radius = 0.5 * least_distance(survey);
+    const double match_radius = 0.5 * least_distance(survey_);
     const evaluation::TrajectoryOptions options;
-    const auto online = evaluation::score_trajectory(online_, truth, options);
+    const auto online = evaluation::score_trajectory(online_, truth_, options);
     trial_.position_rms_m = online.position_m.rms;
     trial_.yaw_rms_rad = online.yaw_rad ? online.yaw_rad->rms : 0.0;
     Pose true_end;
-    if (evaluation::pose_at(truth, online_.points.back().stamp, kGap, true_end) == evaluation::Lookup::found)
+    if (evaluation::pose_at(truth_, online_.points.back().stamp, kGap, true_end) == evaluation::Lookup::found)
       trial_.position_end_m = (online_.points.back().pose.p - true_end.p).head<2>().norm();
-    trial_.nees_mean = evaluation::score_consistency(covariances_, online_, truth, Pose{}, kGap).nees.mean;
+    trial_.nees_mean = evaluation::score_consistency(covariances_, online_, truth_, Pose{}, kGap).nees.mean;
     Trajectory path{"path", false, evaluation::Orientation::yaw, {}};
     for (const StampedPose& pose : last.best_path()) path.points.push_back({pose.stamp, pose.T_map_base});
-    trial_.path_rms_m = evaluation::score_trajectory(path, truth, options).position_m.rms;
+    trial_.path_rms_m = evaluation::score_trajectory(path, truth_, options).position_m.rms;
 
     const std::vector<MapDescription> maps = last.best_maps(MapDetail::summary);
     std::vector<evaluation::Landmark> landmarks;
@@ -125,26 +112,37 @@ class Run {
       if (landmark.confirmed)
         landmarks.push_back({std::to_string(landmark.id), landmark.p_map, landmark.radius_m, landmark.sightings});
     }
-    trial_.landmarks = evaluation::score_landmarks(landmarks, survey, Pose{}, {match_radius, kConfirmed});
+    trial_.landmarks = evaluation::score_landmarks(landmarks, survey_, Pose{}, {match_radius, kConfirmed});
     trial_.associations =
-        evaluation::score_associations(maps.front().sightings, truth, survey, match_radius, kConfirmed);
+        evaluation::score_associations(maps.front().sightings, truth_, survey_, match_radius, kConfirmed);
   }
 
-  Assembly robot_;
-  Fusion fusion_;
+  Trajectory truth_;
+  std::vector<evaluation::Landmark> survey_;
   Trajectory online_{"estimate", false, evaluation::Orientation::yaw, {}};
   std::vector<evaluation::PoseCovariance> covariances_;
   Trial trial_;
+  host::Session session_;  // last: it calls watch()
 };
 
 }  // namespace
 
 Trajectory truth_of(const Source& source) {
-  if (source.reference() == nullptr) throw Error("paper: the source knows no truth; config must use the simulator");
+  if (source.reference() == nullptr)
+    throw Error("paper: the source has no ground truth; config must use the simulator");
   Trajectory truth{"truth", false, evaluation::Orientation::yaw, {}};
   for (const Reference::Point& point : source.reference()->trajectory)
     truth.points.push_back({point.stamp, point.T_map_base});
   return truth;
+}
+
+void refuse_failures(const host::SessionResult& result) {
+  for (const Event& event : result.report.events) {
+    if (event.is_failure) throw Error("paper: " + event.text);
+  }
+  if (!result.log_error.empty()) throw Error(result.log_error);
+  if (!result.started) throw Error("paper: the filter has not started");
+  if (!result.failures.empty()) throw Error("paper: " + result.failures.front());
 }
 
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
@@ -162,7 +160,7 @@ std::vector<Trial> run(const std::filesystem::path& config, const std::vector<st
     own.push_back(course.pictures.empty()
                       ? "sinks=[]"
                       : fmt::format("sinks=[{{plugin: plot, file: scenario_{}.png}}]", scenario.number));
-    runs.push_back(std::make_unique<Run>(Assembly::load(config, own), course.pictures));
+    runs.push_back(std::make_unique<Run>(host::Robot::load(config, own), course.pictures));
   }
   Source& source = runs.front()->source();
   while (std::optional<Measurement> measurement = source.next()) {
@@ -176,7 +174,7 @@ std::vector<Trial> run(const std::filesystem::path& config, const std::vector<st
 
 std::vector<evaluation::Landmark> surveyed(const std::filesystem::path& config,
                                            const std::vector<std::string>& overrides) {
-  return survey_of(*Assembly::load(config, overrides).source);
+  return survey_of(*host::Robot::load(config, overrides).source);
 }
 
 }  // namespace waymark::paper

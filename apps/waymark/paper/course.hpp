@@ -10,6 +10,7 @@
 #include "apps/waymark/evaluation/landmark_error.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 #include "apps/waymark/paper/scenarios.hpp"
+#include "waymark/host/session.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark::paper {
@@ -43,8 +44,11 @@ struct Course {
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios);
 
-/// The trajectory that the source knows to be true. Throws Error if it knows none.
+/// The ground truth of the source. Throws Error if it has none.
 evaluation::Trajectory truth_of(const Source& source);
+
+/// Throws Error if anything went wrong in a run: then it is no result.
+void refuse_failures(const host::SessionResult& result);
 
 /// The world that all courses have in common.
 std::vector<evaluation::Landmark> surveyed(const std::filesystem::path& config,

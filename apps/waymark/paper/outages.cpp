@@ -9,11 +9,9 @@
 #include <numbers>
 #include <optional>
 
-#include "apps/waymark/assembly.hpp"
 #include "apps/waymark/paper/course.hpp"
 #include "apps/waymark/paper/spread.hpp"
-#include "waymark/base/error.hpp"
-#include "waymark/host/fusion.hpp"
+#include "waymark/host/session.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::paper {
@@ -31,7 +29,7 @@ class Recorder {
     if (snapshot.measurement().payload->type() == GnssFix::kType)
       fixes_.points.push_back({snapshot.measurement().stamp, Pose{}});
     if (!snapshot.started()) return;
-    // Of equal stamps the last one knows most.
+    // Of equal stamps the last one has all updates.
     if (!estimate_.points.empty() && estimate_.points.back().stamp == snapshot.stamp()) {
       estimate_.points.pop_back();
       covariances_.pop_back();
@@ -95,27 +93,17 @@ void Outages::run(std::size_t seed, const std::filesystem::path& pictures) {
   own.push_back(fmt::format("source.seed={}", seeds[seed]));
   own.push_back(fmt::format("filter.seed={}", seeds[seed]));
   own.emplace_back("filter.threads=1");
-  Assembly robot = Assembly::load(config, own);
-  std::erase_if(robot.sinks, [&](const SinkSlot& slot) { return pictures.empty() || slot.plugin != "plot"; });
-  for (const SinkSlot& slot : robot.sinks) slot.sink->start({pictures, &robot.rig, robot.source->reference()});
+  host::Robot robot = host::Robot::load(config, own);
+  std::erase_if(robot.sinks, [&](const host::SinkSlot& slot) { return pictures.empty() || slot.plugin != "plot"; });
+  const Trajectory truth = truth_of(*robot.source);
   Recorder recorder;
-  Fusion fusion(robot.settings, robot.sensors, robot.maps, [&](const Snapshot& snapshot) {
-    recorder.add(snapshot);
-    for (const SinkSlot& slot : robot.sinks) slot.sink->write(snapshot);
-  });
-  while (std::optional<Measurement> measurement = robot.source->next()) {
-    if (robot.address(*measurement)) fusion.add(std::move(*measurement));
-  }
-  fusion.finish();
-  const RunReport report = fusion.report();
-  for (const Event& event : report.events) {
-    if (event.is_failure) throw Error("paper: " + event.text);
-  }
-  if (!fusion.started()) throw Error("paper: the filter has not started");
-  fusion.show_last([&](const Snapshot& last) {
-    for (const SinkSlot& slot : robot.sinks) slot.sink->finish(&last, report);
-  });
-  trials[seed] = recorder.score(truth_of(*robot.source));
+  host::SessionOptions options;
+  options.out = pictures;
+  options.observer = [&](const Snapshot& snapshot, double) { recorder.add(snapshot); };
+  host::Session session(std::move(robot), std::move(options));
+  session.play();
+  refuse_failures(session.finish());
+  trials[seed] = recorder.score(truth);
 }
 
 std::string to_page(const Outages& results, const std::string& pictures) {

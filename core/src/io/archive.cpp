@@ -19,10 +19,11 @@ constexpr std::uint32_t kSectionMark = 0x54434553u;  // "SECT"
 
 }  // namespace
 
-void OutArchive::section(std::string_view name, std::uint32_t version) {
+std::uint32_t OutArchive::section(std::string_view name, std::uint32_t version) {
   value(kSectionMark);
   value(name);
   value(version);
+  return version;
 }
 
 void OutArchive::bytes(const void* data, std::size_t size) {

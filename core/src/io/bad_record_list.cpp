@@ -21,26 +21,4 @@ void BadRecordList::add(const std::string& place, const std::string& reason) {
   }
 }
 
-void BadRecordList::save(OutArchive& archive) const {
-  archive.value(count_);
-  archive.value(static_cast<std::uint64_t>(records_.size()));
-  for (const BadRecord& record : records_) {
-    archive.value(std::string_view(record.place));
-    archive.value(std::string_view(record.reason));
-  }
-}
-
-void BadRecordList::load(InArchive& archive) {
-  std::uint64_t records = 0;
-  archive.value(count_);
-  archive.value(records);
-  if (records > kMostRecords)
-    throw DataError(fmt::format("checkpoint: the list of bad {}s is too long", words_.record));
-  records_.resize(records);
-  for (BadRecord& record : records_) {
-    archive.value(record.place);
-    archive.value(record.reason);
-  }
-}
-
 }  // namespace waymark

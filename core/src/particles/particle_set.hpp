@@ -9,7 +9,7 @@
 namespace waymark::particles {
 
 /// The particles with their normalised weights.
-class ParticleSet {
+class WAYMARK_API ParticleSet {
  public:
   explicit ParticleSet(int count) : particles_(static_cast<std::size_t>(count)), log_weights_(particles_.size()) {}
 

@@ -12,9 +12,9 @@
 #include "thinned_series.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::diagnostics {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -158,7 +158,7 @@ class Diagnostics : public Sink {
          {{"min", finite(smallest_n_eff_)}, {"median", median_n_eff()}, {"over_time", table(n_eff_)}}},
         {"landmarks", started ? count_landmarks(*last) : Json::array()},
         {"pose_sigma", {{"columns", {"t_s", "x_m", "y_m", "yaw_rad"}}, {"over_time", table(sigma_)}}}};
-    // A bad record may quote bytes of the log that are no UTF-8.
+    // A bad record may quote bytes of the log that are not UTF-8.
     write_file(path_, document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
@@ -186,6 +186,6 @@ class Diagnostics : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::diagnostics
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::Diagnostics, "diagnostics", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::diagnostics::Diagnostics, "diagnostics", "1.0.0")

@@ -12,7 +12,7 @@
 #include "waymark/interface/health.hpp"
 #include "waymark/interface/snapshot.hpp"
 
-namespace waymark {
+namespace waymark::diagnostics {
 
 /// When the health of the whole and of each sensor changed, and how long it was what.
 class HealthLog {
@@ -73,4 +73,4 @@ class HealthLog {
   std::size_t left_out_ = 0;
 };
 
-}  // namespace waymark
+}  // namespace waymark::diagnostics

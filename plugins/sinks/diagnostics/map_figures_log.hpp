@@ -10,9 +10,10 @@
 #include <utility>
 
 #include "waymark/interface/snapshot.hpp"
+#include "waymark/io/csv_field.hpp"
 #include "waymark/io/output_file.hpp"
 
-namespace waymark {
+namespace waymark::diagnostics {
 
 /// The figures of the maps over time, as CSV: a row per figure, every so many seconds of the log and at its end.
 class MapFiguresLog {
@@ -37,18 +38,10 @@ class MapFiguresLog {
     last_ = snapshot.stamp();
     for (const MapDescription& map : snapshot.best_maps(MapDetail::summary)) {
       for (const MapFigure& figure : map.figures) {
-        file_.write(fmt::format("{},{},{},{}\n", format_time(*last_), quoted(map.module), quoted(figure.name),
+        file_.write(fmt::format("{},{},{},{}\n", format_time(*last_), csv_field(map.module), csv_field(figure.name),
                                 std::isfinite(figure.value) ? fmt::format("{}", figure.value) : ""));
       }
     }
-  }
-
-  /// Names come from the YAML and from plugins: a comma or a quote in one must not tear a row.
-  static std::string quoted(const std::string& name) {
-    if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
-    std::string text = "\"";
-    for (const char c : name) text.append(c == '"' ? 2 : 1, c);
-    return text + '"';
   }
 
   OutputFile file_;
@@ -56,4 +49,4 @@ class MapFiguresLog {
   std::optional<Time> last_;
 };
 
-}  // namespace waymark
+}  // namespace waymark::diagnostics

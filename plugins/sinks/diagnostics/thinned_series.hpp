@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace waymark {
+namespace waymark::diagnostics {
 
 /// Every n-th row of an endless series, at most `kCapacity` of them: whenever it is full, every second row goes and n
 /// doubles. Which rows stay depends only on how many there were.
@@ -43,4 +43,4 @@ class ThinnedSeries {
   std::uint64_t stride_ = 1;
 };
 
-}  // namespace waymark
+}  // namespace waymark::diagnostics

@@ -4,7 +4,7 @@
 #include "plugins/shared/map_formats/map_server.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark {
 namespace {

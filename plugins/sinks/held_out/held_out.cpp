@@ -6,10 +6,11 @@
 #include <string>
 
 #include "waymark/interface/payloads.hpp"
+#include "waymark/io/csv_field.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::held_out {
 namespace {
 
 constexpr std::string_view kHeader = "t_s,sensor,x_m,y_m,z_m,latitude_deg,longitude_deg,height_m\n";
@@ -17,17 +18,6 @@ constexpr std::string_view kHeader = "t_s,sensor,x_m,y_m,z_m,latitude_deg,longit
 std::string metres(double value) { return std::isfinite(value) ? fmt::format("{:.6f}", value) : std::string(); }
 /// Ten decimals of a degree are 0.01 mm.
 std::string degrees(double value) { return std::isfinite(value) ? fmt::format("{:.10f}", value) : std::string(); }
-
-/// A field of a CSV row, quoted where it must be (RFC 4180).
-std::string field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
 
 /// The GNSS fixes that the YAML keeps out of the filter, as CSV, for scoring.
 class HeldOut : public Sink {
@@ -37,7 +27,7 @@ class HeldOut : public Sink {
   void start(const RunInfo& info) override {
     path_ = info.out_dir / name_;
     if (info.rig == nullptr) return;
-    for (const Mounting& mounting : info.rig->mountings()) sensors_.push_back(field(mounting.name));
+    for (const Mounting& mounting : info.rig->mountings()) sensors_.push_back(csv_field(mounting.name));
   }
 
   void write(const Snapshot& snapshot) override {
@@ -73,6 +63,6 @@ class HeldOut : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::held_out
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::HeldOut, "held_out", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::held_out::HeldOut, "held_out", "1.0.0")

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <string>
 
+#include "waymark/io/csv_field.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::landmarks {
 namespace {
 
 constexpr std::string_view kHeader =
@@ -19,22 +20,11 @@ constexpr std::string_view kReferenceHeader = "name,x_m,y_m,radius_m\n";
 std::string metres(double value) { return std::isfinite(value) ? fmt::format("{:.6f}", value) : std::string(); }
 std::string squared(double value) { return std::isfinite(value) ? fmt::format("{:.6e}", value) : std::string(); }
 
-/// A field of a CSV row, quoted where it must be (RFC 4180).
-std::string field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 std::string row(std::string_view map, const LandmarkView& landmark) {
   const bool has_radius = std::isfinite(landmark.radius_m);
-  return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d}\n", field(map), landmark.id, metres(landmark.p_map.x()),
-                     metres(landmark.p_map.y()), metres(landmark.radius_m), squared(landmark.P(0, 0)),
-                     squared(landmark.P(1, 1)), squared(landmark.P(0, 1)),
+  return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d}\n", csv_field(map), landmark.id,
+                     metres(landmark.p_map.x()), metres(landmark.p_map.y()), metres(landmark.radius_m),
+                     squared(landmark.P(0, 0)), squared(landmark.P(1, 1)), squared(landmark.P(0, 1)),
                      has_radius ? squared(landmark.P(2, 2)) : std::string(), landmark.existence, landmark.sightings,
                      landmark.confirmed);
 }
@@ -54,8 +44,8 @@ class Landmarks : public Sink {
     if (!info.reference || info.reference->landmarks.empty()) return;
     std::string text(kReferenceHeader);
     for (const Reference::Landmark& landmark : info.reference->landmarks) {
-      text += fmt::format("{},{},{},{}\n", field(landmark.name), metres(landmark.p_map.x()), metres(landmark.p_map.y()),
-                          metres(landmark.radius_m));
+      text += fmt::format("{},{},{},{}\n", csv_field(landmark.name), metres(landmark.p_map.x()),
+                          metres(landmark.p_map.y()), metres(landmark.radius_m));
     }
     write_file(out_dir_ / reference_name_, text);
   }
@@ -82,6 +72,6 @@ class Landmarks : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::landmarks
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::Landmarks, "landmarks", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::landmarks::Landmarks, "landmarks", "1.0.0")

@@ -16,7 +16,7 @@
 #include "replay.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark::log_sink {
 namespace {
@@ -32,7 +32,7 @@ class Log final : public Sink {
         png_compression_(static_cast<int>(config.integer_in("png_compression", 0, 9, 1))) {
     const std::filesystem::path folder = std::filesystem::path(folder_name_).lexically_normal();
     if (folder.empty() || folder.is_absolute() || folder == "." || *folder.begin() == "..") {
-      config.fail("folder", fmt::format("\"{}\" is no folder within the output folder", folder_name_));
+      config.fail("folder", fmt::format("\"{}\" is not a folder within the output folder", folder_name_));
     }
     for (const std::string& name : config.texts("leave_out", std::vector<std::string>{})) {
       const int sensor = rig.find(name);
@@ -124,7 +124,7 @@ class Log final : public Sink {
     return order;
   }
 
-  /// Ends all files and says how to read them. What one file could not take costs the others nothing; the first error
+  /// Ends all files and writes how to read them. What one file could not take costs the others nothing; the first error
   /// is thrown at the end.
   void close() {
     std::exception_ptr first;
@@ -140,7 +140,7 @@ class Log final : public Sink {
     if (first) std::rethrow_exception(first);
   }
 
-  /// After an error: the one that came first is the one to tell.
+  /// After an error: the one that came first is the one to report.
   void keep_what_there_is() noexcept {
     try {
       close();

@@ -41,7 +41,7 @@ std::string LogTable::yaml(std::string_view indent) const {
   std::string text = fmt::format("{}- path: {}\n", indent, in_quotes(name_));
   const std::string deeper = std::string(indent) + "  ";
   text += fmt::format("{}sensor: {}\n", deeper, in_quotes(sensor_));
-  text += fmt::format("{}payload: {}\n", deeper, short_name(payload_type_));
+  text += fmt::format("{}payload: {}\n", deeper, short_type_name(payload_type_));
   text += fmt::format("{}time: {{ column: t_ns, scale: 1e-9 }}\n", deeper);
   text += fmt::format("{}arrival: {{ column: arrival_ns, scale: 1e-9 }}\n", deeper);
   return text + rows_->yaml(deeper);

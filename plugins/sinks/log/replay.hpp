@@ -21,7 +21,8 @@ std::string write_reference(const Reference& reference, const std::filesystem::p
 /// The run's configuration with another source, this log. Sinks that write logs are switched
 /// off, and so are maps whose first input is not in the log.
 /// `config`: the effective configuration; `source`: value of `source`, as YAML; `yaml_folder`: where the run's own YAML
-/// lies; `silent`: indices of the sensors that are not in the log. Throws ConfigError if `config` is no configuration.
+/// lies; `silent`: indices of the sensors that are not in the log. Throws ConfigError if `config` is not a
+/// configuration.
 std::string replay_config(std::string_view config, std::string_view source, const std::filesystem::path& yaml_folder,
                           const std::vector<std::size_t>& silent);
 

@@ -6,9 +6,12 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "image_files.hpp"
@@ -34,88 +37,86 @@ void append_float(float value, std::string& out) {
   fmt::format_to(std::back_inserter(out), "{}", static_cast<double>(value));
 }
 
-/// One column of a payload that is a handful of numbers.
-template <class T>
-struct NumberField {
-  std::string_view name;
-  double (*value)(const T&);
-};
+/// The number in a column, or NaN for an empty field; what is not known is such a one.
+double column_value(const FieldInfo& info, const FieldValue& value) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    const bool unknown = !info.unknown.empty() && *integer < 0;
+    return unknown ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(*integer);
+  }
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1.0 : 0.0;
+  if (const auto* word = std::get_if<FieldWord>(&value)) return word->number;
+  return std::numeric_limits<double>::quiet_NaN();
+}
 
-/// Payloads that are a handful of numbers.
-template <class T>
-class NumbersWriter : public RowWriter {
+/// Calls `column(info, name, value)` for every column of the fields that are visited.
+template <class Column>
+class EachColumn final : public FieldVisitor {
  public:
-  explicit NumbersWriter(std::vector<NumberField<T>> fields, bool some_unknown = false)
-      : fields_(std::move(fields)), some_unknown_(some_unknown) {}
+  explicit EachColumn(Column column) : column_(std::move(column)) {}
 
-  std::string header() const override {
-    std::string text;
-    for (const NumberField<T>& field : fields_) text += ',' + std::string(field.name);
-    return text;
+  void field(const FieldInfo& info, const FieldValue& value) override {
+    if (const auto* numbers = std::get_if<std::span<const double>>(&value)) {
+      for (std::size_t i = 0; i < numbers->size(); ++i) column_(info, info.names[i], (*numbers)[i]);
+    } else {
+      column_(info, info.name(), column_value(info, value));
+    }
   }
 
+ private:
+  Column column_;
+};
+
+/// "type: { column: type, map: { 0: none, 1: single } }" for an enum, else "x_m: x_m".
+std::string column_yaml(const FieldInfo& info, std::string_view name) {
+  if (info.words.empty()) return fmt::format("{}: {}", name, name);
+  std::string map;
+  for (std::size_t i = 0; i < info.words.size(); ++i)
+    map += fmt::format("{}{}: {}", map.empty() ? "" : ", ", i, info.words[i]);
+  return fmt::format("{}: {{ column: {}, map: {{ {} }} }}", name, name, map);
+}
+
+/// Payloads whose registered fields are a handful of numbers: a column for each.
+class FieldsWriter final : public RowWriter {
+ public:
+  explicit FieldsWriter(const Payload& first) {
+    EachColumn visitor([this](const FieldInfo& info, std::string_view name, double) {
+      header_ += ',' + std::string(name);
+      columns_.push_back(column_yaml(info, name));
+      some_required_ = some_required_ || info.required;
+      some_unknown_ = some_unknown_ || !info.unknown.empty();
+    });
+    first.visit(visitor);
+  }
+
+  std::string header() const override { return header_; }
+
   void append(const Measurement& measurement, std::string_view times, std::string& out) override {
-    const T& payload = measurement.as<T>();
     out += times;
-    for (const NumberField<T>& field : fields_) {
+    EachColumn visitor([&](const FieldInfo&, std::string_view, double value) {
       out += ',';
-      const double value = field.value(payload);
       append_number(value, out);
       has_holes_ = has_holes_ || !std::isfinite(value);
-    }
+    });
+    measurement.payload->visit(visitor);
     out += '\n';
   }
 
   std::string yaml(std::string_view indent) const override {
     std::string text;
-    if (has_holes_ && some_required()) text += fmt::format("{}required_may_be_empty: true\n", indent);
+    if (has_holes_ && some_required_) text += fmt::format("{}required_may_be_empty: true\n", indent);
     if (some_unknown_) text += fmt::format("{}empty_is_unknown: true\n", indent);
     text += fmt::format("{}columns:\n", indent);
-    for (const NumberField<T>& field : fields_) text += fmt::format("{}  {}\n", indent, column(field.name));
+    for (const std::string& column : columns_) text += fmt::format("{}  {}\n", indent, column);
     return text;
   }
 
- protected:
-  virtual std::string column(std::string_view name) const { return fmt::format("{}: {}", name, name); }
-  virtual bool some_required() const { return true; }
-
  private:
-  std::vector<NumberField<T>> fields_;
-  bool some_unknown_;
+  std::string header_;
+  std::vector<std::string> columns_;  // of YAML
+  bool some_required_ = false;
+  bool some_unknown_ = false;
   bool has_holes_ = false;
 };
-
-/// Which word of the csv source each number of `GnssFix::Type` is.
-class FixWriter final : public NumbersWriter<GnssFix> {
- public:
-  using NumbersWriter::NumbersWriter;
-
- private:
-  std::string column(std::string_view name) const override {
-    if (name != "type") return NumbersWriter::column(name);
-    return "type: { column: type, map: { 0: none, 1: single, 2: differential, 3: rtk_float, 4: rtk_fixed, 5: unknown } "
-           "}";
-  }
-  bool some_required() const override { return false; }
-};
-
-double type_number(GnssFix::Type type) {
-  switch (type) {
-    case GnssFix::Type::none:
-      return 0.0;
-    case GnssFix::Type::single:
-      return 1.0;
-    case GnssFix::Type::differential:
-      return 2.0;
-    case GnssFix::Type::rtk_float:
-      return 3.0;
-    case GnssFix::Type::rtk_fixed:
-      return 4.0;
-    case GnssFix::Type::unknown:
-      break;
-  }
-  return 5.0;
-}
 
 /// One scan in a row. Beams that lie otherwise need a table of their own.
 class ScanWriter final : public RowWriter {
@@ -196,128 +197,60 @@ class LandmarkSetWriter final : public RowWriter {
   /// Two sets of equal stamp would be read as one.
   bool fits(const Measurement& measurement) const override { return measurement.stamp != last_; }
 
-  std::string header() const override { return ",range_m,bearing_rad,radius_m,identity"; }
+  std::string header() const override {
+    std::string text;
+    for_each_name([&](std::string_view name) { text += ',' + std::string(name); });
+    return text;
+  }
 
   void append(const Measurement& measurement, std::string_view times, std::string& out) override {
     last_ = measurement.stamp;
     const auto& set = measurement.as<LandmarkObservations>();
-    if (set.landmarks.empty()) out += fmt::format("{},,,,\n", times);
+    EachColumn visitor([&out](const FieldInfo&, std::string_view, double value) {
+      out += ',';
+      append_number(value, out);
+    });
+    if (set.landmarks.empty()) {
+      out += times;
+      for_each_name([&](std::string_view) { out += ','; });
+      out += '\n';
+    }
     for (const LandmarkObservations::One& one : set.landmarks) {
       out += times;
-      for (const double value : {one.range_m, one.bearing_rad, one.radius_m}) {
-        out += ',';
-        append_number(value, out);
-      }
-      out += fmt::format(",{}\n", one.identity);
+      visit_fields(one, visitor);
+      out += '\n';
     }
   }
 
   std::string yaml(std::string_view indent) const override {
-    return fmt::format(
-        "{0}empty_is_unknown: true\n{0}group_by_time: true\n"
-        "{0}columns: {{ range_m: range_m, bearing_rad: bearing_rad, radius_m: radius_m, identity: identity }}\n",
-        indent);
+    std::string columns;
+    for_each_name(
+        [&](std::string_view name) { columns += fmt::format("{}{}: {}", columns.empty() ? "" : ", ", name, name); });
+    return fmt::format("{0}empty_is_unknown: true\n{0}group_by_time: true\n{0}columns: {{ {1} }}\n", indent, columns);
   }
 
  private:
+  template <class Name>
+  static void for_each_name(Name name) {
+    LandmarkObservations::One::fields([&](auto, const FieldInfo& info) { name(info.name()); });
+  }
+
   std::optional<Time> last_;
 };
 
-std::unique_ptr<RowWriter> make_fix_writer() {
-  constexpr auto kUnknown = GnssFix::kUnknown;
-  return std::make_unique<FixWriter>(
-      std::vector<NumberField<GnssFix>>{
-          {"east_m", [](const GnssFix& f) { return f.p_map_antenna.x(); }},
-          {"north_m", [](const GnssFix& f) { return f.p_map_antenna.y(); }},
-          {"up_m", [](const GnssFix& f) { return f.p_map_antenna.z(); }},
-          {"latitude_deg", [](const GnssFix& f) { return f.latitude_deg; }},
-          {"longitude_deg", [](const GnssFix& f) { return f.longitude_deg; }},
-          {"height_m", [](const GnssFix& f) { return f.height_m; }},
-          {"sigma_horizontal_m", [](const GnssFix& f) { return f.sigma_horizontal_m; }},
-          {"sigma_vertical_m", [](const GnssFix& f) { return f.sigma_vertical_m; }},
-          {"hdop", [](const GnssFix& f) { return f.hdop; }},
-          {"satellites", [](const GnssFix& f) { return f.satellites < 0 ? kUnknown : f.satellites; }},
-          {"type", [](const GnssFix& f) { return type_number(f.type); }},
-          {"speed_mps", [](const GnssFix& f) { return f.speed_mps; }},
-          {"course_rad", [](const GnssFix& f) { return f.course_rad; }}},
-      true);
-}
-
-std::unique_ptr<RowWriter> make_imu_writer() {
-  return std::make_unique<NumbersWriter<ImuSample>>(
-      std::vector<NumberField<ImuSample>>{{"w_x_radps", [](const ImuSample& s) { return s.w_sensor.x(); }},
-                                          {"w_y_radps", [](const ImuSample& s) { return s.w_sensor.y(); }},
-                                          {"w_z_radps", [](const ImuSample& s) { return s.w_sensor.z(); }},
-                                          {"f_x_mps2", [](const ImuSample& s) { return s.f_sensor.x(); }},
-                                          {"f_y_mps2", [](const ImuSample& s) { return s.f_sensor.y(); }},
-                                          {"f_z_mps2", [](const ImuSample& s) { return s.f_sensor.z(); }},
-                                          {"m_x_t", [](const ImuSample& s) { return s.m_sensor.x(); }},
-                                          {"m_y_t", [](const ImuSample& s) { return s.m_sensor.y(); }},
-                                          {"m_z_t", [](const ImuSample& s) { return s.m_sensor.z(); }},
-                                          {"q_w", [](const ImuSample& s) { return s.q_enu_sensor.w(); }},
-                                          {"q_x", [](const ImuSample& s) { return s.q_enu_sensor.x(); }},
-                                          {"q_y", [](const ImuSample& s) { return s.q_enu_sensor.y(); }},
-                                          {"q_z", [](const ImuSample& s) { return s.q_enu_sensor.z(); }}},
-      true);
-}
-
-std::unique_ptr<RowWriter> make_heading_writer() {
-  return std::make_unique<NumbersWriter<CompassHeading>>(
-      std::vector<NumberField<CompassHeading>>{
-          {"heading_rad", [](const CompassHeading& c) { return c.heading_rad; }},
-          {"sigma_rad", [](const CompassHeading& c) { return c.sigma_rad; }},
-          {"from_true_north", [](const CompassHeading& c) { return c.from_true_north ? 1.0 : 0.0; }}},
-      true);
+/// Those of core's payloads that the csv source reads out of one row of numbers.
+bool is_row_of_numbers(std::string_view type) {
+  const auto any = [type](const auto&... one) { return ((type == one) || ...); };
+  return any(WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
+             ImuSample::kType, CompassHeading::kType, MagneticField::kType, Height::kType);
 }
 
 }  // namespace
 
-std::string_view short_name(std::string_view payload_type) {
-  payload_type.remove_prefix(payload_type.find('/') + 1);
-  return payload_type.substr(0, payload_type.find('@'));
-}
-
 std::unique_ptr<RowWriter> make_row_writer(const Measurement& first, std::filesystem::path image_folder,
                                            int png_compression) {
   const std::string_view type = first.payload->type();
-  if (type == WheelSpeeds::kType) {
-    return std::make_unique<NumbersWriter<WheelSpeeds>>(
-        std::vector<NumberField<WheelSpeeds>>{{"left_mps", [](const WheelSpeeds& w) { return w.left_mps; }},
-                                              {"right_mps", [](const WheelSpeeds& w) { return w.right_mps; }}});
-  }
-  if (type == WheelSteering::kType) {
-    return std::make_unique<NumbersWriter<WheelSteering>>(std::vector<NumberField<WheelSteering>>{
-        {"speed_mps", [](const WheelSteering& w) { return w.speed_mps; }},
-        {"steering_rad", [](const WheelSteering& w) { return w.steering_rad; }}});
-  }
-  if (type == BodyTwist::kType) {
-    return std::make_unique<NumbersWriter<BodyTwist>>(
-        std::vector<NumberField<BodyTwist>>{{"v_x_mps", [](const BodyTwist& t) { return t.v_x_mps; }},
-                                            {"v_y_mps", [](const BodyTwist& t) { return t.v_y_mps; }},
-                                            {"w_z_radps", [](const BodyTwist& t) { return t.w_z_radps; }}});
-  }
-  if (type == PoseIncrement::kType) {
-    return std::make_unique<NumbersWriter<PoseIncrement>>(
-        std::vector<NumberField<PoseIncrement>>{{"interval_s", [](const PoseIncrement& i) { return i.interval_s; }},
-                                                {"x_m", [](const PoseIncrement& i) { return i.x_m; }},
-                                                {"y_m", [](const PoseIncrement& i) { return i.y_m; }},
-                                                {"yaw_rad", [](const PoseIncrement& i) { return i.yaw_rad; }}});
-  }
-  if (type == CompassHeading::kType) return make_heading_writer();
-  if (type == MagneticField::kType) {
-    return std::make_unique<NumbersWriter<MagneticField>>(
-        std::vector<NumberField<MagneticField>>{{"m_x_t", [](const MagneticField& m) { return m.m_sensor.x(); }},
-                                                {"m_y_t", [](const MagneticField& m) { return m.m_sensor.y(); }},
-                                                {"m_z_t", [](const MagneticField& m) { return m.m_sensor.z(); }}});
-  }
-  if (type == Height::kType) {
-    return std::make_unique<NumbersWriter<Height>>(
-        std::vector<NumberField<Height>>{{"height_m", [](const Height& h) { return h.height_m; }},
-                                         {"sigma_m", [](const Height& h) { return h.sigma_m; }}},
-        true);
-  }
-  if (type == GnssFix::kType) return make_fix_writer();
-  if (type == ImuSample::kType) return make_imu_writer();
+  if (is_row_of_numbers(type)) return std::make_unique<FieldsWriter>(*first.payload);
   if (type == LaserScan::kType) return std::make_unique<ScanWriter>(first.as<LaserScan>());
   if (type == Image::kType) return std::make_unique<ImageWriter>(std::move(image_folder), png_compression);
   if (type == LandmarkObservations::kType) return std::make_unique<LandmarkSetWriter>();

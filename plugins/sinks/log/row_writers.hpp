@@ -10,7 +10,7 @@
 
 namespace waymark::log_sink {
 
-/// Turns payloads of one type and layout into rows, and tells the csv source how to read them.
+/// Turns payloads of one type and layout into rows, and describes to the csv source how to read them.
 class RowWriter {
  public:
   virtual ~RowWriter() = default;
@@ -30,8 +30,5 @@ class RowWriter {
 /// payload type, if the csv source cannot read such a payload.
 std::unique_ptr<RowWriter> make_row_writer(const Measurement& first, std::filesystem::path image_folder,
                                            int png_compression);
-
-/// "LaserScan" of "waymark/LaserScan@1".
-std::string_view short_name(std::string_view payload_type);
 
 }  // namespace waymark::log_sink

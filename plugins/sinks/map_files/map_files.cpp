@@ -3,7 +3,7 @@
 
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark {
 namespace {

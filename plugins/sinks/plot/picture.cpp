@@ -160,7 +160,7 @@ class Painter {
   void draw_reference_trajectory() {
     if (content_.reference == nullptr) return;
     const auto& trajectory = content_.reference->trajectory;
-    // A pause of the reference is no straight drive, so the line breaks there.
+    // A pause of the reference is not a straight drive, so the line breaks there.
     std::vector<double> steps;
     for (std::size_t i = 1; i < trajectory.size(); ++i)
       steps.push_back(to_seconds(trajectory[i].stamp - trajectory[i - 1].stamp));

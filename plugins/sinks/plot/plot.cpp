@@ -7,7 +7,7 @@
 #include "utm.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
 namespace waymark::plot {
 namespace {

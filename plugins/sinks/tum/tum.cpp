@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::tum {
 namespace {
 
 constexpr std::string_view kHeader =
@@ -112,6 +112,6 @@ class Tum : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::tum
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::Tum, "tum", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::tum::Tum, "tum", "1.0.0")

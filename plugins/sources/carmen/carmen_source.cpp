@@ -13,7 +13,7 @@
 
 #include "recording.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::carmen {
 namespace {
@@ -46,14 +46,12 @@ class CarmenSource final : public Source {
   }
   const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
   std::vector<std::string> notices() const override { return notices_; }
-  void save(OutArchive& archive) const override;
-  void load(InArchive& archive) override;
 
  private:
   std::uint32_t add_channel(const Config& entry, const Rig& rig, std::string_view payload);
   void add_laser(const Config& entry, const Rig& rig);
   void read();
-  void tell(const Recording& recording, const OdometrySteps& odometry);
+  void report(const Recording& recording, const OdometrySteps& odometry);
   void compare_offset(const Recording& recording);
 
   std::filesystem::path file_;
@@ -122,7 +120,7 @@ void CarmenSource::add_laser(const Config& entry, const Rig& rig) {
     entry.fail("message", laser.message + " is given twice");
   if (entry.has("start_deg") || entry.has("step_deg")) {
     laser.beams = BeamRule{kRadPerDeg * entry.number("start_deg"), kRadPerDeg * entry.number("step_deg")};
-    if (laser.beams->step_rad == 0.0) entry.fail("step_deg", "0 is no step");
+    if (laser.beams->step_rad == 0.0) entry.fail("step_deg", "0 is not a step");
   }
   lasers_.push_back(add_channel(entry, rig, LaserScan::kType));
   if (laser.message == kFrontLaser) {
@@ -146,7 +144,7 @@ void CarmenSource::read() {
     std::erase_if(recording.scans, [&](const Recording::Scan& scan) { return scan.stamp > end; });
     std::erase_if(recording.fixes, [&](const Recording::Fix& fix) { return fix.stamp > end; });
   }
-  tell(recording, odometry);
+  report(recording, odometry);
 
   measurements_.reserve(odometry.steps.size() + recording.scans.size() + recording.fixes.size());
   const auto add = [&](Time stamp, Time arrival, std::uint32_t channel, std::shared_ptr<const Payload> payload) {
@@ -168,7 +166,7 @@ void CarmenSource::read() {
   for (std::size_t i = 0; i < measurements_.size(); ++i) measurements_[i].sequence = i;
 }
 
-void CarmenSource::tell(const Recording& recording, const OdometrySteps& odometry) {
+void CarmenSource::report(const Recording& recording, const OdometrySteps& odometry) {
   const std::string file = file_.filename().string();
   if (!recording.steps_back.empty()) {
     notices_.push_back(fmt::format("{}: stamps step back, by up to {:.3f} s: {}; put in order", file,
@@ -207,21 +205,6 @@ std::optional<Measurement> CarmenSource::next() {
     return std::nullopt;
   }
   return measurements_[next_++];
-}
-
-void CarmenSource::save(OutArchive& archive) const {
-  archive.section("carmen", 1);
-  archive.value(static_cast<std::uint64_t>(next_));
-}
-
-void CarmenSource::load(InArchive& archive) {
-  archive.section("carmen", 1);
-  std::uint64_t delivered = 0;
-  archive.value(delivered);
-  if (!read_) read();
-  if (delivered > measurements_.size())
-    throw DataError(fmt::format("checkpoint: a place behind the end of {}", file_.string()));
-  next_ = static_cast<std::size_t>(delivered);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ PlanarPose read_pose(const Fields& fields, std::size_t at) {
   return {fields.number(at, "x"), fields.number(at + 1, "y"), fields.number(at + 2, "theta")};
 }
 
-/// Ranges and remissions are finite numbers; what is no return, the module that takes them is told in the YAML.
+/// Ranges and remissions are finite numbers; what is not a return, the YAML of the module that takes them defines.
 std::vector<float> read_values(const Fields& fields, std::size_t first, std::size_t count, std::string_view what) {
   std::vector<float> values(count);
   for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(fields.number(first + i, what));

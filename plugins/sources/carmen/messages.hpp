@@ -59,7 +59,7 @@ struct Odom {
   double tv_mps = 0.0;
 };
 
-/// Which way the beams of a message that does not say so are spread.
+/// Which way the beams of a message that does not give it are spread.
 struct BeamRule {
   double start_rad = 0.0;
   double step_rad = 0.0;

@@ -20,7 +20,7 @@ struct OdometryPose {
   std::string place;  ///< "file:line"
 };
 
-/// The speed that an ODOM message tells, apart from its pose.
+/// The speed that an ODOM message gives, apart from its pose.
 struct OdometrySpeed {
   Time stamp;
   double tv_mps = 0.0;

@@ -40,7 +40,7 @@ class Reader {
       out_.fixes.push_back({stamp(fields), std::move(fix)});
       return;
     }
-    const std::string_view name = is_name(fields.name()) ? fields.name() : "lines that are no message";
+    const std::string_view name = is_name(fields.name()) ? fields.name() : "lines that are not messages";
     const auto known = out_.passed_over.find(name);
     if (known != out_.passed_over.end()) {
       ++known->second;

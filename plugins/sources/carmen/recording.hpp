@@ -34,7 +34,7 @@ struct Wanted {
   bool fixes = false;
 };
 
-/// A log, read as a whole: its stamps step back now and then, and what an ODOM message says of a step may stand behind
+/// A log, read as a whole: its stamps step back now and then, and what an ODOM message holds of a step may stand behind
 /// it.
 struct Recording {
   struct Scan {

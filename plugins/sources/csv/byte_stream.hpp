@@ -12,7 +12,7 @@
 namespace waymark::csv {
 
 /// The bytes of a plain or gzip file (recognised by its first two bytes, not by its name), in order. A damaged gzip
-/// file yields every byte before the damage; then `problem` says what is wrong.
+/// file yields every byte before the damage; then `problem` holds what is wrong.
 class ByteStream {
  public:
   /// Throws DataError if the file cannot be opened or is a folder.

@@ -60,11 +60,12 @@ Column ColumnFinder::find(const Config& config, std::string_view key, const std:
   const auto [stop, error] = std::from_chars(name.data(), name.data() + name.size(), index);
   const bool is_number = !name.empty() && error == std::errc{} && stop == name.data() + name.size();
   if (is_number) {
-    if (index >= kMostColumns) config.fail(key, name + " is no column number (0 to 999999)");
+    if (index >= kMostColumns) config.fail(key, name + " is not a column number (0 to 999999)");
   } else {
     const auto found = std::ranges::find(header_, name);
     if (found == header_.end()) {
-      if (header_.empty()) config.fail(key, in_quotes(name) + " is no column number, and the file has no header row");
+      if (header_.empty())
+        config.fail(key, in_quotes(name) + " is not a column number, and the file has no header row");
       const std::vector<std::string_view> names(header_.begin(), header_.end());
       config.fail(key, "the header has no column " + in_quotes(name) + suggestion(name, names));
     }
@@ -134,7 +135,7 @@ ColumnRange::ColumnRange(const Config& columns, std::string_view key, ColumnFind
   if (settings.has("count")) {
     const std::int64_t count = settings.integer("count");
     if (count < 1 || count > static_cast<std::int64_t>(kMostColumns)) {
-      settings.fail("count", std::to_string(count) + " is no number of columns (1 to 1000000)");
+      settings.fail("count", std::to_string(count) + " is not a number of columns (1 to 1000000)");
     }
     count_ = static_cast<std::size_t>(count);
   } else {
@@ -180,7 +181,7 @@ TimeColumn::TimeColumn(const Config& config, std::string_view key, ColumnFinder&
   exponent_ = power_of_ten(scale_);
   const std::string offset = settings.text("offset_s", "0");
   if (parse_nanoseconds(offset, 0, offset_ns_) != NumberText::ok) {
-    settings.fail("offset_s", in_quotes(offset) + " is no number of seconds");
+    settings.fail("offset_s", in_quotes(offset) + " is not a number of seconds");
   }
 }
 
@@ -275,7 +276,8 @@ Format read_format(const Config& config) {
     } else if (word == "," || word == ";" || word == "|" || word == ":") {
       format.delimiter = word[0];
     } else {
-      config.fail("delimiter", in_quotes(word) + R"( is no delimiter; one of "," ";" "|" ":" tab space is expected)");
+      config.fail("delimiter",
+                  in_quotes(word) + R"( is not a delimiter; one of "," ";" "|" ":" tab space is expected)");
     }
   }
   format.comment = config.text("comment", "#");

@@ -67,9 +67,9 @@ class NumberColumn {
   /// Reads `key` of `columns`: a column, or {column, scale, offset}. Throws ConfigError.
   NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder);
 
-  /// Throws BadRow if the field is no finite number. NaN if it is unknown.
+  /// Throws BadRow if the field is not a finite number. NaN if it is unknown.
   double read(Row row) const;
-  /// Throws BadRow if the value is no whole number within int. Not to be asked for an unknown one.
+  /// Throws BadRow if the value is not a whole number within int. Not to be asked for an unknown one.
   int read_integer(Row row) const;
   /// True if the field is empty and may be.
   bool is_unknown(Row row) const { return may_be_empty_ && row[column_.index].empty(); }
@@ -116,7 +116,7 @@ class TimeColumn {
   /// Reads `key`: a column in seconds, or {column, scale, offset_s}. Throws ConfigError.
   TimeColumn(const Config& config, std::string_view key, ColumnFinder& finder);
 
-  /// Throws BadRow if the field is no time.
+  /// Throws BadRow if the field is not a time.
   Time read(Row row) const;
 
  private:
@@ -132,7 +132,7 @@ class RowFilter {
   /// Throws ConfigError.
   RowFilter(const Config& config, ColumnFinder& finder);
 
-  /// Throws BadRow if a field is no finite number.
+  /// Throws BadRow if a field is not a finite number.
   bool keeps(Row row) const;
   /// Equal for equal conditions.
   const std::string& signature() const { return signature_; }

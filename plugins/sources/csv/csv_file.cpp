@@ -47,25 +47,13 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
   is_cumulative_ = holds_totals(entry);
   if (is_cumulative_ && entry.is_mapping("cumulative")) wraps_at_ = entry.child("cumulative").positive("wraps_at");
   if (is_cumulative_ && builder_->totals() == PayloadBuilder::Totals::none) {
-    entry.fail("cumulative", "totals say nothing of this payload; only of WheelSpeeds, BodyTwist and PoseIncrement");
+    entry.fail("cumulative", "this payload has no totals; only WheelSpeeds, BodyTwist and PoseIncrement have");
   }
   entry.reject_unread();
 }
 
 std::string CsvFile::signature() const {
   return std::string(type_) + "|" + finder_.signature() + "|" + filter_.signature();
-}
-
-void CsvFile::restart() {
-  reader_.restart();
-  newest_.reset();
-  last_taken_.reset();
-  last_values_.clear();
-  total_ = {};
-  fields_of_first_row_ = 0;
-  group_ = {};
-  group_set_.reset();
-  failure_ = nullptr;
 }
 
 std::optional<Measurement> CsvFile::next(BadRecordList& bad_rows) {
@@ -127,7 +115,7 @@ std::optional<Measurement> CsvFile::take_row() {
   }
   std::shared_ptr<Payload> payload = builder_->build(row);
   newest_ = read.arrival;
-  last_values_ = std::move(changing);  // not of a bad row: the next one may say the same, and well
+  last_values_ = std::move(changing);  // not of a bad row: the next one may hold the same, and well
   last_taken_ = read.stamp;
   read.payload = payload;
   if (is_cumulative_ && !make_growth(read)) return std::nullopt;
@@ -153,7 +141,7 @@ bool CsvFile::make_growth(Measurement& read) {
   return true;
 }
 
-/// What the row says in the columns of `only_changes_of`.
+/// What the row holds in the columns of `only_changes_of`.
 std::string CsvFile::changing_values(Row row) const {
   std::string values;
   for (const Column& column : changing_) (values += row[column.index]) += '\n';

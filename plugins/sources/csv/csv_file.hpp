@@ -26,8 +26,6 @@ class CsvFile {
   /// The next measurement, without channel and sequence; nothing at the end. Rows that cannot be used go to `bad_rows`.
   /// Throws DataError if the file is damaged or `bad_rows` is full.
   std::optional<Measurement> next(BadRecordList& bad_rows);
-  /// Back to the beginning.
-  void restart();
 
   /// The last arrival that was read; the order of the merge where a file cannot be read on.
   Time newest_arrival() const { return newest_.value_or(Time::min()); }

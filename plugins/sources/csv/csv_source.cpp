@@ -10,15 +10,9 @@
 #include "number_text.hpp"
 #include "reference.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::csv {
-
-namespace {
-
-BadRecordList bad_rows_up_to(std::uint64_t limit) { return {limit, {"row", "max_bad_rows", "skips such rows"}}; }
-
-}  // namespace
 
 /// Delimited text files, merged by time of arrival; equal times in the order of the YAML.
 class CsvSource final : public Source {
@@ -30,24 +24,21 @@ class CsvSource final : public Source {
   double progress() const override;
   const std::vector<BadRecord>& bad_records() const override { return bad_rows_.records(); }
   std::shared_ptr<const Reference> reference() const override { return reference_; }
-  void save(OutArchive& archive) const override;
-  void load(InArchive& archive) override;
 
  private:
-  /// A file, its next measurement or why there is none, and how many it has delivered.
+  /// A file, and its next measurement or why there is none.
   struct Input {
     CsvFile file;
     std::uint32_t channel = 0;
     std::optional<Measurement> pending;
     std::exception_ptr failure;
-    std::uint64_t delivered = 0;
 
     bool done() const { return !pending && !failure; }
     Time due() const { return pending ? pending->arrival : file.newest_arrival(); }
   };
 
   void add_input(const Config& entry, const Rig& rig, Duration max_time_jump, Duration max_ahead);
-  void fetch(Input& input, BadRecordList& bad_rows);
+  void fetch(Input& input);
 
   std::vector<Channel> channels_;
   std::vector<Input> inputs_;
@@ -58,8 +49,9 @@ class CsvSource final : public Source {
 };
 
 CsvSource::CsvSource(const Config& config, const Rig& rig)
-    : bad_rows_(bad_rows_up_to(static_cast<std::uint64_t>(
-          config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0)))) {
+    : bad_rows_(
+          static_cast<std::uint64_t>(config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+          {"row", "max_bad_rows", "skips such rows"}) {
   const double jump_s = config.positive("max_time_jump_s", 3600.0);
   if (jump_s > 9e9) config.fail("max_time_jump_s", "at most 9e9 s are expected");
   const Duration max_ahead = from_seconds(config.number_in("max_ahead_s", 0.0, 9e9, 0.0));
@@ -70,8 +62,7 @@ CsvSource::CsvSource(const Config& config, const Rig& rig)
 }
 
 void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump, Duration max_ahead) {
-  Input input{
-      .file = CsvFile(entry, max_time_jump, max_ahead), .channel = 0, .pending = {}, .failure = {}, .delivered = 0};
+  Input input{.file = CsvFile(entry, max_time_jump, max_ahead), .channel = 0, .pending = {}, .failure = {}};
   const Channel wanted = channel_to_sensor(entry, rig, input.file.payload_type(), "this file");
   for (const Input& other : inputs_) {
     std::error_code error;
@@ -92,9 +83,9 @@ void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time
   inputs_.push_back(std::move(input));
 }
 
-void CsvSource::fetch(Input& input, BadRecordList& bad_rows) {
+void CsvSource::fetch(Input& input) {
   try {
-    input.pending = input.file.next(bad_rows);
+    input.pending = input.file.next(bad_rows_);
   } catch (const DataError&) {
     // Thrown when it is this file's turn, so what the others have until then is still delivered.
     input.pending.reset();
@@ -104,7 +95,7 @@ void CsvSource::fetch(Input& input, BadRecordList& bad_rows) {
 
 std::optional<Measurement> CsvSource::next() {
   if (!std::exchange(started_, true)) {
-    for (Input& input : inputs_) fetch(input, bad_rows_);
+    for (Input& input : inputs_) fetch(input);
   }
   Input* first = nullptr;
   for (Input& input : inputs_) {
@@ -119,8 +110,7 @@ std::optional<Measurement> CsvSource::next() {
   std::optional<Measurement> measurement = std::exchange(first->pending, std::nullopt);
   measurement->sensor = first->channel;
   measurement->sequence = sequence_++;
-  ++first->delivered;
-  fetch(*first, bad_rows_);
+  fetch(*first);
   return measurement;
 }
 
@@ -132,54 +122,6 @@ double CsvSource::progress() const {
     total += static_cast<double>(input.file.reader().bytes().file_size());
   }
   return std::min(consumed / total, 1.0);
-}
-
-void CsvSource::save(OutArchive& archive) const {
-  archive.section("csv", 1);
-  archive.value(sequence_);
-  bad_rows_.save(archive);
-  archive.value(static_cast<std::uint64_t>(inputs_.size()));
-  for (const Input& input : inputs_) {
-    archive.value(std::string_view(input.file.reader().file().filename().native()));
-    archive.value(input.delivered);
-  }
-}
-
-void CsvSource::load(InArchive& archive) {
-  archive.section("csv", 1);
-  archive.value(sequence_);
-  bad_rows_.load(archive);
-  std::uint64_t count = 0;
-  archive.value(count);
-  if (count != inputs_.size()) {
-    throw DataError("checkpoint: " + std::to_string(count) + " csv files, but the configuration has " +
-                    std::to_string(inputs_.size()));
-  }
-  for (Input& input : inputs_) {
-    const std::string file = input.file.reader().file().string();
-    std::string name;
-    std::uint64_t delivered = 0;
-    archive.value(name);
-    archive.value(delivered);
-    if (name != input.file.reader().file().filename().native()) {
-      throw DataError("checkpoint: made with the file " + in_quotes(name) + ", but the configuration has " + file);
-    }
-    input.file.restart();
-    input.failure = {};
-    BadRecordList known =
-        bad_rows_up_to(std::numeric_limits<std::uint64_t>::max());  // rows that the checkpoint has counted already
-    for (input.delivered = 0; input.delivered < delivered; ++input.delivered) {
-      fetch(input, known);
-      if (!input.pending) throw DataError(file + ": ends before the place where the checkpoint was made");
-    }
-    input.pending.reset();
-  }
-  started_ = sequence_ > 0;
-  if (!started_) return;
-  for (Input& input : inputs_) {
-    BadRecordList known = bad_rows_up_to(std::numeric_limits<std::uint64_t>::max());
-    fetch(input, known);
-  }
 }
 
 }  // namespace waymark::csv

@@ -104,7 +104,7 @@ bool LineReader::next_raw(std::string_view& line) {
     end_ += count;
     if (count > 0) continue;
     if (!bytes_.problem().empty()) {
-      // What is left of a damaged stream is no whole line.
+      // What is left of a damaged stream is not a whole line.
       throw DataError(name_ + ":" + std::to_string(line_ + 1) + ": " + std::string(bytes_.problem()));
     }
     if (kept == 0) return false;
@@ -121,7 +121,9 @@ bool LineReader::next_raw(std::string_view& line) {
 DelimitedReader::DelimitedReader(std::filesystem::path file, Format format)
     : file_(std::move(file)), format_(std::move(format)) {
   settle_layout();
-  restart();
+  lines_ = std::make_unique<LineReader>(file_, format_.comment);
+  std::string_view line;
+  for (int i = 0; i < header_rows_; ++i) lines_->next(line);
 }
 
 void DelimitedReader::settle_layout() {
@@ -141,13 +143,7 @@ void DelimitedReader::settle_layout() {
   header_rows_ = format_.header_rows.value_or(has_number(fields_) ? 0 : 1);
   if (static_cast<int>(head.size()) <= header_rows_) throw DataError(file_.string() + ": no data rows");
   if (header_rows_ > 0) header_.assign(fields_.begin(), fields_.end());
-}
-
-void DelimitedReader::restart() {
-  lines_ = std::make_unique<LineReader>(file_, format_.comment);
   fields_.clear();
-  std::string_view line;
-  for (int i = 0; i < header_rows_; ++i) lines_->next(line);
 }
 
 bool DelimitedReader::next() {

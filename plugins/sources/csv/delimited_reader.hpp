@@ -62,9 +62,6 @@ class DelimitedReader {
   Row row() const { return fields_; }
   std::string place() const { return lines_->place(); }
 
-  /// Back before the first data row.
-  void restart();
-
   const std::vector<std::string>& header() const { return header_; }  ///< of the first header row; may be empty
   const std::filesystem::path& file() const { return file_; }
   const ByteStream& bytes() const { return lines_->bytes(); }

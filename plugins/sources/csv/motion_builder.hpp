@@ -6,7 +6,7 @@
 namespace waymark::csv {
 
 /// Motions out of totals: the ways of two wheels since the start (ticks of encoders), or the pose where odometry has
-/// the robot. Each row tells how far the base moved since the row before.
+/// the robot. Each row gives how far the base moved since the row before.
 class MotionBuilder final : public PayloadBuilder {
  public:
   /// Columns `left_m` and `right_m`, with `track_m` of the entry; or `x_m`, `y_m` and `yaw_rad`. Throws ConfigError.

@@ -22,7 +22,7 @@ class PayloadBuilder {
   virtual void append(Row row, Payload& payload) const;
   virtual bool can_append() const { return false; }
 
-  /// What rows of totals say: nothing; a speed, true in the middle between two rows; a motion, from the first of two
+  /// What rows of totals give: nothing; a speed, true in the middle between two rows; a motion, from the first of two
   /// on.
   enum class Totals { none, speed, motion };
   virtual Totals totals() const { return Totals::none; }

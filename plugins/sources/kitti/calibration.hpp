@@ -20,7 +20,7 @@ struct Calibration {
 Calibration read_calibration(const std::filesystem::path& folder, int camera);
 
 /// Throws ConfigError if the camera of the YAML is mounted elsewhere (by more than 5 mm or 0.05°) or has other
-/// intrinsics (by more than 0.1 px) than the recording says, or lacks either; the text holds the lines that are right
+/// intrinsics (by more than 0.1 px) than the recording has, or lacks either; the text holds the lines that are right
 /// for the YAML's scanner.
 void check_calibration(const Calibration& calibration, const Pose& T_base_lidar, const Mounting& camera,
                        const Config& config);

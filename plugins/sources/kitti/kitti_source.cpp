@@ -16,7 +16,7 @@
 #include "waymark/config/source_config.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/io/bad_record_list.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::kitti {
 namespace {
@@ -30,8 +30,6 @@ class KittiSource final : public Source {
   std::optional<Measurement> next() override;
   double progress() const override { return static_cast<double>(position_) / static_cast<double>(entries_.size()); }
   const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
-  void save(OutArchive& archive) const override;
-  void load(InArchive& archive) override;
 
  private:
   const Mounting& add_channel(const Config& config, const Rig& rig, std::string_view payload);
@@ -51,7 +49,7 @@ class KittiSource final : public Source {
 std::filesystem::path folder_of(const Config& config) {
   std::filesystem::path folder = config.file().parent_path() / config.text("folder");
   std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored)) config.fail("folder", folder.string() + " is no folder");
+  if (!std::filesystem::is_directory(folder, ignored)) config.fail("folder", folder.string() + " is not a folder");
   return folder;
 }
 
@@ -164,28 +162,6 @@ std::optional<Measurement> KittiSource::next() {
     }
   }
   return std::nullopt;
-}
-
-void KittiSource::save(OutArchive& archive) const {
-  archive.section("kitti", 1);
-  archive.value(static_cast<std::uint64_t>(entries_.size()));
-  archive.value(position_);
-  archive.value(sequence_);
-  bad_.save(archive);
-}
-
-void KittiSource::load(InArchive& archive) {
-  archive.section("kitti", 1);
-  std::uint64_t entries = 0;
-  archive.value(entries);
-  if (entries != entries_.size()) {
-    throw DataError(
-        fmt::format("checkpoint: made with {} clouds and images, but the recording has {}", entries, entries_.size()));
-  }
-  archive.value(position_);
-  archive.value(sequence_);
-  bad_.load(archive);
-  if (position_ > entries_.size()) throw DataError("checkpoint: a place behind the end of the recording");
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ void read_points(const std::filesystem::path& file, std::vector<float>& values) 
   const std::vector<std::uint8_t> bytes = file.extension() == ".gz" ? inflate(file) : read_bytes(file);
   if (bytes.size() % kPoint != 0) {
     throw Unusable(file.string(),
-                   fmt::format("{} bytes are no whole number of points of {} bytes", bytes.size(), kPoint));
+                   fmt::format("{} bytes are not a whole number of points of {} bytes", bytes.size(), kPoint));
   }
   values.resize(bytes.size() / sizeof(float));
   std::memcpy(values.data(), bytes.data(), bytes.size());
@@ -144,8 +144,8 @@ void read_points(const std::filesystem::path& file, std::vector<float>& values) 
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw Unusable(file.string(), "cannot be read");
-  // Block by block: the length of a folder is no length, and an iterator over its buffer throws what is no error of
-  // ours.
+  // Block by block: the length of a folder is not a length, and an iterator over its buffer throws what is not an error
+  // of ours.
   std::vector<std::uint8_t> bytes;
   std::array<char, 65536> block{};
   while (in.read(block.data(), block.size()) || in.gcount() > 0)

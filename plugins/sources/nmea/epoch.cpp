@@ -100,7 +100,7 @@ void Epoch::add_gga(const Sentence& sentence) {
   const auto above_geoid = sentence.number(8);
   const auto separation = sentence.number(10);
   if (above_geoid && separation) gga.height_m = *above_geoid + *separation;
-  // Some receivers tell one fix once for each satellite system: the first one that is a fix counts.
+  // Some receivers report one fix once for each satellite system: the first one that is a fix counts.
   if (!gga_ || (gga_->quality == 0 && gga.quality != 0)) gga_ = gga;
 }
 
@@ -166,7 +166,7 @@ void Epoch::add_zda(const Sentence& sentence) {
   const std::chrono::year_month_day read(std::chrono::year(in_range ? *year : 0),
                                          std::chrono::month(in_range ? static_cast<unsigned>(*month) : 0),
                                          std::chrono::day(in_range ? static_cast<unsigned>(*day) : 0));
-  if (!in_range || !read.ok()) throw Unusable(fmt::format("ZDA: {}-{}-{} is no date", *year, *month, *day));
+  if (!in_range || !read.ok()) throw Unusable(fmt::format("ZDA: {}-{}-{} is not a date", *year, *month, *day));
   date = std::chrono::sys_days(read);
 }
 
@@ -183,7 +183,7 @@ std::shared_ptr<GnssFix> Epoch::fix() const {
   std::optional<Position> found = gga_ ? gga_->position : std::nullopt;
   if (!found && rmc_) found = rmc_->position;
   if (!found && gll_) found = gll_->position;
-  if (!found) throw Unusable("the receiver tells of a fix, but not where");
+  if (!found) throw Unusable("the receiver reports a fix, but not where");
   fix->latitude_deg = found->latitude_deg;
   fix->longitude_deg = found->longitude_deg;
   if (gga_) {

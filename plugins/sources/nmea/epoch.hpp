@@ -12,7 +12,7 @@
 
 namespace waymark::nmea {
 
-/// All that the sentences of one time of day say.
+/// All that the sentences of one time of day report.
 class Epoch {
  public:
   /// The time of day that the sentence carries. Throws Unusable.
@@ -20,7 +20,7 @@ class Epoch {
   /// True for the types that are read here.
   static bool reads(const Sentence& sentence);
 
-  /// Takes what the sentence says. Throws Unusable, and takes nothing of it then.
+  /// Takes what the sentence reports. Throws Unusable, and takes nothing of it then.
   void add(const Sentence& sentence);
   void set_heading(double degrees) { heading_deg_ = degrees; }
 
@@ -28,7 +28,7 @@ class Epoch {
   std::string place;                          ///< of the first sentence, "file:line"
   std::optional<std::chrono::sys_days> date;  ///< if one of the sentences has it
 
-  /// True if the receiver says that it has a fix.
+  /// True if the receiver reports that it has a fix.
   bool has_fix() const;
   /// The fix; null if no sentence speaks of one. Throws Unusable if it has no position.
   std::shared_ptr<GnssFix> fix() const;

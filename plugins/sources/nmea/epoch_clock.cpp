@@ -34,7 +34,7 @@ std::optional<Time> EpochClock::stamp(const Epoch& epoch, BadRecordList& bad) {
   if (!date_) {
     if (epoch.has_fix()) {
       bad.add(epoch.place,
-              "a fix has no date: no RMC or ZDA came before it or with it; the key start_date would tell it");
+              "a fix has no date: no RMC or ZDA came before it or with it; the key start_date would give it");
     }
     return std::nullopt;
   }

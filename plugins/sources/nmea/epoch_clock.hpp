@@ -10,10 +10,10 @@
 namespace waymark::nmea {
 
 /// Gives epochs their date and judges whether their time can be right. A receiver counts from some start-up time until
-/// satellites tell it the true one, so nothing before the first fix has a stamp.
+/// satellites give it the true one, so nothing before the first fix has a stamp.
 class EpochClock {
  public:
-  /// `start_date`: of the first epoch, if no sentence tells it. A larger step forward than `max_jump` is a fault.
+  /// `start_date`: of the first epoch, if no sentence has it. A larger step forward than `max_jump` is a fault.
   EpochClock(std::optional<std::chrono::sys_days> start_date, Duration max_jump)
       : date_(start_date), max_jump_(max_jump) {}
 

@@ -32,19 +32,6 @@ LineStream::~LineStream() {
   if (descriptor_ > STDIN_FILENO) ::close(descriptor_);
 }
 
-LineStream::LineStream(LineStream&& other) noexcept
-    : file_(std::move(other.file_)),
-      patience_(other.patience_),
-      is_file_(other.is_file_),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      buffer_(std::move(other.buffer_)),
-      begin_(other.begin_),
-      end_(other.end_),
-      consumed_(other.consumed_),
-      size_(other.size_),
-      line_(other.line_),
-      after_cr_(other.after_cr_) {}
-
 std::string LineStream::place() const { return fmt::format("{}:{}", file_ == "-" ? "stdin" : file_.string(), line_); }
 
 double LineStream::progress() const {

@@ -20,17 +20,13 @@ class LineStream {
   /// `patience`: how long more lines are waited for at the end of a regular file that grows.
   LineStream(std::filesystem::path file, Duration patience);
   ~LineStream();
-  LineStream(LineStream&& other) noexcept;
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
-  LineStream& operator=(LineStream&&) = delete;
 
   /// The next line, without its end; false at the end. Throws DataError if the file cannot be read.
   bool next(std::string& line);
 
   std::string place() const;  ///< "file:line" of the last line
-  /// True for a file that can be read again.
-  bool is_file() const { return is_file_; }
   /// Share that was read, 0..1; negative if that is unknown.
   double progress() const;
 

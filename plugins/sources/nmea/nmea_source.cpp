@@ -17,14 +17,10 @@
 #include "waymark/config/source_config.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/io/bad_record_list.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::nmea {
 namespace {
-
-BadRecordList bad_up_to(std::uint64_t limit) {
-  return {limit, {"record", "max_bad_records", "goes on after such ones"}};
-}
 
 /// A GNSS receiver's sentences of NMEA 0183: fixes, and headings of a compass that knows true north.
 class NmeaSource final : public Source {
@@ -32,20 +28,16 @@ class NmeaSource final : public Source {
   NmeaSource(const Config& config, const Rig& rig);
 
   const std::vector<Channel>& channels() const override { return channels_; }
-  std::optional<Measurement> next() override { return next(bad_); }
-  double progress() const override { return lines_->progress(); }
+  std::optional<Measurement> next() override;
+  double progress() const override { return lines_.progress(); }
   const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
-  void save(OutArchive& archive) const override;
-  void load(InArchive& archive) override;
 
  private:
   std::optional<std::uint32_t> add_channel(const Config& config, const Rig& rig, std::string_view key,
                                            std::string_view payload);
-  void restart();
-  std::optional<Measurement> next(BadRecordList& bad);
-  void take(const std::string& line, BadRecordList& bad);
+  void take(const std::string& line);
   void take_heading(const Sentence& sentence);
-  void finish_epoch(BadRecordList& bad);
+  void finish_epoch();
   void deliver(Time stamp, std::uint32_t channel, std::shared_ptr<const Payload> payload);
 
   std::vector<Channel> channels_;
@@ -53,16 +45,11 @@ class NmeaSource final : public Source {
   std::optional<std::uint32_t> heading_;
   bool heading_of_next_ = false;
   BadRecordList bad_;
-  std::filesystem::path file_;
-  Duration patience_;
+  LineStream lines_;
   Duration delay_;
-  Duration max_jump_;
+  EpochClock clock_;
   bool needs_checksum_;
-  std::optional<std::chrono::sys_days> start_date_;
 
-  // The position.
-  std::optional<LineStream> lines_;
-  std::optional<EpochClock> clock_;
   Epoch epoch_;
   std::optional<double> next_heading_deg_;  // of the epoch to come
   std::deque<Measurement> ready_;
@@ -87,19 +74,18 @@ std::optional<std::chrono::sys_days> start_date_of(const Config& config) {
                     std::from_chars(text.data() + 5, end, month).ptr == text.data() + 7 &&
                     std::from_chars(text.data() + 8, end, day).ptr == end;
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
-  if (!read || !date.ok()) config.fail("start_date", fmt::format("\"{}\" is no date as 2024-12-31", text));
+  if (!read || !date.ok()) config.fail("start_date", fmt::format("\"{}\" is not a date as 2024-12-31", text));
   return std::chrono::sys_days(date);
 }
 
 NmeaSource::NmeaSource(const Config& config, const Rig& rig)
-    : bad_(bad_up_to(static_cast<std::uint64_t>(
-          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 100)))),
-      file_(file_of(config)),
-      patience_(from_seconds(config.number_in("follow_s", 0.0, 1e6, 0.0))),
+    : bad_(static_cast<std::uint64_t>(
+               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 100)),
+           {"record", "max_bad_records", "goes on after such ones"}),
+      lines_(file_of(config), from_seconds(config.number_in("follow_s", 0.0, 1e6, 0.0))),
       delay_(from_seconds(config.number_in("delay_s", 0.0, 3600.0, 0.0))),
-      max_jump_(from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))),
-      needs_checksum_(config.boolean("require_checksum", true)),
-      start_date_(start_date_of(config)) {
+      clock_(start_date_of(config), from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))),
+      needs_checksum_(config.boolean("require_checksum", true)) {
   gnss_ = add_channel(config, rig, "gnss", GnssFix::kType);
   heading_ = add_channel(config, rig, "heading", CompassHeading::kType);
   if (!gnss_ && !heading_) config.fail("neither gnss nor heading is given; at least one of them is expected");
@@ -108,7 +94,6 @@ NmeaSource::NmeaSource(const Config& config, const Rig& rig)
     config.child("heading").reject_unread();
   }
   if (gnss_) config.child("gnss").reject_unread();
-  restart();
 }
 
 std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const Rig& rig, std::string_view key,
@@ -116,16 +101,6 @@ std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const
   if (!config.has(key)) return std::nullopt;
   channels_.push_back(channel_to_sensor(config.child(key), rig, payload));
   return static_cast<std::uint32_t>(channels_.size() - 1);
-}
-
-void NmeaSource::restart() {
-  lines_.emplace(file_, patience_);
-  clock_.emplace(start_date_, max_jump_);
-  epoch_ = {};
-  next_heading_deg_.reset();
-  ready_.clear();
-  delivered_ = 0;
-  ended_ = false;
 }
 
 void NmeaSource::deliver(Time stamp, std::uint32_t channel, std::shared_ptr<const Payload> payload) {
@@ -138,16 +113,16 @@ void NmeaSource::deliver(Time stamp, std::uint32_t channel, std::shared_ptr<cons
 }
 
 /// Makes measurements of what the sentences of one time said.
-void NmeaSource::finish_epoch(BadRecordList& bad) {
+void NmeaSource::finish_epoch() {
   const Epoch epoch = std::exchange(epoch_, {});
-  const auto stamp = clock_->stamp(epoch, bad);
+  const auto stamp = clock_.stamp(epoch, bad_);
   if (!stamp) return;
   try {
     if (gnss_) {
       if (auto fix = epoch.fix()) deliver(*stamp, *gnss_, std::move(fix));
     }
   } catch (const Unusable& unusable) {
-    bad.add(epoch.place, unusable.what());
+    bad_.add(epoch.place, unusable.what());
   }
   if (heading_) {
     if (auto heading = epoch.heading()) deliver(*stamp, *heading_, std::move(heading));
@@ -165,7 +140,7 @@ void NmeaSource::take_heading(const Sentence& sentence) {
   }
 }
 
-void NmeaSource::take(const std::string& line, BadRecordList& bad) {
+void NmeaSource::take(const std::string& line) {
   try {
     if (line.size() >= LineStream::kLongest)
       throw Unusable(fmt::format("a line of {} characters or more", LineStream::kLongest));
@@ -176,64 +151,32 @@ void NmeaSource::take(const std::string& line, BadRecordList& bad) {
     // Without a time a receiver knows nothing else either; VTG has none of its own.
     if (!time && !(sentence->type == "VTG" && epoch_.time_of_day)) return;
     if (time && epoch_.time_of_day != time) {
-      if (epoch_.time_of_day) finish_epoch(bad);
+      if (epoch_.time_of_day) finish_epoch();
       epoch_.time_of_day = time;
-      epoch_.place = lines_->place();
+      epoch_.place = lines_.place();
       if (next_heading_deg_) epoch_.set_heading(*std::exchange(next_heading_deg_, {}));
     }
     epoch_.add(*sentence);
   } catch (const Unusable& unusable) {
-    bad.add(lines_->place(), unusable.what());
+    bad_.add(lines_.place(), unusable.what());
   }
 }
 
-std::optional<Measurement> NmeaSource::next(BadRecordList& bad) {
+std::optional<Measurement> NmeaSource::next() {
   std::string line;
   while (ready_.empty()) {
     if (ended_) return std::nullopt;
-    if (lines_->next(line)) {
-      take(line, bad);
+    if (lines_.next(line)) {
+      take(line);
     } else {
       ended_ = true;
-      finish_epoch(bad);
+      finish_epoch();
     }
   }
   Measurement measurement = std::move(ready_.front());
   ready_.pop_front();
   measurement.sequence = delivered_++;
   return measurement;
-}
-
-void NmeaSource::save(OutArchive& archive) const {
-  archive.section("nmea", 1);
-  archive.value(delivered_);
-  archive.value(ended_);
-  bad_.save(archive);
-}
-
-void NmeaSource::load(InArchive& archive) {
-  archive.section("nmea", 1);
-  std::uint64_t delivered = 0;
-  bool ended = false;
-  archive.value(delivered);
-  archive.value(ended);
-  bad_.load(archive);
-  if (!lines_->is_file() && delivered > 0)
-    throw DataError(fmt::format("{}: a stream cannot be continued from a checkpoint", file_.string()));
-  restart();
-  BadRecordList known = bad_up_to(std::numeric_limits<std::uint64_t>::max());  // counted in the checkpoint already
-  while (delivered_ < delivered) {
-    if (!next(known)) throw DataError(fmt::format("checkpoint: a place behind the end of {}", file_.string()));
-  }
-  while (ended && !ended_) {
-    std::string line;
-    if (lines_->next(line)) {
-      take(line, known);
-    } else {
-      ended_ = true;
-      finish_epoch(known);
-    }
-  }
 }
 
 }  // namespace

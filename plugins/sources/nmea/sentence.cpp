@@ -56,7 +56,7 @@ std::optional<Sentence> read_sentence(std::string_view line, bool needs_checksum
   if (line.find_first_not_of(" \t") == std::string_view::npos) return std::nullopt;
   // What stands before a dollar sign is the rest of a sentence that lost its end.
   const std::size_t dollar = line.rfind('$');
-  if (dollar == std::string_view::npos) throw Unusable(quoted(line) + " is no sentence; \"$\" is expected");
+  if (dollar == std::string_view::npos) throw Unusable(quoted(line) + " is not a sentence; \"$\" is expected");
   std::string_view body = line.substr(dollar + 1);
   if (body.starts_with('P')) return std::nullopt;
   body = check(body, needs_checksum);

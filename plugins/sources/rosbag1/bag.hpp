@@ -15,7 +15,7 @@
 
 namespace waymark::rosbag1 {
 
-/// Where a chunk lies and what its index says is in it.
+/// Where a chunk lies and what its index lists.
 struct Chunk {
   std::uint64_t offset = 0;  ///< of its record in the file
   std::uint64_t data = 0;    ///< of its compressed bytes

@@ -11,7 +11,7 @@ MessageStream::MessageStream(std::vector<Bag>& bags, std::set<std::pair<std::siz
     : bags_(&bags), wanted_(std::move(wanted)) {
   for (std::size_t bag = 0; bag < bags.size(); ++bag) {
     for (const Chunk& chunk : bags[bag].chunks()) {
-      // One without any message is damaged from its start on: that is to be told.
+      // One without any message is damaged from its start on: that is to be reported.
       const bool of_use = chunk.count.empty() || std::ranges::any_of(chunk.count, [&](const auto& entry) {
                             return wanted_.contains({bag, entry.first});
                           });
@@ -33,7 +33,7 @@ void MessageStream::load_chunk(BadRecordList& bad) {
             {message.recorded, bag_number, where->offset, message.offset, message.connection, message.data, content});
       },
       nullptr);
-  if (!chunk->whole) return;  // told at the end
+  if (!chunk->whole) return;  // reported at the end
   if (!content->problem.empty()) {
     bad.add(bag.place(chunk->offset), fmt::format("a chunk is damaged: {}", content->problem));
   } else if (!problem.empty()) {

@@ -32,7 +32,7 @@ void require_finite(const Eigen::Vector3d& v, std::string_view what) {
   if (!v.allFinite()) throw Unusable(fmt::format("the {} is ({}, {}, {}), not finite", what, v.x(), v.y(), v.z()));
 }
 
-/// A covariance whose first number is -1 says that there is no such measurement.
+/// A covariance whose first number is -1 means that there is no such measurement.
 bool is_absent(const std::array<double, 9>& covariance) { return covariance[0] == -1.0; }
 
 /// The σ that a variance stands for; zero, negative or NaN: unknown.
@@ -62,7 +62,7 @@ std::shared_ptr<Payload> imu(Wire& wire) {
     constexpr double kLoose = 0.01;
     constexpr double kTight = 1e-9;  // what was normalised once stays as it is, bit by bit
     if (!(std::abs(norm - 1.0) < kLoose)) {
-      throw Unusable(fmt::format("the orientation ({}, {}, {}, {}) is no unit quaternion", q[0], q[1], q[2], q[3]));
+      throw Unusable(fmt::format("the orientation ({}, {}, {}, {}) is not a unit quaternion", q[0], q[1], q[2], q[3]));
     }
     sample->q_enu_sensor = std::abs(norm - 1.0) < kTight ? orientation : orientation.normalized();
   } else if (is_absent(w_covariance)) {
@@ -95,7 +95,7 @@ std::shared_ptr<Payload> nav_sat_fix(Wire& wire) {
     throw Unusable(fmt::format("a fix of status {} at latitude {}, longitude {}", status, position[0], position[1]));
   }
   if (known) {
-    if (std::abs(position[0]) > 90.0) throw Unusable(fmt::format("{} is no latitude (-90 to 90 deg)", position[0]));
+    if (std::abs(position[0]) > 90.0) throw Unusable(fmt::format("{} is not a latitude (-90 to 90 deg)", position[0]));
     fix->latitude_deg = position[0];
     fix->longitude_deg = position[1];
     if (std::isfinite(position[2])) fix->height_m = position[2];

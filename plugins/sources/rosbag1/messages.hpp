@@ -12,7 +12,7 @@
 
 namespace waymark::rosbag1 {
 
-/// What a message says.
+/// What a message holds.
 struct Decoded {
   std::optional<Time> stamp;  ///< of its header; nothing: the header has none (zero)
   std::shared_ptr<const Payload> payload;
@@ -30,7 +30,7 @@ struct MessageKind {
 /// All of them; of several for one type the first is the usual one.
 std::span<const MessageKind> message_kinds();
 
-/// Reads a message. Throws Unusable if it does not hold what its type says, or numbers that are not finite.
+/// Reads a message. Throws Unusable if it does not hold what its type defines, or numbers that are not finite.
 Decoded decode(const MessageKind& kind, Bytes message);
 
 }  // namespace waymark::rosbag1

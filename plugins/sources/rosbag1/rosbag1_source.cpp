@@ -19,19 +19,10 @@
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
 #include "waymark/io/bad_record_list.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 
 namespace waymark::rosbag1 {
 namespace {
-
-BadRecordList bad_up_to(std::uint64_t limit) {
-  return {limit, {"record", "max_bad_records", "goes on after such ones"}};
-}
-
-std::string_view short_name(std::string_view payload) {
-  payload.remove_prefix(payload.find('/') + 1);
-  return payload.substr(0, payload.find('@'));
-}
 
 /// Bags of ROS 1, in order of the time of recording or of the stamps.
 class Rosbag1Source final : public Source {
@@ -42,8 +33,6 @@ class Rosbag1Source final : public Source {
   std::optional<Measurement> next() override;
   double progress() const override { return stream_->progress(); }
   const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
-  void save(OutArchive& archive) const override;
-  void load(InArchive& archive) override;
 
  private:
   /// An entry of `channels` in the YAML.
@@ -64,9 +53,8 @@ class Rosbag1Source final : public Source {
   void add_route(const Config& entry, const Rig& rig);
   const MessageKind& kind_for(const Config& entry, const std::string& topic) const;
   std::string topics_with_counts() const;
-  void restart();
-  std::optional<Measurement> next(BadRecordList& bad);
-  void take(const RawMessage& message, BadRecordList& bad);
+  std::set<std::pair<std::size_t, std::uint32_t>> wanted_connections() const;
+  void take(const RawMessage& message);
   Measurement measure(const Route& route, const RawMessage& message) const;
   bool is_due() const;
 
@@ -77,7 +65,6 @@ class Rosbag1Source final : public Source {
   bool arrival_recorded_ = true;
   Duration reorder_window_{};
 
-  // The position.
   std::optional<MessageStream> stream_;
   std::priority_queue<Measurement, std::vector<Measurement>, LaterArrival> ready_;
   Time newest_recorded_ = Time::min();   // of the messages that were taken
@@ -88,15 +75,16 @@ class Rosbag1Source final : public Source {
 };
 
 Rosbag1Source::Rosbag1Source(const Config& config, const Rig& rig)
-    : bad_(bad_up_to(static_cast<std::uint64_t>(
-          config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)))) {
+    : bad_(static_cast<std::uint64_t>(
+               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+           {"record", "max_bad_records", "goes on after such ones"}) {
   arrival_recorded_ = config.choice("arrival", {"recorded", "stamp"}, "recorded") == "recorded";
   if (!arrival_recorded_) reorder_window_ = from_seconds(config.number_in("reorder_window_s", 0.0, 3600.0, 1.0));
   open_bags(config);
   const std::vector<Config> entries = config.items("channels");
   if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
   for (const Config& entry : entries) add_route(entry, rig);
-  restart();
+  stream_.emplace(bags_, wanted_connections());
 }
 
 void Rosbag1Source::open_bags(const Config& config) {
@@ -157,8 +145,8 @@ const MessageKind& Rosbag1Source::kind_for(const Config& entry, const std::strin
                  fmt::format("\"{}\" carries {} with the md5 sum {}, but {} is expected: its definition is another one",
                              topic, type, md5, kind.md5));
     }
-    if (asked == kind.payload || asked == short_name(kind.payload)) return kind;
-    payloads += fmt::format("{}{}", payloads.empty() ? "" : " or ", short_name(kind.payload));
+    if (asked == kind.payload || asked == short_type_name(kind.payload)) return kind;
+    payloads += fmt::format("{}{}", payloads.empty() ? "" : " or ", short_type_name(kind.payload));
     if (usual == nullptr) usual = &kind;
   }
   if (usual == nullptr)
@@ -178,8 +166,8 @@ void Rosbag1Source::add_route(const Config& entry, const Rig& rig) {
   for (const Route& other : routes_) {
     if (other.topic == route.topic && other.kind == route.kind) {
       entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
-                                       channels_[other.channel].sensor, wanted.sensor, short_name(wanted.payload_type),
-                                       route.topic));
+                                       channels_[other.channel].sensor, wanted.sensor,
+                                       short_type_name(wanted.payload_type), route.topic));
     }
   }
   const auto channel = std::ranges::find_if(channels_, [&](const Channel& one) {
@@ -191,7 +179,8 @@ void Rosbag1Source::add_route(const Config& entry, const Rig& rig) {
   routes_.push_back(std::move(route));
 }
 
-void Rosbag1Source::restart() {
+/// Number of the bag and of the connection in it.
+std::set<std::pair<std::size_t, std::uint32_t>> Rosbag1Source::wanted_connections() const {
   std::set<std::pair<std::size_t, std::uint32_t>> wanted;
   for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
     for (const auto& [number, connection] : bags_[bag].connections()) {
@@ -200,11 +189,7 @@ void Rosbag1Source::restart() {
         wanted.insert({bag, number});
     }
   }
-  stream_.emplace(bags_, std::move(wanted));
-  ready_ = {};
-  newest_recorded_ = newest_delivered_ = Time::min();
-  taken_ = delivered_ = 0;
-  ended_ = false;
+  return wanted;
 }
 
 Measurement Rosbag1Source::measure(const Route& route, const RawMessage& message) const {
@@ -231,11 +216,11 @@ Measurement Rosbag1Source::measure(const Route& route, const RawMessage& message
 }
 
 /// Makes the measurements of one message.
-void Rosbag1Source::take(const RawMessage& message, BadRecordList& bad) {
+void Rosbag1Source::take(const RawMessage& message) {
   if (arrival_recorded_ && message.recorded < newest_recorded_) {
-    bad.add(stream_->place(message), fmt::format("it was recorded {:.6f} s before a message that the index says is "
-                                                 "earlier",
-                                                 to_seconds(newest_recorded_ - message.recorded)));
+    bad_.add(stream_->place(message), fmt::format("it was recorded {:.6f} s before a message that the index says is "
+                                                  "earlier",
+                                                  to_seconds(newest_recorded_ - message.recorded)));
     return;
   }
   newest_recorded_ = std::max(newest_recorded_, message.recorded);
@@ -253,7 +238,7 @@ void Rosbag1Source::take(const RawMessage& message, BadRecordList& bad) {
       measurement.sequence = taken_++;
       ready_.push(std::move(measurement));
     } catch (const Unusable& unusable) {
-      bad.add(stream_->place(message), fmt::format("{}: {}", topic, unusable.what()));
+      bad_.add(stream_->place(message), fmt::format("{}: {}", topic, unusable.what()));
     }
   }
 }
@@ -264,11 +249,11 @@ bool Rosbag1Source::is_due() const {
   return ended_ || arrival_recorded_ || ready_.top().arrival <= newest_recorded_ - reorder_window_;
 }
 
-std::optional<Measurement> Rosbag1Source::next(BadRecordList& bad) {
+std::optional<Measurement> Rosbag1Source::next() {
   while (!is_due()) {
     if (ended_) return std::nullopt;
-    if (const auto message = stream_->next(bad)) {
-      take(*message, bad);
+    if (const auto message = stream_->next(bad_)) {
+      take(*message);
     } else {
       ended_ = true;
     }
@@ -278,57 +263,6 @@ std::optional<Measurement> Rosbag1Source::next(BadRecordList& bad) {
   newest_delivered_ = measurement.arrival;
   measurement.sequence = delivered_++;
   return measurement;
-}
-
-std::optional<Measurement> Rosbag1Source::next() { return next(bad_); }
-
-void Rosbag1Source::save(OutArchive& archive) const {
-  archive.section("rosbag1", 1);
-  archive.value(static_cast<std::uint64_t>(bags_.size()));
-  for (const Bag& bag : bags_) {
-    archive.value(std::string_view(bag.file().filename().native()));
-    archive.value(bag.size());
-  }
-  archive.value(delivered_);
-  archive.value(ended_);
-  bad_.save(archive);
-}
-
-void Rosbag1Source::load(InArchive& archive) {
-  archive.section("rosbag1", 1);
-  std::uint64_t count = 0;
-  archive.value(count);
-  if (count != bags_.size())
-    throw DataError(fmt::format("checkpoint: {} bags, but the configuration has {}", count, bags_.size()));
-  for (const Bag& bag : bags_) {
-    std::string name;
-    std::uint64_t size = 0;
-    archive.value(name);
-    archive.value(size);
-    if (name != bag.file().filename().native() || size != bag.size()) {
-      throw DataError(fmt::format("checkpoint: made with the bag {} of {} bytes, but the configuration has {} of {}",
-                                  name, size, bag.file().string(), bag.size()));
-    }
-  }
-  std::uint64_t delivered = 0;
-  bool ended = false;
-  archive.value(delivered);
-  archive.value(ended);
-  bad_.load(archive);
-  restart();
-  BadRecordList known = bad_up_to(std::numeric_limits<std::uint64_t>::max());  // counted in the checkpoint already
-  while (delivered_ < delivered) {
-    if (!next(known)) throw DataError("checkpoint: a place behind the end of the bag");
-  }
-  if (ended) {
-    while (!ended_) {
-      if (const auto message = stream_->next(known)) {
-        take(*message, known);
-      } else {
-        ended_ = true;
-      }
-    }
-  }
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace waymark::simulator {
 
 /// What can go wrong with the measurements of any sensor: they come late and in another order, with the stamps of a
 /// wrong clock, not at all, or without a number in them. Every decision is drawn for its own measurement, so no fault
-/// changes what another sensor, or another measurement, says.
+/// changes another sensor, or another measurement.
 class Faults {
  public:
   /// Reads `delay_s`, `delay_jitter_s`, `delay_jitter_law`, `stamp_offset_s`, `dead_s`, and, if `payload_type` has
@@ -27,7 +27,7 @@ class Faults {
   Duration least_delay() const { return delay_; }
   /// When the measurement made at `time` arrives.
   Duration arrival(std::uint64_t seed, Duration time) const;
-  /// What the sensor's clock says at `time`.
+  /// What the sensor's clock shows at `time`.
   Duration stamp(Duration time) const { return time + stamp_offset_; }
   /// Whether the sensor is silent.
   bool dead(Duration time) const { return dead_.contain(time); }

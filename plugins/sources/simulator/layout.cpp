@@ -79,7 +79,7 @@ std::vector<int> listed_textures(const Config& config, std::size_t landmarks, in
   std::vector<int> chosen;
   for (const double number : numbers) {
     if (number != std::floor(number) || number < 0.0 || number >= textures) {
-      config.fail("list_texture", fmt::format("{} is no texture; 0 to {} are expected", number, textures - 1));
+      config.fail("list_texture", fmt::format("{} is not a texture; 0 to {} are expected", number, textures - 1));
     }
     chosen.push_back(static_cast<int>(number));
   }
@@ -94,7 +94,7 @@ void dress(const Config& config, std::uint64_t seed, World& world) {
   world.metal.assign(world.textures.size(), false);
   for (const double number : config.numbers("metal_textures", -1, std::vector<double>{})) {
     if (number != std::floor(number) || number < 0.0 || number >= count) {
-      config.fail("metal_textures", fmt::format("{} is no texture; 0 to {} are expected", number, count - 1));
+      config.fail("metal_textures", fmt::format("{} is not a texture; 0 to {} are expected", number, count - 1));
     }
     world.metal[static_cast<std::size_t>(number)] = true;
   }

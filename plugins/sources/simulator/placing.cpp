@@ -17,7 +17,7 @@ Eigen::Vector2d Area::draw(Random& random) const {
 Range read_range(const Config& config, std::string_view key, const Range& fallback) {
   const std::vector<double> range = config.numbers(key, 2, {fallback.smallest, fallback.largest});
   if (!(range[0] > 0.0) || range[1] < range[0]) {
-    config.fail(key, fmt::format("[{}, {}] is no range of positive sizes", range[0], range[1]));
+    config.fail(key, fmt::format("[{}, {}] is not a range of positive sizes", range[0], range[1]));
   }
   return {range[0], range[1]};
 }

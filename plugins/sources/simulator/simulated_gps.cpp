@@ -109,22 +109,4 @@ std::shared_ptr<Payload> SimulatedGps::sample(const Truth& truth, Duration time)
   return std::make_shared<GnssFix>(last_);
 }
 
-template <class Archive, class Gps>
-void SimulatedGps::each_state(Archive& archive, Gps& gps) {
-  archive.value(gps.offset_);
-  archive.value(gps.jump_);
-  archive.value(gps.satellites_);
-  archive.value(gps.last_.p_map_antenna);
-  archive.value(gps.last_.sigma_horizontal_m);
-  archive.value(gps.last_.sigma_vertical_m);
-  archive.value(gps.last_.hdop);
-  archive.value(gps.last_.satellites);
-  archive.value(gps.last_.type);
-  archive.value(gps.last_.speed_mps);
-  archive.value(gps.last_.course_rad);
-}
-
-void SimulatedGps::save_state(OutArchive& archive) const { each_state(archive, *this); }
-void SimulatedGps::load_state(InArchive& archive) { each_state(archive, *this); }
-
 }  // namespace waymark::simulator

@@ -11,7 +11,7 @@
 namespace waymark::simulator {
 
 /// Fixes of an antenna in the map's frame, with white noise, a first-order Gauss–Markov offset, and an offset that
-/// jumps when the satellites change. It can fail as receivers do: gross outliers that it does not know of, spans in
+/// jumps when the satellites change. It can fail as receivers do: gross outliers that it does not report, spans in
 /// which it repeats itself or its fixes creep away.
 class SimulatedGps : public SimulatedSensor {
  public:
@@ -19,11 +19,6 @@ class SimulatedGps : public SimulatedSensor {
 
  private:
   std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
-  void save_state(OutArchive& archive) const override;
-  void load_state(InArchive& archive) override;
-  /// One list for saving and loading.
-  template <class Archive, class Gps>
-  static void each_state(Archive& archive, Gps& gps);
   void change_satellites(std::uint64_t seed, Duration time, bool first);
   double degradation() const;
   GnssFix measure(const Truth& truth, Duration time, const Eigen::Vector3d& white) const;
@@ -37,7 +32,7 @@ class SimulatedGps : public SimulatedSensor {
   double correlation_time_s_;
   double satellite_change_mean_s_;  // 0: never
   double jump_sigma_m_;
-  double speed_sigma_mps_;  // 0: the receiver tells no velocity
+  double speed_sigma_mps_;  // 0: the receiver reports no velocity
   double outlier_probability_;
   double outlier_max_m_;
   double drift_mps_;

@@ -76,16 +76,6 @@ std::shared_ptr<Payload> SimulatedImu::sample(const Truth& truth, Duration time)
   return imu;
 }
 
-void SimulatedImu::save_state(OutArchive& archive) const {
-  archive.value(gyroscope_.bias);
-  archive.value(accelerometer_.bias);
-}
-
-void SimulatedImu::load_state(InArchive& archive) {
-  archive.value(gyroscope_.bias);
-  archive.value(accelerometer_.bias);
-}
-
 SimulatedCompass::SimulatedCompass(const Config& config, const Rig& rig, const Magnetism& magnetism)
     : SimulatedSensor(config, CompassHeading::kType, 10.0, kCompassPhase),
       T_base_sensor_(rig.T_base_sensor(channel().sensor)),

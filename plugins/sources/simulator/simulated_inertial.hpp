@@ -30,8 +30,6 @@ class SimulatedImu : public SimulatedSensor {
   };
 
   std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
-  void save_state(OutArchive& archive) const override;
-  void load_state(InArchive& archive) override;
 
   Pose T_base_sensor_;
   const Magnetism& magnetism_;

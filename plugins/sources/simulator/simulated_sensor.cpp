@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 namespace waymark::simulator {
@@ -27,13 +26,6 @@ Sample SimulatedSensor::measure(const Truth& truth) {
   return {time, faults_.stamp(time), faults_.arrival(truth.seed, time), std::move(payload)};
 }
 
-void SimulatedSensor::measure_ahead(const Truth& truth) {
-  std::ostringstream state;
-  OutArchive archive(state);
-  save_state(archive);
-  underway_.push_back({measure(truth), state.str()});
-}
-
 std::vector<SimulatedSensor::Underway>::iterator SimulatedSensor::first_to_arrive() {
   return std::ranges::min_element(
       underway_, {}, [](const Underway& one) { return one.delivered ? Duration::max() : one.sample.arrival; });
@@ -44,7 +36,7 @@ Duration SimulatedSensor::next_arrival(const Truth& truth, Duration end) {
   // Whatever could still overtake the first one must have been measured.
   while (next_time() <= end) {
     if (!underway_.empty() && first_to_arrive()->sample.arrival < next_time() + faults_.least_delay()) break;
-    measure_ahead(truth);
+    underway_.push_back({.sample = measure(truth)});
   }
   return underway_.empty() ? Duration::max() : first_to_arrive()->sample.arrival;
 }
@@ -57,37 +49,6 @@ Sample SimulatedSensor::take(const Truth& truth) {
   const auto waiting = std::ranges::find(underway_, false, &Underway::delivered);
   underway_.erase(underway_.begin(), waiting);
   return sample;
-}
-
-void SimulatedSensor::save(OutArchive& archive) const {
-  archive.value(taken_);
-  archive.value(static_cast<std::uint64_t>(underway_.size()));
-  for (const Underway& one : underway_) archive.value(one.delivered);
-  if (underway_.empty()) {
-    save_state(archive);
-  } else {
-    archive.bytes(underway_.front().state.data(), underway_.front().state.size());
-  }
-}
-
-void SimulatedSensor::load(InArchive& archive, const Truth& truth) {
-  std::uint64_t count = 0;
-  archive.value(taken_);
-  archive.value(count);
-  if (count > static_cast<std::uint64_t>(taken_)) throw DataError("checkpoint: more samples underway than measured");
-  std::vector<bool> delivered;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    bool one = false;
-    archive.value(one);
-    delivered.push_back(one);
-  }
-  load_state(archive);
-  underway_.clear();
-  taken_ -= static_cast<std::int64_t>(count);
-  for (const bool one : delivered) {
-    measure_ahead(truth);
-    underway_.back().delivered = one;
-  }
 }
 
 }  // namespace waymark::simulator

@@ -12,7 +12,6 @@
 #include "waymark/config/config.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/source.hpp"
-#include "waymark/io/archive.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {
@@ -30,7 +29,7 @@ struct Truth {
 /// What a sensor sends at one time.
 struct Sample {
   Duration time;                           ///< when it was measured
-  Duration stamp;                          ///< what the sensor's clock said
+  Duration stamp;                          ///< what the sensor's clock showed
   Duration arrival;                        ///< when it is received
   std::shared_ptr<const Payload> payload;  ///< null: the sensor delivered nothing
 };
@@ -46,11 +45,8 @@ class SimulatedSensor {
 
   /// When the next sample arrives of those measured until `end`; Duration::max() if there is none.
   Duration next_arrival(const Truth& truth, Duration end);
-  /// The sample that `next_arrival`, to be called before, has told of.
+  /// The sample that `next_arrival`, to be called before, has announced.
   Sample take(const Truth& truth);
-
-  void save(OutArchive& archive) const;
-  void load(InArchive& archive, const Truth& truth);
 
  protected:
   /// Reads `sensor`, `rate_hz` and the faults that all sensors can have. `phase` is the time of the first sample in
@@ -62,18 +58,14 @@ class SimulatedSensor {
   /// A sample that is on its way, or has overtaken one that is.
   struct Underway {
     Sample sample;
-    std::string state;  ///< of the sensor before it was measured, to measure it again after loading
     bool delivered = false;
   };
 
   /// What the sensor measures at `time`, in order of time; null if it delivers nothing.
   virtual std::shared_ptr<Payload> sample(const Truth& truth, Duration time) = 0;
-  virtual void save_state(OutArchive&) const {}
-  virtual void load_state(InArchive&) {}
 
   Duration next_time() const;
   Sample measure(const Truth& truth);
-  void measure_ahead(const Truth& truth);
   std::vector<Underway>::iterator first_to_arrive();
 
   Channel channel_;

@@ -22,7 +22,7 @@
 #include "simulated_wheels.hpp"
 #include "surfaces_file.hpp"
 #include "waymark/io/output_file.hpp"
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/source.hpp"
 #include "world.hpp"
 
 namespace waymark::simulator {
@@ -101,22 +101,6 @@ class Simulator : public Source {
   double progress() const override { return to_seconds(position_) / to_seconds(duration_); }
 
   std::shared_ptr<const Reference> reference() const override { return reference_; }
-
-  void save(OutArchive& archive) const override {
-    archive.section("simulator", 3);
-    archive.value(sequence_);
-    archive.value(position_.count());
-    for (const auto& sensor : sensors_) sensor->save(archive);
-  }
-
-  void load(InArchive& archive) override {
-    if (archive.section("simulator", 3) < 3) throw DataError("checkpoint: of a simulator before version 3");
-    archive.value(sequence_);
-    Duration::rep position = 0;
-    archive.value(position);
-    position_ = Duration{position};
-    for (const auto& sensor : sensors_) sensor->load(archive, truth_);
-  }
 
  private:
   static Truth read_truth(const Config& config, Duration duration) {

@@ -39,7 +39,7 @@ enum class Draw : std::uint32_t {
   clouds
 };
 
-/// The stream of one sample, independent of all others. `kind` tells the sensors apart that share a kind of draw.
+/// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.
 inline Random stream(std::uint64_t seed, Draw draw, Duration time, std::uint32_t kind = 0) {
   return Random({.seed = seed, .slot = kind, .stamp = time.count(), .sensor = static_cast<std::uint32_t>(draw)});
 }

@@ -52,7 +52,7 @@ struct World {
   static constexpr std::size_t kSurroundings = 4;  ///< textures of stones, boxes, walls and ground
 
   std::vector<Cylinder> landmarks;  ///< the true landmarks, in the order of their names
-  std::vector<Cylinder> stones;     ///< this and what follows is no landmark
+  std::vector<Cylinder> stones;     ///< this and what follows is not a landmark
   std::vector<Box> boxes;
   std::vector<Wall> walls;
   std::vector<Texture> textures;  ///< the landmarks' classes first, then those of the rest; the last is the ground's

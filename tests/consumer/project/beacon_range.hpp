@@ -7,4 +7,10 @@
 struct BeaconRange : waymark::PayloadOf<BeaconRange> {
   static constexpr std::string_view kType = "example/BeaconRange@1";
   double range_m = 0.0;
+
+  /// What checks and formats know of it.
+  template <class Visitor>
+  static void fields(Visitor&& field) {
+    field(&BeaconRange::range_m, {.names = {"range_m"}, .unit = "m", .meaning = "distance to the beacon"});
+  }
 };

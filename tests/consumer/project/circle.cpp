@@ -20,8 +20,6 @@ class Circle : public Source {
   }
   const std::vector<Channel>& channels() const override { return channels_; }
   double progress() const override { return static_cast<double>(next_) / static_cast<double>(end_); }
-  void save(OutArchive& out) const override { out.value(next_); }
-  void load(InArchive& in) override { in.value(next_); }
 
   /// Ten measurements a second at 1 m/s; from the map's origin, eastwards, turning left.
   std::optional<Measurement> next() override {

@@ -35,7 +35,7 @@ class Findings {
     } catch (const std::exception& error) {
       add(std::string(name) + " threw", error.what());
     } catch (...) {
-      add(std::string(name) + " threw", "something that is no std::exception");
+      add(std::string(name) + " threw", "something that is not a std::exception");
     }
   }
 

@@ -95,7 +95,8 @@ void check_description(const ParticleMap& map, Findings& findings) {
     findings.require(ids.insert(landmark.id).second, "two landmarks have one id", where);
     findings.require(landmark.p_map.allFinite() && !std::isinf(landmark.radius_m), "a landmark is at no finite place",
                      where);
-    findings.require(landmark.existence >= 0.0 && landmark.existence <= 1.0, "an existence is no probability", where);
+    findings.require(landmark.existence >= 0.0 && landmark.existence <= 1.0, "an existence is not a probability",
+                     where);
     findings.require(landmark.sightings >= 0, "a landmark has negative sightings", where);
     const bool covariance = landmark.P.allFinite() && symmetric(landmark.P) && positive_semi_definite(landmark.P);
     findings.require(covariance, "a landmark's covariance is not positive semi-definite", where);

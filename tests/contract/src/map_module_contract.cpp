@@ -5,7 +5,7 @@
 
 #include "findings.hpp"
 #include "map_check.hpp"
-#include "particles/workers.hpp"
+#include "several_threads.hpp"
 
 namespace waymark::testing {
 
@@ -118,8 +118,7 @@ void check_refine(const Bench& bench, Findings& findings) {
     std::vector<std::unique_ptr<ParticleMap>> clones;
     for (int i = 0; i < 12; ++i) clones.push_back(map->clone());
     std::atomic<bool> same = true;
-    Workers workers(4);
-    workers.for_each(12, [&](int i) {
+    on_several_threads(12, [&](int i) {
       try {
         const std::size_t p = static_cast<std::size_t>(i) % priors.size();
         Refinement refinement;

@@ -7,10 +7,7 @@
 
 namespace waymark::testing {
 
-/// All numbers of a payload that core knows, exactly; empty for others.
+/// All registered values of a payload, exactly; empty if it registers no fields.
 std::string content_of(const Payload& payload);
-
-/// What is wrong with the values of a payload that core knows; empty: nothing.
-std::string problem_of(const Payload& payload);
 
 }  // namespace waymark::testing

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
-#include "estimation/ekf.hpp"
 #include "findings.hpp"
 #include "update_check.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::testing {
 
@@ -87,16 +87,18 @@ class Bench {
     return record;
   }
 
-  /// Tells the sensor what became of its update, as the host does.
+  /// Reports to the sensor what became of its update, as the host does.
   void report(Sensor& sensor, std::size_t u, const Update& update) {
     Linearization out;
-    if (!evaluate(update, belief_.mean, layout_, out).problem.empty()) return;
-    ekf::Innovation innovation;
-    ekf::innovate(belief_, layout_, 0, out, innovation);
-    if (!innovation.finite) return;
-    const double nis = innovation.density.squared_mahalanobis;
-    sensor.outcome(
-        {.update = u, .innovation = innovation.nu, .S = innovation.S, .nis = nis, .accepted = nis < 10.0 * out.rows()});
+    const DenseModel model = evaluate(update, belief_.mean, layout_, out);
+    if (!model.problem.empty()) return;
+    const Eigen::MatrixXd S = model.H * belief_.P * model.H.transpose() + model.R;
+    Outcome outcome{.update = u, .innovation = model.residual, .S = 0.5 * (S + S.transpose())};
+    if (!outcome.innovation.allFinite() || !outcome.S.allFinite()) return;
+    outcome.nis = gaussian::density(outcome.innovation, outcome.S).squared_mahalanobis;
+    if (!std::isfinite(outcome.nis)) return;
+    outcome.accepted = outcome.nis < 10.0 * out.rows();
+    sensor.outcome(outcome);
   }
 
   std::span<const Measurement> measurements_;

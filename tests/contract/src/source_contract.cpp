@@ -64,7 +64,7 @@ void check_measurement(const Measurement& m, const std::optional<Measurement>& p
     findings.require(m.payload->type() == source.channels()[m.sensor].payload_type,
                      "a payload is not of its channel's type", where);
   }
-  const std::string problem = problem_of(*m.payload);
+  const std::string problem = m.payload->problem();
   findings.require(problem.empty(), "a payload has bad values", where + ": " + problem);
   findings.require(m.arrival >= m.stamp, "a measurement arrives before its stamp", where);
   if (!previous) return;
@@ -93,30 +93,6 @@ Records check_log(Source& source, const SourceSetting& setting, Findings& findin
   for (int i = 0; i < 3; ++i) findings.require(!source.next().has_value(), "next gives something after the end");
   findings.require(!records.empty(), "the source gives no measurement, so nothing was checked");
   return records;
-}
-
-void check_position(const MakeSource& make_source, const Records& expected, const SourceSetting& setting,
-                    Findings& findings) {
-  const std::size_t count = expected.size();
-  for (const std::size_t cut : {std::size_t{0}, std::size_t{1}, count / 3, count / 2, count}) {
-    const auto original = make_source();
-    read(*original, cut, setting);
-    const std::string bytes = saved(*original);
-    const Records rest(expected.begin() + static_cast<std::ptrdiff_t>(cut), expected.end());
-    findings.require(read(*original, count + 1, setting) == rest, "save disturbs the source");
-    for (const bool used : {false, true}) {
-      const auto loaded = make_source();
-      if (used) read(*loaded, count + 1, setting);
-      const std::size_t left = load_from(bytes, [&](InArchive& in) { loaded->load(in); });
-      findings.require(left == 0, "load does not read all that save wrote", fmt::format("{} bytes are left", left));
-      findings.require(saved(*loaded) == bytes, "save after load writes other bytes");
-      findings.require(read(*loaded, count + 1, setting) == rest,
-                       "a loaded source does not continue where it was saved",
-                       used ? "into a source that was read to the end" : "into a new source");
-    }
-    findings.require(refuses_truncated(bytes, [&](InArchive& in) { make_source()->load(in); }),
-                     "load accepts a position that ends early");
-  }
 }
 
 void check_reference(const Source& source, Findings& findings) {
@@ -157,7 +133,6 @@ Violations check_source(const MakeSource& make_source, const SourceSetting& sett
     check_reference(*first, findings);
     findings.require(read(*second, expected.size() + 1, setting) == expected,
                      "two instances give different measurements");
-    findings.part("save or load", [&] { check_position(make_source, expected, setting, findings); });
   });
   return findings.take();
 }

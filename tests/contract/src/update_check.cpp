@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-#include "particles/workers.hpp"
+#include "several_threads.hpp"
 
 namespace waymark::testing {
 
@@ -204,8 +204,7 @@ void check_update(const Update& update, const std::vector<NavState>& states, con
     check_jacobian(update, model, state, layout, name, findings);
   }
   std::atomic<bool> same = true;
-  Workers workers(4);
-  workers.for_each(4 * static_cast<int>(states.size()), [&](int i) {
+  on_several_threads(4 * static_cast<int>(states.size()), [&](int i) {
     const std::size_t k = static_cast<std::size_t>(i) % states.size();
     try {
       Linearization out;

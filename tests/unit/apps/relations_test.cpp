@@ -123,7 +123,7 @@ Trajectory reckoning() {
   return trajectory(std::move(points), "reckoning.txt");
 }
 
-// Rows at 0 s and 22 s; dead reckoning went 2 m between them, the estimate says 2.2 m. Half way, at 21 s, the row
+// Rows at 0 s and 22 s; dead reckoning went 2 m between them, the estimate 2.2 m. Half way, at 21 s, the row
 // before plus 1 m is 1 m, the row after less 1 m is 1.2 m.
 TEST(Relations, AMotionFillsPausesFromBothSidesByTheShareOfTheWay) {
   const auto estimate = trajectory({{at(0.0), Pose::planar(0.0, 0.0, 0.0)}, {at(22.0), Pose::planar(2.2, 0.0, 1e-9)}});

@@ -54,4 +54,12 @@ StateBlock block_of(int states) {
   return block;
 }
 
+void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
+              estimation::ekf::Innovation& out) {
+  estimation::StateJacobian H;
+  H.reset(model.rows(), layout.size());
+  estimation::scatter(layout, owner < 0 ? 0 : layout.block_offset(owner), model, H);
+  estimation::ekf::innovate(belief, model, H, out);
+}
+
 }  // namespace waymark::test

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "estimation/ekf.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/math/random.hpp"
 
@@ -26,5 +27,9 @@ double asymmetry(const ErrorMatrix& P);
 inline Time at(double seconds) { return Time{from_seconds(seconds)}; }
 
 StateBlock block_of(int states);
+
+/// The innovation of a model of the layout's owner (-1: of none with states of its own).
+void innovate(const Belief& belief, const StateLayout& layout, int owner, const Linearization& model,
+              estimation::ekf::Innovation& out);
 
 }  // namespace waymark::test

@@ -5,34 +5,20 @@
 #include <cmath>
 #include <sstream>
 
-#include "waymark/plugin_loader.hpp"
+#include "particles/particle_filter.hpp"
+#include "waymark/host/robot.hpp"
 
 namespace waymark::test {
 
 FusionRobot::FusionRobot(const std::string& yaml, std::vector<std::pair<std::string, std::shared_ptr<Sensor>>> own,
                          std::vector<MapSlot> maps) {
-  const Config config = Config::parse(yaml, "robot.yaml");
-  const PluginLoader loader({WAYMARK_PLUGIN_DIR});
-  std::vector<SensorSlot> slots;
-  std::vector<Mounting> mountings;
-  for (const Config& entry : config.items("sensors")) mountings.push_back(read_mounting(entry));
-  const Rig rig(std::move(mountings));
-  for (const Config& entry : config.items("sensors")) {
-    slots.push_back(read_sensor_slot(entry));
-    SensorSlot& slot = slots.back();
-    const auto mine = std::find_if(own.begin(), own.end(), [&](const auto& o) { return o.first == slot.plugin; });
-    if (mine != own.end()) {
-      slot.sensor = mine->second;
-    } else if (!slot.plugin.empty()) {
-      slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
-    }
-  }
-  fusion_ = std::make_unique<Fusion>(
-      read_fusion_settings(config), std::move(slots), std::move(maps), [this](const Snapshot& snapshot) {
-        const Measurement& m = snapshot.measurement();
-        seen_.push_back({to_seconds(m.stamp.time_since_epoch()), m.sensor, snapshot.fate(),
-                         snapshot.started() ? snapshot.belief() : Belief{}});
-      });
+  host::Robot robot = host::Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}), own);
+  robot.maps = std::move(maps);
+  fusion_ = robot.fusion([this](const Snapshot& snapshot) {
+    const Measurement& m = snapshot.measurement();
+    seen_.push_back({to_seconds(m.stamp.time_since_epoch()), m.sensor, snapshot.fate(),
+                     snapshot.started() ? snapshot.belief() : Belief{}});
+  });
 }
 
 FusionRobot& FusionRobot::play(const std::vector<Measurement>& log) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "particles/particle_filter.hpp"
 #include "unit/core/beliefs.hpp"
 #include "waymark/host/fusion.hpp"
 #include "waymark/interface/payloads.hpp"

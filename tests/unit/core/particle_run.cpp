@@ -59,7 +59,7 @@ std::vector<gaussian::Density> densities(ParticleRun& run, const Update& model) 
     Linearization linear;
     estimation::ekf::Innovation innovation;
     model.linearize({particle.belief.mean, nullptr}, linear);
-    estimation::ekf::innovate(particle.belief, run.layout(), 0, linear, innovation);
+    test::innovate(particle.belief, run.layout(), 0, linear, innovation);
     result.push_back(innovation.density);
   }
   return result;

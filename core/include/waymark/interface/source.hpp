@@ -2,14 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "waymark/interface/measurement.hpp"
-#include "waymark/io/archive.hpp"
 #include "waymark/math/pose.hpp"
 
 namespace waymark {
@@ -69,10 +67,6 @@ class WAYMARK_TYPE Source {
 
   /// Truth or survey, if the source knows one.
   virtual std::shared_ptr<const Reference> reference() const { return nullptr; }
-
-  /// The position in the log.
-  virtual void save(OutArchive&) const {}
-  virtual void load(InArchive&) {}
 };
 
 }  // namespace waymark

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <istream>
 #include <map>
@@ -18,14 +20,37 @@
 
 namespace waymark {
 
+/// A class that lists its fields once, for writing and for reading:
+///
+///     template <class Archive>
+///     void serialize(Archive& archive) {
+///       archive.section("inflation", 1);
+///       archive(last_, usual_s_, left_);
+///     }
+///
+/// `Archive::kReads` tells the two apart where reading must check or convert; writing must change nothing.
+template <class T, class Archive>
+concept Serializable = requires(T& object, Archive& archive) {
+  object.serialize(archive);
+};
+
 /// A versioned binary stream for checkpoints, little endian. Objects that several owners share are written once and
 /// shared again after loading.
 class WAYMARK_API OutArchive {
  public:
+  static constexpr bool kReads = false;
+
   explicit OutArchive(std::ostream& stream) : stream_(stream) {}
 
-  /// Opens a section: what follows belongs to `name` in this version.
-  void section(std::string_view name, std::uint32_t version);
+  /// Writes all fields, one behind the other: numbers, enums, times, texts, matrices, quaternions, `std::optional`,
+  /// `std::vector` and `std::array` of these, and objects that have `serialize`, or `save` and `load`.
+  template <class... Fields>
+  void operator()(const Fields&... fields) {
+    (field(fields), ...);
+  }
+
+  /// Opens a section: what follows belongs to `name` in this version, which is returned.
+  std::uint32_t section(std::string_view name, std::uint32_t version);
   void bytes(const void* data, std::size_t size);
 
   template <class T>
@@ -57,6 +82,38 @@ class WAYMARK_API OutArchive {
   bool first_sight(const void* object);
 
  private:
+  template <class T>
+  void field(const T& object) {
+    if constexpr (Serializable<T, OutArchive>) {
+      const_cast<T&>(object).serialize(*this);  // one list for both directions; writing changes nothing
+    } else if constexpr (requires { object.save(*this); }) {
+      object.save(*this);
+    } else {
+      value(object);
+    }
+  }
+  void field(Duration duration) { value(duration.count()); }
+  void field(const std::optional<Time>& time) { value(time); }
+  void field(const Eigen::Quaterniond& q) { value(q.coeffs()); }
+  template <class T>
+  void field(const std::optional<T>& object) {
+    value(object.has_value());
+    if (object) field(*object);
+  }
+  template <class T>
+  void field(const std::vector<T>& objects) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      values(objects);
+    } else {
+      value(static_cast<std::uint64_t>(objects.size()));
+      for (const T& object : objects) field(object);
+    }
+  }
+  template <class T, std::size_t N>
+  void field(const std::array<T, N>& objects) {
+    for (const T& object : objects) field(object);
+  }
+
   std::ostream& stream_;
   std::map<const void*, std::uint64_t> seen_;
 };
@@ -64,7 +121,15 @@ class WAYMARK_API OutArchive {
 /// The reading side of `OutArchive`. Every call throws DataError if the stream ends early or a section does not fit.
 class WAYMARK_API InArchive {
  public:
+  static constexpr bool kReads = true;
+
   explicit InArchive(std::istream& stream) : stream_(stream) {}
+
+  /// Reads all fields, as `OutArchive` wrote them.
+  template <class... Fields>
+  void operator()(Fields&... fields) {
+    (field(fields), ...);
+  }
 
   /// Checks the section's name and returns its version; throws if the version is newer than `newest`.
   std::uint32_t section(std::string_view name, std::uint32_t newest);
@@ -115,6 +180,46 @@ class WAYMARK_API InArchive {
   void remember(std::uint64_t number, std::shared_ptr<void> object) { objects_[number] = std::move(object); }
 
  private:
+  template <class T>
+  void field(T& object) {
+    if constexpr (Serializable<T, InArchive>) {
+      object.serialize(*this);
+    } else if constexpr (requires { object.load(*this); }) {
+      object.load(*this);
+    } else {
+      value(object);
+    }
+  }
+  void field(Duration& duration) {
+    Duration::rep count = 0;
+    value(count);
+    duration = Duration{count};
+  }
+  void field(std::optional<Time>& time) { value(time); }
+  void field(Eigen::Quaterniond& q) { value(q.coeffs()); }
+  template <class T>
+  void field(std::optional<T>& object) {
+    bool known = false;
+    value(known);
+    object.reset();
+    if (known) field(object.emplace());
+  }
+  template <class T>
+  void field(std::vector<T>& objects) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      values(objects);
+    } else {
+      // Element by element, so that a damaged count takes no more memory than the stream has content.
+      const std::size_t size = count(1);
+      objects.clear();
+      for (std::size_t i = 0; i < size; ++i) field(objects.emplace_back());
+    }
+  }
+  template <class T, std::size_t N>
+  void field(std::array<T, N>& objects) {
+    for (T& object : objects) field(object);
+  }
+
   [[noreturn]] void fail(std::string_view what) const;
   std::size_t count(std::size_t element_size);
 

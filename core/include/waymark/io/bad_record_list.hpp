@@ -7,7 +7,6 @@
 
 #include "waymark/base/api.hpp"
 #include "waymark/interface/source.hpp"
-#include "waymark/io/archive.hpp"
 
 namespace waymark {
 
@@ -27,9 +26,6 @@ class WAYMARK_API BadRecordList {
   void add(const std::string& place, const std::string& reason);
 
   const std::vector<BadRecord>& records() const { return records_; }  ///< the first 1000
-
-  void save(OutArchive& archive) const;
-  void load(InArchive& archive);
 
  private:
   std::uint64_t limit_;

@@ -84,7 +84,7 @@ TEST(Ekf, ReproducesTheBatchSolutionOfALinearGaussianCase) {
 
     process.predict(belief, belief.stamp + from_seconds(kDt), false);
     estimation::ekf::Innovation innovation;
-    estimation::ekf::innovate(belief, layout, -1, m.at(belief.mean), innovation);
+    test::innovate(belief, layout, -1, m.at(belief.mean), innovation);
     ASSERT_TRUE(innovation.finite);
     estimation::ekf::apply(belief, layout, innovation);
   }
@@ -122,7 +122,7 @@ TEST_P(Scatter, PutsEveryPartOfTheModelAtItsPlace) {
   }
   H.rightCols(3) = own;  // gps stands last
   estimation::ekf::Innovation innovation;
-  estimation::ekf::innovate(belief, layout, 1, model, innovation);
+  test::innovate(belief, layout, 1, model, innovation);
   const Eigen::MatrixXd P = belief.P;
   EXPECT_LT((innovation.PHt - P * H.transpose()).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_LT((innovation.S - (H * P * H.transpose() + Eigen::MatrixXd::Identity(4, 4))).cwiseAbs().maxCoeff(), 1e-12);
@@ -140,15 +140,15 @@ TEST(Ekf, ReportsWhatIsNotFinite) {
   model.R(0, 0) = 1.0;
   model.position()(0, 0) = std::nan("");
   estimation::ekf::Innovation innovation;
-  estimation::ekf::innovate(belief, layout, -1, model, innovation);
+  test::innovate(belief, layout, -1, model, innovation);
   EXPECT_FALSE(innovation.finite);
   model.position()(0, 0) = 1.0;
   model.residual[0] = INFINITY;
-  estimation::ekf::innovate(belief, layout, -1, model, innovation);
+  test::innovate(belief, layout, -1, model, innovation);
   EXPECT_FALSE(innovation.finite);
   model.residual[0] = 0.0;
   model.R(0, 0) = -2.0;
-  estimation::ekf::innovate(belief, layout, -1, model, innovation);
+  test::innovate(belief, layout, -1, model, innovation);
   EXPECT_FALSE(innovation.finite);
 }
 
@@ -170,7 +170,7 @@ TEST(Ekf, CovarianceStaysPositiveOverManyUpdatesOfExtremeNoise) {
     m.variance = sigma * sigma;
     const NavState& mean = belief.mean;
     m.z = m.on_position * mean.T_map_base.p.head<2>() + m.on_velocity * mean.v_base.head<2>();
-    estimation::ekf::innovate(belief, layout, -1, m.at(belief.mean), innovation);
+    test::innovate(belief, layout, -1, m.at(belief.mean), innovation);
     ASSERT_TRUE(innovation.finite) << k;
     estimation::ekf::apply(belief, layout, innovation);
     ASSERT_LT(test::asymmetry(belief.P), 1e-9 * belief.P.norm()) << k;
@@ -209,7 +209,7 @@ struct Ride {
   void read(bool considered) {
     process.predict(belief, belief.stamp + from_seconds(0.01), false);
     const double z = 1.0 + 0.1 * random.normal();
-    estimation::ekf::innovate(belief, layout, 0, speedometer(belief.mean, z, 0.01, considered), innovation);
+    test::innovate(belief, layout, 0, speedometer(belief.mean, z, 0.01, considered), innovation);
     estimation::ekf::apply(belief, layout, innovation);
   }
 };
@@ -235,7 +235,7 @@ TEST(Ekf, AConsideredBlockLearnsFromOtherMeasurements) {
     ride.read(true);
     if (k % 100 != 0) continue;
     LinearMeasurement fix{Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Zero(), {0.01 * k * kSpeed, 0.0}, 1e-4};
-    estimation::ekf::innovate(ride.belief, ride.layout, -1, fix.at(ride.belief.mean), ride.innovation);
+    test::innovate(ride.belief, ride.layout, -1, fix.at(ride.belief.mean), ride.innovation);
     estimation::ekf::apply(ride.belief, ride.layout, ride.innovation);
   }
   EXPECT_NEAR(ride.belief.mean.block[0], 0.1, 3.0 * std::sqrt(ride.belief.P(6, 6)));

@@ -31,10 +31,10 @@ class GeoreferenceOf : public ::testing::TestWithParam<Motion> {
     return result;
   }
 
-  StateLayout layout{GetParam(),
-                     {{"wheels", test::block_of(2)},
-                      {std::string(estimation::Georeference::kOwner),
-                       estimation::Georeference::block(GetParam(), GeoreferenceSettings{})}}};
+  StateLayout layout{
+      GetParam(),
+      {{"wheels", test::block_of(2)},
+       {"georeference", estimation::Georeference::block(GetParam(), GeoreferenceSettings{true, 0.0, 0.0})}}};
   estimation::Georeference georeference{layout, 1};
   Random random = test::stream(41);
 };
@@ -82,9 +82,11 @@ TEST_P(GeoreferenceOf, CarriesTheJacobianOfAFixOverToPoseAndBlock) {
   Linearization model;
   const NavState enu = georeference.in_enu(belief.mean);
   fix.linearize({enu, nullptr}, model);
-  const estimation::EarthJacobian earth = georeference.jacobian(belief.mean);
+  estimation::StateJacobian scattered;
+  scattered.reset(model.rows(), layout.size());
+  georeference.scatter(belief.mean, 0, model, scattered);
   estimation::ekf::Innovation innovation;
-  estimation::ekf::innovate(belief, layout, 0, model, innovation, &earth);
+  estimation::ekf::innovate(belief, model, scattered, innovation);
   const Eigen::MatrixXd P = belief.P;
   const Eigen::MatrixXd expected = P * H.transpose();
   EXPECT_LT((innovation.PHt - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
@@ -119,9 +121,10 @@ INSTANTIATE_TEST_SUITE_P(Motions, GeoreferenceOf, ::testing::Values(Motion::plan
 
 /// One particle that starts with a wrong idea of its heading, knows its odometry exactly, and hears exact fixes.
 TEST(GeoreferenceFilter, FixesTurnTheMapAndLeaveTheWayInItAlone) {
-  const StateLayout layout(Motion::planar, {{"gps", {}},
-                                            {std::string(estimation::Georeference::kOwner),
-                                             estimation::Georeference::block(Motion::planar, GeoreferenceSettings{})}});
+  const StateLayout layout(
+      Motion::planar,
+      {{"gps", {}},
+       {"georeference", estimation::Georeference::block(Motion::planar, GeoreferenceSettings{true, 0.0, 0.0})}});
   const estimation::ProcessModel process(layout, {{0.01, 0.01, 0.0}, {0.0, 0.0, 0.01}});
   particles::ParticleFilter filter(process, {std::make_shared<test::ToyModule>()}, {},
                                    estimation::Georeference(layout, 1));
@@ -154,9 +157,10 @@ TEST(GeoreferenceFilter, FixesTurnTheMapAndLeaveTheWayInItAlone) {
 }
 
 TEST(GeoreferenceFilter, InflatingSetsTheMapFreeAndNotTheWayInIt) {
-  const StateLayout layout(Motion::planar, {{"gps", {}},
-                                            {std::string(estimation::Georeference::kOwner),
-                                             estimation::Georeference::block(Motion::planar, GeoreferenceSettings{})}});
+  const StateLayout layout(
+      Motion::planar,
+      {{"gps", {}},
+       {"georeference", estimation::Georeference::block(Motion::planar, GeoreferenceSettings{true, 0.0, 0.0})}});
   const estimation::ProcessModel process(layout, {});
   particles::ParticleFilter filter(process, {}, {}, estimation::Georeference(layout, 1));
   Belief prior;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "particles/particle_filter.hpp"
 #include "unit/core/fusion_robot.hpp"
 #include "unit/core/toy_map.hpp"
 
@@ -30,7 +31,7 @@ std::vector<Measurement> outage() {
 
 const std::string kSmooth = kAtOrigin + "filter: { smooth: true }\nsensors:\n" + kWheels + gps();
 
-TEST(estimation::Smoother, EndsAsTheFilterEnds) {
+TEST(Smoother, EndsAsTheFilterEnds) {
   FusionRobot robot(kSmooth);
   robot.play(outage());
   const SmoothedPose last = robot.fusion().report().smoothed.back();
@@ -39,7 +40,7 @@ TEST(estimation::Smoother, EndsAsTheFilterEnds) {
   EXPECT_LT((last.P - robot.pose_P()).norm(), 1e-12);
 }
 
-TEST(estimation::Smoother, HasNoSawtoothAndIsMoreCertainThanTheFilter) {
+TEST(Smoother, HasNoSawtoothAndIsMoreCertainThanTheFilter) {
   FusionRobot robot(kSmooth);
   robot.play(outage());
   const std::vector<SmoothedPose> smoothed = robot.fusion().report().smoothed;
@@ -68,7 +69,7 @@ TEST(estimation::Smoother, HasNoSawtoothAndIsMoreCertainThanTheFilter) {
   EXPECT_LT(step_smoothed, step_filtered);
 }
 
-TEST(estimation::Smoother, CarriesNothingOverAReacquisitionThatSharesItsStamp) {
+TEST(Smoother, CarriesNothingOverAReacquisitionThatSharesItsStamp) {
   FusionRobot robot(kAtOrigin + "filter: { smooth: true }\nsensors:\n" + kWheels +
                     gps("jump_sigmas: 0, max_consecutive_rejections: 5"));
   std::vector<Measurement> log;
@@ -82,7 +83,7 @@ TEST(estimation::Smoother, CarriesNothingOverAReacquisitionThatSharesItsStamp) {
   }
 }
 
-TEST(estimation::Smoother, IncrementsAloneLeaveNothingToSmooth) {
+TEST(Smoother, IncrementsAloneLeaveNothingToSmooth) {
   FusionRobot robot(
       "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nfilter: { smooth: true }\nsensors:\n"
       "  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0 }\n");
@@ -108,7 +109,7 @@ TEST(estimation::Smoother, IncrementsAloneLeaveNothingToSmooth) {
 
 /// The joint Gaussian of all steps, conditioned on all measurements at once, for a case that is linear: the heading is
 /// known and the robot drives straight.
-TEST(estimation::Smoother, IsTheBatchSolutionOfALinearCase) {
+TEST(Smoother, IsTheBatchSolutionOfALinearCase) {
   const StateLayout layout(StateLayout::Motion::planar, {});
   const estimation::ProcessModel process(layout, {{0.5, 0.2, 0.0}, {0.0, 0.0, 0.0}});
   constexpr int kSteps = 12;
@@ -161,7 +162,7 @@ TEST(estimation::Smoother, IsTheBatchSolutionOfALinearCase) {
       Linearization model;
       estimation::ekf::Innovation innovation;
       PositionModel(z(k), sigma).linearize({belief.mean, nullptr}, model);
-      estimation::ekf::innovate(belief, layout, 0, model, innovation);
+      test::innovate(belief, layout, 0, model, innovation);
       estimation::ekf::apply(belief, layout, innovation);
     }
     smoother.add(belief, false);

@@ -38,14 +38,14 @@ std::vector<Key> play(fusion::MeasurementQueue& queue, const std::vector<Measure
   return out;
 }
 
-TEST(fusion::MeasurementQueue, IsEmptyAtFirst) {
+TEST(MeasurementQueue, IsEmptyAtFirst) {
   fusion::MeasurementQueue queue(from_seconds(0.1));
   EXPECT_FALSE(queue.pop_due().has_value());
   EXPECT_FALSE(queue.pop().has_value());
   EXPECT_EQ(queue.size(), 0U);
 }
 
-TEST(fusion::MeasurementQueue, HoldsBackUntilTheStampIsOlderThanTheLatency) {
+TEST(MeasurementQueue, HoldsBackUntilTheStampIsOlderThanTheLatency) {
   fusion::MeasurementQueue queue(from_seconds(0.2));
   queue.push(make(1.0, 1.0));
   EXPECT_FALSE(queue.pop_due().has_value());
@@ -57,14 +57,14 @@ TEST(fusion::MeasurementQueue, HoldsBackUntilTheStampIsOlderThanTheLatency) {
   EXPECT_EQ(queue.size(), 2U);
 }
 
-TEST(fusion::MeasurementQueue, EqualStampsComeInTheOrderOfSensorThenSequence) {
+TEST(MeasurementQueue, EqualStampsComeInTheOrderOfSensorThenSequence) {
   fusion::MeasurementQueue queue(Duration{0});
   const auto out =
       play(queue, {make(1.0, 1.0, 2, 1), make(1.0, 1.0, 0, 9), make(1.0, 1.0, 2, 0), make(1.0, 1.0, 1, 5)});
   EXPECT_EQ(out, (std::vector<Key>{{1.0, 0, 9}, {1.0, 1, 5}, {1.0, 2, 0}, {1.0, 2, 1}}));
 }
 
-TEST(fusion::MeasurementQueue, OvertakingWithinTheWindowGivesTheOrderOfIdealArrival) {
+TEST(MeasurementQueue, OvertakingWithinTheWindowGivesTheOrderOfIdealArrival) {
   Random random = test::stream(8);
   for (int trial = 0; trial < 50; ++trial) {
     std::vector<Measurement> ideal;
@@ -82,7 +82,7 @@ TEST(fusion::MeasurementQueue, OvertakingWithinTheWindowGivesTheOrderOfIdealArri
   }
 }
 
-TEST(fusion::MeasurementQueue, RefusesWhatIsOlderThanWhatWasHandedOut) {
+TEST(MeasurementQueue, RefusesWhatIsOlderThanWhatWasHandedOut) {
   fusion::MeasurementQueue queue(from_seconds(0.1));
   queue.push(make(1.0, 1.0));
   queue.push(make(2.0, 2.0));
@@ -92,7 +92,7 @@ TEST(fusion::MeasurementQueue, RefusesWhatIsOlderThanWhatWasHandedOut) {
   EXPECT_EQ(queue.size(), 2U);
 }
 
-TEST(fusion::MeasurementQueue, ALateArrivalStillMovesTheClock) {
+TEST(MeasurementQueue, ALateArrivalStillMovesTheClock) {
   fusion::MeasurementQueue queue(from_seconds(0.1));
   queue.push(make(1.0, 1.0));
   queue.push(make(2.0, 2.0));
@@ -102,7 +102,7 @@ TEST(fusion::MeasurementQueue, ALateArrivalStillMovesTheClock) {
   EXPECT_TRUE(queue.pop_due().has_value());
 }
 
-TEST(fusion::MeasurementQueue, ShowsWhatWaitsInOrder) {
+TEST(MeasurementQueue, ShowsWhatWaitsInOrder) {
   fusion::MeasurementQueue queue(from_seconds(1.0));
   for (const double stamp : {3.0, 1.0, 2.0}) queue.push(make(stamp, 3.0));
   std::vector<Key> waiting;

@@ -23,7 +23,7 @@ struct Innovations {
   }
 };
 
-TEST(monitoring::BiasWatch, SeesNothingInWhiteInnovations) {
+TEST(BiasWatch, SeesNothingInWhiteInnovations) {
   Innovations innovations;
   monitoring::BiasWatch watch;
   int alarms = 0;
@@ -32,7 +32,7 @@ TEST(monitoring::BiasWatch, SeesNothingInWhiteInnovations) {
   EXPECT_LE(alarms, 5);
 }
 
-TEST(monitoring::BiasWatch, SeesASmallBiasOfManyInnovations) {
+TEST(BiasWatch, SeesASmallBiasOfManyInnovations) {
   Innovations innovations;
   monitoring::BiasWatch watch;
   const Eigen::Vector2d bias(0.8, 0.0);  // 1.1 σ: no gate would see it
@@ -43,7 +43,7 @@ TEST(monitoring::BiasWatch, SeesASmallBiasOfManyInnovations) {
   EXPECT_EQ(watch.mean().z(), 0.0);
 }
 
-TEST(monitoring::BiasWatch, NeedsSeveralInnovationsHoweverLarge) {
+TEST(BiasWatch, NeedsSeveralInnovationsHoweverLarge) {
   Innovations innovations;
   monitoring::BiasWatch watch;
   const gaussian::Vector far = Eigen::Vector2d(50.0, 0.0);
@@ -53,7 +53,7 @@ TEST(monitoring::BiasWatch, NeedsSeveralInnovationsHoweverLarge) {
   EXPECT_FALSE(watch.take(far, innovations.S));
 }
 
-TEST(monitoring::BiasWatch, GoesOnAfterItWasLoaded) {
+TEST(BiasWatch, GoesOnAfterItWasLoaded) {
   Innovations innovations;
   monitoring::BiasWatch one;
   for (int k = 0; k < 7; ++k) one.take(innovations.next({0.5, 0.1}), innovations.S);

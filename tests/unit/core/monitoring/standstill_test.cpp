@@ -8,7 +8,7 @@ namespace {
 
 Time at(double s) { return Time{from_seconds(s)}; }
 
-TEST(monitoring::Standstill, LapsesWhenItsSensorFallsSilent) {
+TEST(Standstill, LapsesWhenItsSensorFallsSilent) {
   monitoring::Standstill standstill(1, from_seconds(0.5));
   for (int i = 0; i <= 10; ++i) standstill.report(0, at(0.1 * i), false);
   EXPECT_TRUE(standstill.standing());
@@ -17,7 +17,7 @@ TEST(monitoring::Standstill, LapsesWhenItsSensorFallsSilent) {
   EXPECT_FALSE(standstill.standing());
 }
 
-TEST(monitoring::Standstill, LastsWhileASensorSpeaksOfTheTimeUntilItsNextWord) {
+TEST(Standstill, LastsWhileASensorSpeaksOfTheTimeUntilItsNextWord) {
   monitoring::Standstill standstill(1, from_seconds(0.5));
   for (int i = 0; i <= 10; ++i) standstill.report(0, at(0.1 * i), false, true);
   EXPECT_FALSE(standstill.lapses(at(60.0)));

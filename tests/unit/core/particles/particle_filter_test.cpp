@@ -28,7 +28,7 @@ particles::UpdatePolicy policy(double probability = 0.999) {
   return p;
 }
 
-TEST(particles::ParticleFilter, WithOneParticleIsAPlainEkf) {
+TEST(ParticleFilter, WithOneParticleIsAPlainEkf) {
   ParticleRun run({});
   particles::ParticleFilter& filter = run.filter();
   filter.start(run.prior(), false);
@@ -41,7 +41,7 @@ TEST(particles::ParticleFilter, WithOneParticleIsAPlainEkf) {
   Linearization linear;
   estimation::ekf::Innovation innovation;
   model.linearize({expected.mean, nullptr}, linear);
-  estimation::ekf::innovate(expected, run.layout(), 0, linear, innovation);
+  test::innovate(expected, run.layout(), 0, linear, innovation);
   estimation::ekf::apply(expected, run.layout(), innovation);
   EXPECT_EQ(filter.mixture().P, expected.P);
   EXPECT_EQ(filter.mixture().mean.T_map_base.p, expected.mean.T_map_base.p);
@@ -49,7 +49,7 @@ TEST(particles::ParticleFilter, WithOneParticleIsAPlainEkf) {
   EXPECT_DOUBLE_EQ(outcome.nis, innovation.density.squared_mahalanobis);
 }
 
-TEST(particles::ParticleFilter, MixtureHasTheMomentsWithinPlusBetween) {
+TEST(ParticleFilter, MixtureHasTheMomentsWithinPlusBetween) {
   ParticleRun run(spread_settings(40));
   particles::ParticleFilter& filter = run.filter();
   filter.start(run.prior(), true);
@@ -68,7 +68,7 @@ TEST(particles::ParticleFilter, MixtureHasTheMomentsWithinPlusBetween) {
   EXPECT_LT((filter.mixture().P - P).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-TEST(particles::ParticleFilter, MeanHeadingIsCircular) {
+TEST(ParticleFilter, MeanHeadingIsCircular) {
   ParticleRun run(spread_settings(200));
   Belief prior = run.prior();
   prior.mean.T_map_base = Pose::planar(0.0, 0.0, std::numbers::pi);
@@ -78,7 +78,7 @@ TEST(particles::ParticleFilter, MeanHeadingIsCircular) {
   EXPECT_LT(run.filter().mixture().P(2, 2), 0.2);
 }
 
-TEST(particles::ParticleFilter, AnUpdateWeighsByItsEvidence) {
+TEST(ParticleFilter, AnUpdateWeighsByItsEvidence) {
   ParticleRun run(spread_settings(10));
   particles::ParticleFilter& filter = run.filter();
   filter.start(run.prior(), true);
@@ -92,7 +92,7 @@ TEST(particles::ParticleFilter, AnUpdateWeighsByItsEvidence) {
   for (std::size_t i = 0; i < 10; ++i) EXPECT_NEAR(filter.particles()[i].log_weight, expected[i] - sum, 1e-12);
 }
 
-TEST(particles::ParticleFilter, AGatedUpdateMovesNobodyAndCountsItsLikelihoodClampedAtTheGate) {
+TEST(ParticleFilter, AGatedUpdateMovesNobodyAndCountsItsLikelihoodClampedAtTheGate) {
   ParticleRun run(spread_settings(200));
   particles::ParticleFilter& filter = run.filter();
   filter.start(run.prior(), true);
@@ -119,7 +119,7 @@ TEST(particles::ParticleFilter, AGatedUpdateMovesNobodyAndCountsItsLikelihoodCla
   EXPECT_EQ(particles[0].belief.mean.T_map_base.p, first.mean.T_map_base.p);
 }
 
-TEST(particles::ParticleFilter, TheGateCanBeOpened) {
+TEST(ParticleFilter, TheGateCanBeOpened) {
   ParticleRun run({});
   run.filter().start(run.prior(), false);
   particles::UpdatePolicy open = policy(0.9);
@@ -128,7 +128,7 @@ TEST(particles::ParticleFilter, TheGateCanBeOpened) {
   EXPECT_GT(run.filter().mixture().mean.T_map_base.p.x(), 40.0);
 }
 
-TEST(particles::ParticleFilter, AnUpdateThatIsNotFiniteForOneIsAppliedToNone) {
+TEST(ParticleFilter, AnUpdateThatIsNotFiniteForOneIsAppliedToNone) {
   ParticleRun run(spread_settings(5));
   run.filter().start(run.prior(), true);
   const std::string before = run.bytes();
@@ -136,7 +136,7 @@ TEST(particles::ParticleFilter, AnUpdateThatIsNotFiniteForOneIsAppliedToNone) {
   EXPECT_EQ(run.bytes(), before);
 }
 
-TEST(particles::ParticleFilter, TheInnovationToldBackIsTheMixtures) {
+TEST(ParticleFilter, TheInnovationToldBackIsTheMixtures) {
   ParticleRun run(spread_settings(30));
   run.filter().start(run.prior(), true);
   const Belief mixture = run.filter().mixture();
@@ -149,7 +149,7 @@ TEST(particles::ParticleFilter, TheInnovationToldBackIsTheMixtures) {
   EXPECT_NEAR(outcome.nis, nu.dot(S.inverse() * nu), 1e-12);
 }
 
-TEST(particles::ParticleFilter, ResamplesOnlyBelowTheThreshold) {
+TEST(ParticleFilter, ResamplesOnlyBelowTheThreshold) {
   for (const double threshold : {0.0, 0.5, 1.0}) {
     ParticleFilterSettings settings = spread_settings(50);
     settings.resample_threshold = threshold;
@@ -168,7 +168,7 @@ TEST(particles::ParticleFilter, ResamplesOnlyBelowTheThreshold) {
   }
 }
 
-TEST(particles::ParticleFilter, InflatesThePoseOnly) {
+TEST(ParticleFilter, InflatesThePoseOnly) {
   ParticleRun run({});
   run.filter().start(run.prior(), false);
   run.filter().inflate_pose(4.0, 0.5);
@@ -176,7 +176,7 @@ TEST(particles::ParticleFilter, InflatesThePoseOnly) {
             (ErrorVector(6) << 4.0, 4.0, 0.5, 0.0, 0.0, 0.0).finished());
 }
 
-TEST(particles::ParticleFilter, DrawsItsStartFromThePrior) {
+TEST(ParticleFilter, DrawsItsStartFromThePrior) {
   ParticleFilterSettings settings = spread_settings(2000);
   ParticleRun run(settings);
   run.filter().start(run.prior(), true);
@@ -187,14 +187,14 @@ TEST(particles::ParticleFilter, DrawsItsStartFromThePrior) {
   }
 }
 
-TEST(particles::ParticleFilter, OneParticleKeepsThePriorInsteadOfDrawing) {
+TEST(ParticleFilter, OneParticleKeepsThePriorInsteadOfDrawing) {
   ParticleRun run({});
   run.filter().start(run.prior(), true);
   EXPECT_EQ(run.filter().mixture().P, run.prior().P);
   EXPECT_EQ(run.filter().mixture().mean.T_map_base.p, run.prior().mean.T_map_base.p);
 }
 
-TEST(particles::ParticleFilter, ASavedFilterGoesOnAsIfNothingHadHappened) {
+TEST(ParticleFilter, ASavedFilterGoesOnAsIfNothingHadHappened) {
   ParticleFilterSettings settings = spread_settings(20);
   settings.resample_threshold = 0.9;
   ParticleRun original(settings, {std::make_shared<test::ToyModule>()});
@@ -213,7 +213,7 @@ TEST(particles::ParticleFilter, ASavedFilterGoesOnAsIfNothingHadHappened) {
   EXPECT_EQ(other.filter().mixture().P, original.filter().mixture().P);
 }
 
-TEST(particles::ParticleFilter, ACheckpointOfAnotherSizeIsRefused) {
+TEST(ParticleFilter, ACheckpointOfAnotherSizeIsRefused) {
   ParticleRun four(spread_settings(4));
   four.filter().start(four.prior(), false);
   ParticleRun five(spread_settings(5));

@@ -22,13 +22,13 @@ std::string saved(const std::vector<particles::Path>& paths) {
   return stream.str();
 }
 
-TEST(particles::Path, StartsEmpty) {
+TEST(Path, StartsEmpty) {
   const particles::Path path;
   EXPECT_TRUE(path.empty());
   EXPECT_TRUE(path.poses().empty());
 }
 
-TEST(particles::Path, ListsThePosesFromTheRootToTheLeaf) {
+TEST(Path, ListsThePosesFromTheRootToTheLeaf) {
   particles::Path path;
   extend(path, 0, 4);
   const auto poses = path.poses();
@@ -39,7 +39,7 @@ TEST(particles::Path, ListsThePosesFromTheRootToTheLeaf) {
   }
 }
 
-TEST(particles::Path, CopiesShareTheTrunkAndGrowApart) {
+TEST(Path, CopiesShareTheTrunkAndGrowApart) {
   particles::Path a;
   extend(a, 0, 3);
   particles::Path b = a;
@@ -52,7 +52,7 @@ TEST(particles::Path, CopiesShareTheTrunkAndGrowApart) {
   EXPECT_EQ(b.poses()[3].stamp, test::at(20));
 }
 
-TEST(particles::Path, ABranchSurvivesTheOther) {
+TEST(Path, ABranchSurvivesTheOther) {
   particles::Path kept;
   {
     particles::Path dropped;
@@ -63,7 +63,7 @@ TEST(particles::Path, ABranchSurvivesTheOther) {
   EXPECT_EQ(kept.poses().size(), 5U);
 }
 
-TEST(particles::Path, AssignmentToItselfChangesNothing) {
+TEST(Path, AssignmentToItselfChangesNothing) {
   particles::Path path;
   extend(path, 0, 3);
   const particles::Path& same = path;
@@ -73,7 +73,7 @@ TEST(particles::Path, AssignmentToItselfChangesNothing) {
 
 constexpr int kLong = 1'000'000;
 
-TEST(particles::Path, AMillionPosesAreFreedWithoutRecursion) {
+TEST(Path, AMillionPosesAreFreedWithoutRecursion) {
   auto path = std::make_unique<particles::Path>();
   extend(*path, 0, kLong);
   const particles::Path copy = *path;
@@ -81,14 +81,14 @@ TEST(particles::Path, AMillionPosesAreFreedWithoutRecursion) {
   EXPECT_EQ(copy.poses().size(), static_cast<std::size_t>(kLong));
 }
 
-TEST(particles::Path, AMillionPosesAreFreedWithoutRecursionWhenAssignedOver) {
+TEST(Path, AMillionPosesAreFreedWithoutRecursionWhenAssignedOver) {
   particles::Path path;
   extend(path, 0, kLong);
   path = particles::Path();
   EXPECT_TRUE(path.empty());
 }
 
-TEST(particles::Path, LoadingGivesBackTheSamePoses) {
+TEST(Path, LoadingGivesBackTheSamePoses) {
   particles::Path path;
   extend(path, 0, 6);
   std::istringstream stream(saved({path}));
@@ -106,7 +106,7 @@ TEST(particles::Path, LoadingGivesBackTheSamePoses) {
   }
 }
 
-TEST(particles::Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
+TEST(Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
   particles::Path trunk;
   extend(trunk, 0, 1000);
   std::vector<particles::Path> paths(5, trunk);
@@ -126,7 +126,7 @@ TEST(particles::Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
   EXPECT_EQ(saved(loaded), bytes);
 }
 
-TEST(particles::Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
+TEST(Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
   particles::Path path;
   extend(path, 0, kLong);
   std::istringstream stream(saved({path}));
@@ -137,7 +137,7 @@ TEST(particles::Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecu
   loaded = particles::Path();
 }
 
-TEST(particles::Path, SpreadsTheErrorOfDeadReckoningOverIt) {
+TEST(Path, SpreadsTheErrorOfDeadReckoningOverIt) {
   particles::Path path;
   path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
   path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.0));
@@ -154,7 +154,7 @@ TEST(particles::Path, SpreadsTheErrorOfDeadReckoningOverIt) {
   EXPECT_NEAR(poses[3].T_map_base.p.x(), 3.0, 1e-12);
 }
 
-TEST(particles::Path, TurnsWhatLiesBehindAnErrorOfHeading) {
+TEST(Path, TurnsWhatLiesBehindAnErrorOfHeading) {
   particles::Path path;
   path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
   path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.0));
@@ -165,7 +165,7 @@ TEST(particles::Path, TurnsWhatLiesBehindAnErrorOfHeading) {
   EXPECT_NEAR(middle.T_map_base.p.y(), -0.01, 1e-5);
 }
 
-TEST(particles::Path, KeepsDeadReckoningInAnArchive) {
+TEST(Path, KeepsDeadReckoningInAnArchive) {
   particles::Path path;
   path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
   path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.1));

@@ -90,7 +90,7 @@ TEST_P(WorkersThreads, AThreadWithALongPartKeepsNoOtherFromTheRest) {
 
 INSTANTIATE_TEST_SUITE_P(Threads, WorkersThreads, ::testing::Values(1, 2, 3, 4));
 
-TEST(particles::Workers, ComeAndGoWithoutWork) {
+TEST(Workers, ComeAndGoWithoutWork) {
   for (int i = 0; i < 50; ++i) EXPECT_EQ(particles::Workers(3).threads(), 3);
 }
 

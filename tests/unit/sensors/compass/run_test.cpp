@@ -113,7 +113,7 @@ std::string refusal(const std::string& imu_keys, const std::string& compass_keys
 }
 
 TEST(Magnetometers, OneDoesNotFeedImuAndCompass) {
-  // `declination: none` is no magnetometer, so this compass has a declination.
+  // `declination: none` is not a magnetometer, so this compass has a declination.
   const std::string magnetic =
       kKnown + "sensors:\n" + kWheels +
       "  - { name: compass, plugin: compass, base_T_sensor: { yaw_deg: 0 }, declination_deg: 3KEYS }\n"

@@ -159,10 +159,10 @@ TEST(FixMonitor, ContinuesWhereItWasSaved) {
   for (int i = 0; i < 3; ++i) bench.see({80.0, 30.0});
   std::stringstream stream;
   OutArchive out(stream);
-  bench.monitor.save(out);
+  out(bench.monitor);
   Bench other("{ jump_patience: 4 }");
   InArchive in(stream);
-  other.monitor.load(in);
+  in(other.monitor);
   other.t = bench.t;
   other.expected = bench.expected;
   EXPECT_EQ(other.see({80.0, 30.0}), Verdict::jump);

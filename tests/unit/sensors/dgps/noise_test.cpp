@@ -24,9 +24,9 @@ template <class T>
 void copy_by_archive(const T& from, T& to) {
   std::stringstream stream;
   OutArchive out(stream);
-  from.save(out);
+  out(from);
   InArchive in(stream);
-  to.load(in);
+  in(to);
 }
 
 // --- settling ------------------------------------------------------------------------------------------------------

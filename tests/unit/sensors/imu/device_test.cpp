@@ -66,7 +66,7 @@ TEST(ImuDevice, ItsTiltComesBesideTheRates) {
   const Eigen::Quaterniond q_map_base = so3::from_rpy(0.1, -0.05, 0.7);
   ASSERT_EQ(bench.feed(device(q_map_base * q_base_sensor, {0.3, 0.0, 0.0})), 2u);
   EXPECT_LT((bench.model(0).residual - Eigen::Vector3d(0.0, 0.3, 0.0)).norm(), 1e-9);
-  bench.state.T_map_base.q = so3::exp({0.0, 0.0, 1.0}) * q_map_base;  // another heading is no error of the tilt
+  bench.state.T_map_base.q = so3::exp({0.0, 0.0, 1.0}) * q_map_base;  // another heading is not an error of the tilt
   EXPECT_LT(bench.model(1).residual.norm(), 1e-12);
   EXPECT_NEAR(bench.model(1).R(0, 0), std::pow(2.0 * kDegree, 2), 1e-12);
   bench.state.T_map_base.q = so3::exp({-0.02, 0.01, 0.0}) * bench.state.T_map_base.q;

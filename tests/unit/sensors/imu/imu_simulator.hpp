@@ -94,7 +94,7 @@ inline Eigen::Vector3d waving(double t) {
 inline std::string bytes_of(const AttitudeFilter& filter) {
   std::ostringstream stream;
   OutArchive out(stream);
-  filter.save(out);
+  out(filter);
   return stream.str();
 }
 

@@ -72,7 +72,7 @@ TEST(Imu, GivesTheRateInTheBaseFrameAndTheTilt) {
   ASSERT_EQ(rate.rows(), 3);
   EXPECT_LT((rate.residual - Eigen::Vector3d(0.0, 0.3, 0.0)).norm(), 1e-3);
 
-  bench.state.T_map_base.q = so3::exp({0.0, 0.0, 2.0}) * q_map_base;  // another heading is no error of the tilt
+  bench.state.T_map_base.q = so3::exp({0.0, 0.0, 2.0}) * q_map_base;  // another heading is not an error of the tilt
   EXPECT_LT(bench.model(1).residual.norm(), 3e-3);
   bench.state.T_map_base.q = so3::exp({-0.02, 0.01, 0.0}) * bench.state.T_map_base.q;
   const Linearization tilt = bench.model(1);

@@ -252,7 +252,7 @@ TEST(Modes, ALoadedFilterContinuesBitForBit) {
     std::istringstream stream(bytes_of(whole));
     AttitudeFilter loaded;
     InArchive in(stream);
-    loaded.load(in);
+    in(loaded);
     EXPECT_EQ(bytes_of(loaded), bytes_of(whole));
     ImuSimulator again = sim;
     sim.run(whole, 8.0);
@@ -270,7 +270,7 @@ TEST(Modes, ALoadedFilterRemembersHowLongARestContradictsItsBias) {
   std::istringstream stream(bytes_of(whole));
   AttitudeFilter loaded;
   InArchive in(stream);
-  loaded.load(in);
+  in(loaded);
   ImuSimulator again = sim;
   sim.run(whole, 9.0);
   again.run(loaded, 9.0);

@@ -245,7 +245,7 @@ TEST_F(Carmen, APictureIsNoLogAndSaysSoShortly) {
   for (int i = 0; i < 100; ++i) text += fmt::format("word{} 1 2\n", i);
   EXPECT_THAT(read(text), IsEmpty());
   ASSERT_THAT(notices_, SizeIs(1));
-  EXPECT_THAT(notices_[0], HasSubstr("1 lines that are no message"));
+  EXPECT_THAT(notices_[0], HasSubstr("1 lines that are not messages"));
   EXPECT_THAT(notices_[0], HasSubstr("and 93 other kinds"));
   EXPECT_LT(notices_[0].size(), 300u);
 }

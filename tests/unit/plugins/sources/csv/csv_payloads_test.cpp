@@ -212,7 +212,7 @@ TEST_F(CsvPayloads, TotalsOfOneTimeAreNoSpeed) {
 TEST_F(CsvPayloads, NotEveryPayloadHasTotals) {
   write("a.csv", "t,h\n0,1\n");
   EXPECT_THAT(construction_error<ConfigError>(entry("payload: Height, columns: { height_m: h }, cumulative: true")),
-              HasSubstr("cumulative: totals say nothing of this payload"));
+              HasSubstr("cumulative: this payload has no totals"));
   EXPECT_THAT(construction_error<ConfigError>(
                   entry("payload: WheelSpeeds, columns: { left_mps: h, right_mps: h }, cumulative: { wraps_at: 0 }")),
               HasSubstr("wraps_at"));
@@ -229,7 +229,7 @@ TEST_F(CsvPayloads, AnOrientationIsAUnitQuaternionOrUnknown) {
   EXPECT_TRUE(all[1].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
   EXPECT_TRUE(all[2].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
   EXPECT_NEAR(all[3].as<ImuSample>().q_enu_sensor.norm(), 1.0, 1e-15);
-  EXPECT_THAT(imu->bad_records().at(0).reason, HasSubstr("no unit quaternion"));
+  EXPECT_THAT(imu->bad_records().at(0).reason, HasSubstr("not a unit quaternion"));
   EXPECT_THAT(construction_error<ConfigError>(entry(columns + " }")),
               HasSubstr("\"q_w\", \"q_x\", \"q_y\" and \"q_z\", or none of them"));
 }

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
 #include "unit/plugins/sources/csv/csv_fixture.hpp"
 
@@ -321,34 +320,6 @@ TEST_F(CsvTest, ProgressReachesOne) {
   const auto source = make(wheels_yaml("a.csv"));
   read_all(*source);
   EXPECT_DOUBLE_EQ(source->progress(), 1.0);
-}
-
-TEST_F(CsvTest, GoesOnFromASavedPosition) {
-  write("a.csv", "0,1,0.1,7\n0,2,0.2,8\nbad row\n1,3,0.3,9\n3,4,0.4,5\n3,5,0.5,6\n");
-  write("b.csv", "0.5,1,2\n2,3,4\n2.5,5,6\n");
-  const std::string yaml = "max_bad_rows: 5\n" + kCamera +
-                           ", group_by_time: true}, {path: b.csv, sensor: wheels, payload: WheelSpeeds, time: 0, "
-                           "columns: {left_mps: 1, right_mps: 2}}]";
-  const auto whole = read_all(*make(yaml));
-  ASSERT_EQ(whole.size(), 6u);
-  for (std::size_t taken = 0; taken <= whole.size(); ++taken) {
-    const auto first = make(yaml);
-    for (std::size_t i = 0; i < taken; ++i) first->next();
-    std::stringstream stream;
-    OutArchive out(stream);
-    first->save(out);
-    const auto second = make(yaml);
-    InArchive in(stream);
-    second->load(in);
-    const auto rest = read_all(*second);
-    ASSERT_EQ(rest.size(), whole.size() - taken);
-    for (std::size_t i = 0; i < rest.size(); ++i) {
-      EXPECT_EQ(rest[i].stamp, whole[taken + i].stamp);
-      EXPECT_EQ(rest[i].sequence, whole[taken + i].sequence);
-      EXPECT_EQ(rest[i].payload->type(), whole[taken + i].payload->type());
-    }
-    EXPECT_EQ(second->bad_records().size(), 1u);
-  }
 }
 
 }  // namespace

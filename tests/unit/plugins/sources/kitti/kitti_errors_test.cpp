@@ -44,7 +44,7 @@ TEST_F(KittiErrorsTest, ATruncatedCloudIsABadRecord) {
   write_cloud(0, kPoints);
   write(cloud_file(1), bytes_of(kPoints).substr(0, 30));
   write_cloud(2, kPoints);
-  expect_one_bad("", cloud_file(1), "30 bytes are no whole number of points of 16 bytes", 2);
+  expect_one_bad("", cloud_file(1), "30 bytes are not a whole number of points of 16 bytes", 2);
 }
 
 TEST_F(KittiErrorsTest, AnEmptyCloudIsABadRecord) {
@@ -111,7 +111,7 @@ TEST_F(KittiErrorsTest, AStampThatIsNoneIsNamedWithItsLine) {
 }
 
 TEST_F(KittiErrorsTest, WhatIsNoRecordingIsRefused) {
-  expect_refused("height_m: [1, 2]", "", "log is no folder");
+  expect_refused("height_m: [1, 2]", "", "log is not a folder");
   std::filesystem::create_directories(folder_ / "log");
   expect_refused("height_m: [1, 2]", "", "velodyne_points/data: no such folder");
   write("velodyne_points/data/readme.txt", "nothing");

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -112,32 +111,6 @@ TEST(SimulatorFaults, JitterReordersAndChangesNoMeasurement) {
   EXPECT_NEAR(mean(wheels), 0.35, 4.0 * 0.5 / std::sqrt(12.0 * 2400.0));
   EXPECT_NEAR(mean(fixes), 2.0, 4.0 * 2.0 / std::sqrt(300.0));
   EXPECT_GT(std::ranges::max(fixes), 5.0);
-}
-
-TEST(SimulatorFaults, ASavedPositionKnowsWhatIsUnderway) {
-  const std::string yaml =
-      ", wheels: { sensor: wheels, track_m: 0.5, delay_jitter_s: 0.5 },"
-      "  gps: { sensor: gps, correlated_sigma_m: 0.5, satellite_change_mean_s: 5, delay_jitter_s: 3, frozen_s: [20, "
-      "30] },"
-      "  imu: { sensor: imu, rate_hz: 20, delay_jitter_s: 0.3 }";
-  for (const int taken : {0, 1, 700, 1700, 3000}) {
-    const auto source = simulate(yaml);
-    for (int i = 0; i < taken; ++i) source->next();
-    std::stringstream stream;
-    OutArchive out(stream);
-    source->save(out);
-    const auto resumed = simulate(yaml);
-    InArchive in(stream);
-    resumed->load(in);
-    const auto expected = read_all(*source);
-    const auto got = read_all(*resumed);
-    ASSERT_EQ(got.size(), expected.size());
-    for (std::size_t i = 0; i < got.size(); ++i) {
-      ASSERT_EQ(got[i].stamp, expected[i].stamp) << i << " after " << taken;
-      ASSERT_EQ(got[i].sequence, expected[i].sequence);
-      ASSERT_EQ(bits_of(*got[i].payload), bits_of(*expected[i].payload)) << i << " after " << taken;
-    }
-  }
 }
 
 TEST(SimulatorFaults, AWrongClockShowsInTheStampAlone) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -291,25 +290,6 @@ TEST(Simulator, RandomLandmarksKeepTheirDistances) {
       // The path is checked at points 0.1 m apart.
       ASSERT_GE((point.T_map_base.p.head<2>() - p).norm() - landmarks[i].radius_m, 0.8 - 0.01);
     }
-  }
-}
-
-TEST(Simulator, ContinuesFromASavedPosition) {
-  const std::string yaml = kLoop + kWheels + kGps + kLidar + "}";
-  const auto source = make(yaml);
-  for (int i = 0; i < 500; ++i) source->next();
-  std::stringstream stream;
-  OutArchive out(stream);
-  source->save(out);
-  const auto resumed = make(yaml);
-  InArchive in(stream);
-  resumed->load(in);
-  const auto expected = read_all(*source);
-  const auto got = read_all(*resumed);
-  ASSERT_EQ(got.size(), expected.size());
-  for (std::size_t i = 0; i < got.size(); ++i) {
-    ASSERT_EQ(numbers_of(got[i]), numbers_of(expected[i]));
-    ASSERT_EQ(got[i].sequence, expected[i].sequence);
   }
 }
 

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -124,25 +123,6 @@ TEST(SimulatorTogether, SwitchingASensorOffLeavesTheOthersAlone) {
 TEST(SimulatorTogether, NoTwoSensorsMeasureAtTheSameTime) {
   const auto all = read_all(*simulate(all_sensors()));
   for (std::size_t i = 1; i < all.size(); ++i) ASSERT_LT(all[i - 1].stamp, all[i].stamp);
-}
-
-TEST(SimulatorTogether, ContinuesFromASavedPosition) {
-  const auto source = simulate(all_sensors());
-  for (int i = 0; i < 700; ++i) source->next();
-  std::stringstream stream;
-  OutArchive out(stream);
-  source->save(out);
-  const auto resumed = simulate(all_sensors());
-  InArchive in(stream);
-  resumed->load(in);
-  const auto expected = read_all(*source);
-  const auto got = read_all(*resumed);
-  ASSERT_EQ(got.size(), expected.size());
-  ASSERT_GT(got.size(), 1000u);
-  for (std::size_t i = 0; i < got.size(); ++i) {
-    ASSERT_EQ(bits_of(got[i]), bits_of(expected[i]));
-    ASSERT_EQ(got[i].sequence, expected[i].sequence);
-  }
 }
 
 TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {

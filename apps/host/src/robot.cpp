@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/host/robot.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::host {
+
+namespace {
+
+PluginLoader make_loader(const Config& yaml) {
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& folder : yaml.texts("plugin_path", std::vector<std::string>{})) {
+    const std::filesystem::path path(folder);
+    folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
+  }
+  return PluginLoader(PluginLoader::standard_search_path(std::move(folders)));
+}
+
+Rig read_rig(const std::vector<Config>& entries) {
+  std::vector<Mounting> mountings;
+  std::set<std::string> names;
+  for (const Config& entry : entries) {
+    mountings.push_back(read_mounting(entry));
+    const Mounting& mounting = mountings.back();
+    if (!names.insert(mounting.name).second)
+      entry.fail("name", fmt::format("\"{}\" is the name of two sensors", mounting.name));
+    if (!entry.has("plugin") && mounting.payload.empty())
+      entry.fail("a sensor needs a plugin, or a payload if only maps use it");
+  }
+  return Rig(std::move(mountings));
+}
+
+std::vector<SensorSlot> load_sensors(const std::vector<Config>& entries, const PluginLoader& loader, const Rig& rig,
+                                     const OwnSensors& own) {
+  std::vector<SensorSlot> slots;
+  for (const Config& entry : entries) {
+    SensorSlot slot = read_sensor_slot(entry);
+    const auto mine = std::ranges::find(own, slot.plugin, &OwnSensors::value_type::first);
+    if (!slot.enabled) {
+      entry.ignore();
+    } else if (mine != own.end()) {
+      slot.sensor = mine->second;
+      entry.ignore();
+    } else if (!slot.plugin.empty()) {
+      slot.sensor = loader.create<Sensor>(slot.plugin, entry, rig);
+    }
+    slots.push_back(std::move(slot));
+  }
+  return slots;
+}
+
+std::vector<MapSlot> load_maps(const Config& yaml, const PluginLoader& loader, const Rig& rig,
+                               const std::vector<SensorSlot>& sensors) {
+  std::vector<MapSlot> slots;
+  std::set<std::string> names;
+  for (const Config& entry : yaml.items_or_empty("maps")) {
+    if (!entry.boolean("enabled", true)) {
+      entry.ignore();
+      continue;
+    }
+    MapSlot slot = read_map_slot(entry, rig);
+    if (!names.insert(slot.name).second) entry.fail("name", fmt::format("\"{}\" is the name of two maps", slot.name));
+    const SensorSlot& trigger = sensors[static_cast<std::size_t>(slot.inputs.front())];
+    if (!trigger.enabled)
+      entry.fail("inputs", fmt::format("its first sensor, \"{}\", is switched off (enabled: false)", trigger.name));
+    slot.module = loader.create<MapModule>(slot.plugin, entry, rig);
+    slots.push_back(std::move(slot));
+  }
+  settle_shares(slots, yaml);
+  return slots;
+}
+
+std::vector<int> connect(const Source& source, const Config& yaml, const Rig& rig,
+                         const std::vector<SensorSlot>& sensors) {
+  std::vector<int> sensor_of_channel;
+  std::vector<bool> fed(sensors.size(), false);
+  for (const Channel& channel : source.channels()) {
+    const int sensor = rig.find(channel.sensor);
+    if (sensor < 0)
+      yaml.fail("source", fmt::format("it feeds \"{}\", which is no sensor of this file", channel.sensor));
+    const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(sensor)];
+    if (!mounting.payload.empty() && mounting.payload != channel.payload_type) {
+      yaml.fail("source", fmt::format("it feeds sensor \"{}\" with {}, but the sensor takes {}", channel.sensor,
+                                      channel.payload_type, mounting.payload));
+    }
+    fed[static_cast<std::size_t>(sensor)] = true;
+    sensor_of_channel.push_back(sensors[static_cast<std::size_t>(sensor)].enabled ? sensor : -1);
+  }
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    if (sensors[i].enabled && !fed[i])
+      yaml.fail("sensors", fmt::format("the source delivers nothing for sensor \"{}\"", sensors[i].name));
+  }
+  return sensor_of_channel;
+}
+
+std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader, const Rig& rig) {
+  std::vector<SinkSlot> slots;
+  for (const Config& entry : yaml.items_or_empty("sinks")) {
+    if (!entry.boolean("enabled", true)) {
+      entry.ignore();
+      continue;
+    }
+    const std::string plugin = entry.text("plugin");
+    slots.push_back({plugin, loader.create<Sink>(plugin, entry, rig)});
+  }
+  return slots;
+}
+
+/// Everything but the source.
+Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
+  const FusionSettings settings = read_fusion_settings(yaml);
+  const std::vector<Config> entries = yaml.items("sensors");
+  if (entries.empty()) yaml.fail("sensors", "the list is empty; a robot needs at least one motion source");
+  Rig rig = read_rig(entries);
+  std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
+  std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
+  std::vector<SinkSlot> sinks = load_sinks(yaml, loader, rig);
+  return {yaml, std::move(rig), settings, std::move(sensors), std::move(maps), nullptr, {}, std::move(sinks)};
+}
+
+}  // namespace
+
+Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
+  const Config yaml = Config::load(file, overrides);
+  return load(yaml, make_loader(yaml));
+}
+
+Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
+  Robot robot = load_parts(yaml, loader, {});
+  const Config source_node = yaml.child("source");
+  robot.source = loader.create<Source>(source_node.text("plugin"), source_node, robot.rig);
+  yaml.reject_unread();
+  robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
+  // Only the parts together show whether they fit: a motion source, room for the blocks.
+  robot.fusion(nullptr);
+  return robot;
+}
+
+Robot Robot::live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
+  Robot robot = load_parts(yaml, loader, own);
+  if (yaml.has("source")) yaml.child("source").ignore();
+  yaml.reject_unread();
+  return robot;
+}
+
+std::unique_ptr<Fusion> Robot::fusion(Fusion::Observer observer) const {
+  try {
+    return std::make_unique<Fusion>(settings, sensors, maps, std::move(observer));
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", yaml.file().string(), error.what()));
+  }
+}
+
+bool Robot::assign(Measurement& measurement) const {
+  const int sensor = sensor_of_channel[measurement.sensor];
+  if (sensor < 0) return false;
+  measurement.sensor = static_cast<std::uint32_t>(sensor);
+  return true;
+}
+
+}  // namespace waymark::host

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/evaluation/trajectory_io.hpp"
+#include "apps/waymark/maps/conversion.hpp"
+#include "apps/waymark/maps/octree_file.hpp"
+#include "plugins/shared/map_formats/landmark_list.hpp"
+#include "plugins/shared/map_formats/map_server.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
+
+namespace waymark::command {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a map's file is, by its extension.
+enum class MapKind { octree, full_octree, grid, landmarks };
+
+/// Of a feature map, as the sink map_files writes it.
+bool is_landmark_yaml(const fs::path& file) { return file.filename().string().ends_with(".landmarks.yaml"); }
+
+MapKind kind_of(const fs::path& file) {
+  if (is_landmark_yaml(file)) return MapKind::landmarks;
+  const std::string extension = file.extension().string();
+  if (extension == ".bt") return MapKind::octree;
+  if (extension == ".ot") return MapKind::full_octree;
+  if (extension == ".yaml" || extension == ".yml") return MapKind::grid;
+  if (extension == ".csv") return MapKind::landmarks;
+  throw Error(
+      fmt::format("{}: \"{}\" is no extension of a map; .bt, .ot, .yaml (with its .pgm), .landmarks.yaml or .csv "
+                  "(landmarks) is expected",
+                  file.string(), extension));
+}
+
+double megabytes(std::size_t bytes) { return static_cast<double>(bytes) / 1e6; }
+
+void print_octree(const fs::path& file) {
+  const maps::LoadedOctree loaded = maps::read_octree(file);
+  const octomap::OcTree& tree = *loaded.tree;
+  const maps::OctreeFigures figures = maps::figures_of(tree);
+  const double resolution = tree.getResolution();
+  std::array<double, 3> size{};
+  for (std::size_t axis = 0; axis < 3; ++axis) size[axis] = figures.high_m[axis] - figures.low_m[axis];
+  fmt::print("kind        octree of OctoMap, {}\n", loaded.format == map_formats::OctreeFormat::binary
+                                                        ? "voxels occupied or free (.bt)"
+                                                        : "voxels with log-odds (.ot)");
+  fmt::print("resolution  {:g} m\n", resolution);
+  fmt::print("size        {:.3f} x {:.3f} x {:.3f} m, {:.0f} x {:.0f} x {:.0f} voxels\n", size[0], size[1], size[2],
+             size[0] / resolution, size[1] / resolution, size[2] / resolution);
+  fmt::print("origin      x {:.3f} y {:.3f} z {:.3f} m, the lower corner of what is known\n", figures.low_m[0],
+             figures.low_m[1], figures.low_m[2]);
+  fmt::print("nodes       {}, of them {} leaves\n", tree.size(), figures.leaves);
+  fmt::print("occupied    {} voxels\nfree        {} voxels\nunknown     {} voxels within that size\n", figures.occupied,
+             figures.free, figures.unknown);
+  fmt::print("memory      {:.1f} MB\n", megabytes(tree.memoryUsage()));
+}
+
+void print_grid(const fs::path& file) {
+  const GridView grid = map_formats::read_map_server(file);
+  const auto occupied = std::ranges::count(grid.cells, 100);
+  const auto unknown = std::ranges::count(grid.cells, GridView::kUnknown);
+  fmt::print("kind        grid of map_server (YAML with a greymap)\n");
+  fmt::print("resolution  {:g} m\n", grid.resolution_m);
+  fmt::print("size        {:.3f} x {:.3f} m, {} x {} cells\n", grid.width * grid.resolution_m,
+             grid.height * grid.resolution_m, grid.width, grid.height);
+  fmt::print("origin      x {:.3f} y {:.3f} m, yaw {:.4f} rad, the lower left corner\n", grid.T_map_grid.p.x(),
+             grid.T_map_grid.p.y(), grid.T_map_grid.yaw());
+  fmt::print("occupied    {} cells\nfree        {} cells\nunknown     {} cells\n", occupied,
+             static_cast<std::ptrdiff_t>(grid.cells.size()) - occupied - unknown, unknown);
+  fmt::print("memory      {:.1f} MB\n", megabytes(grid.cells.size()));
+}
+
+std::vector<evaluation::Landmark> read_landmarks(const fs::path& file) {
+  if (!is_landmark_yaml(file)) return evaluation::read_landmarks(file);
+  std::vector<evaluation::Landmark> landmarks;
+  for (const map_formats::LandmarkEntry& entry : map_formats::read_landmark_list(file))
+    landmarks.emplace_back().p_map = entry.mean.head<2>();
+  return landmarks;
+}
+
+void print_landmarks(const fs::path& file) {
+  const std::vector<evaluation::Landmark> landmarks = read_landmarks(file);
+  fmt::print("kind        list of landmarks\n");
+  fmt::print("landmarks   {}\n", landmarks.size());
+  if (landmarks.empty()) return;
+  const auto x = [](const evaluation::Landmark& one) { return one.p_map.x(); };
+  const auto y = [](const evaluation::Landmark& one) { return one.p_map.y(); };
+  const double low_x = x(*std::ranges::min_element(landmarks, {}, x));
+  const double low_y = y(*std::ranges::min_element(landmarks, {}, y));
+  fmt::print("size        {:.3f} x {:.3f} m, between their middles\n",
+             x(*std::ranges::max_element(landmarks, {}, x)) - low_x,
+             y(*std::ranges::max_element(landmarks, {}, y)) - low_y);
+  fmt::print("origin      x {:.3f} y {:.3f} m, the lower left corner\n", low_x, low_y);
+}
+
+void print_info(const fs::path& file) {
+  switch (kind_of(file)) {
+    case MapKind::octree:
+    case MapKind::full_octree:
+      return print_octree(file);
+    case MapKind::grid:
+      return print_grid(file);
+    case MapKind::landmarks:
+      return print_landmarks(file);
+  }
+}
+
+struct ConvertOptions {
+  fs::path in;
+  fs::path out;
+  std::vector<double> slice_m;  // empty: not given
+};
+
+void write_octree(octomap::OcTree& tree, const fs::path& out) {
+  const bool is_full = kind_of(out) == MapKind::full_octree;
+  write_file(out, map_formats::octree_text(
+                      tree, is_full ? map_formats::OctreeFormat::full : map_formats::OctreeFormat::binary));
+  fmt::print("{}: octree of {:g} m, {} nodes\n", out.string(), tree.getResolution(), tree.size());
+}
+
+void write_grid(const GridView& grid, const fs::path& out) {
+  fs::path image = out;
+  image.replace_extension(".pgm");
+  write_file(image, map_formats::greymap_text(grid));
+  write_file(out, map_formats::legend_text(grid, image.filename().string()));
+  fmt::print("{}, {}: {} x {} cells of {:g} m\n", out.string(), image.string(), grid.width, grid.height,
+             grid.resolution_m);
+}
+
+/// Runs `what`; what it throws about the content of a file names the file.
+template <class What>
+auto about(const fs::path& file, const What& what) {
+  try {
+    return what();
+  } catch (const Error& error) {
+    throw Error(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+void convert(const ConvertOptions& options) {
+  const MapKind from = kind_of(options.in);
+  const MapKind to = kind_of(options.out);
+  const bool is_slice = from != MapKind::grid && to == MapKind::grid;
+  if (from == MapKind::landmarks || to == MapKind::landmarks)
+    throw UsageError("map convert: a list of landmarks cannot be converted; .bt, .ot and .yaml can");
+  if (from == MapKind::grid && to == MapKind::grid)
+    throw UsageError(fmt::format("map convert: {} and {} are of one kind", options.in.string(), options.out.string()));
+  std::error_code ignored;
+  if (fs::equivalent(options.in, options.out, ignored))
+    throw UsageError(fmt::format("map convert: {} would overwrite itself", options.in.string()));
+  if (is_slice == options.slice_m.empty()) {
+    throw UsageError(is_slice
+                         ? "map convert: an octree becomes a grid by --slice-m low,high, the heights [m] to look at"
+                         : "map convert: --slice-m is for an octree that becomes a grid (.yaml)");
+  }
+  if (from == MapKind::grid) {
+    const GridView grid = map_formats::read_map_server(options.in);
+    const auto tree = about(options.in, [&] { return maps::layer_of(grid); });
+    return write_octree(*tree, options.out);
+  }
+  const maps::LoadedOctree loaded = maps::read_octree(options.in);
+  if (!is_slice) return write_octree(*loaded.tree, options.out);
+  const maps::Slice slice{options.slice_m[0], options.slice_m[1]};
+  write_grid(about(options.in, [&] { return maps::slice_of(*loaded.tree, slice); }), options.out);
+}
+
+/// Runs a command on `file`; a map that does not fit into memory is an Error.
+template <class Command>
+void run_on(const fs::path& file, const Command& command) {
+  try {
+    command();
+  } catch (const std::bad_alloc&) {
+    throw Error(fmt::format("{}: the map needs more memory than there is", file.string()));
+  }
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("map", "Inspect a map's file, convert it");
+  command->require_subcommand(1);
+  command->footer(
+      "Example:\n  waymark map info out/hall/hall.bt\n"
+      "  waymark map convert out/hall/hall.bt hall.yaml --slice-m 0.2,1.5");
+
+  auto file = std::make_shared<fs::path>();
+  CLI::App* info = command->add_subcommand("info", "What a map's file holds: kind, cells, size, memory");
+  info->footer("Example:\n  waymark map info out/hall/hall.bt");
+  info->add_option("file", *file,
+                   ".bt or .ot (OctoMap), .yaml with its .pgm (map_server), or landmarks as .landmarks.yaml or .csv")
+      ->required();
+  info->callback([file, &exit_code] {
+    run_on(*file, [&] { print_info(*file); });
+    exit_code = kSuccess;
+  });
+
+  auto options = std::make_shared<ConvertOptions>();
+  CLI::App* convert_command = command->add_subcommand("convert", "Write a map in another format");
+  convert_command->footer(
+      "Example:\n  waymark map convert hall.bt hall.ot\n"
+      "  waymark map convert hall.bt hall.yaml --slice-m 0.2,1.5     (and hall.pgm)\n"
+      "  waymark map convert room.yaml room.bt");
+  convert_command->add_option("in", options->in, ".bt, .ot or .yaml")->required();
+  convert_command->add_option("out", options->out, ".bt, .ot or .yaml; its extension says what it becomes")->required();
+  convert_command
+      ->add_option("--slice-m", options->slice_m,
+                   "low,high: an octree's voxels whose middles lie between these heights [m] become the grid")
+      ->delimiter(',')
+      ->check(finite_number())
+      ->expected(2);
+  convert_command->callback([options, &exit_code] {
+    run_on(options->in, [&] { convert(*options); });
+    exit_code = kSuccess;
+  });
+}
+
+}  // namespace waymark::command

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/progress.hpp"
+#include "waymark/host/session.hpp"
+#include "waymark/io/output_file.hpp"
+
+namespace waymark::command {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void on_interrupt(int) {
+  interrupted = true;
+  std::signal(SIGINT, SIG_DFL);  // a second one, of either kind, ends at once
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+struct RunOptions {
+  std::filesystem::path config;
+  std::filesystem::path out;
+  std::vector<std::string> overrides;
+  std::optional<std::int64_t> seed;
+  std::optional<int> threads;
+  std::optional<double> until_s;
+  std::filesystem::path save;
+  std::filesystem::path resume;
+  bool quiet = false;
+};
+
+std::filesystem::path prepare_output(const RunOptions& options) {
+  std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / options.config.stem() : options.out;
+  create_folder(out, "output folder");
+  if (!std::filesystem::is_directory(out)) throw Error(fmt::format("{}: is not a folder", out.string()));
+  if (access(out.c_str(), W_OK) != 0) throw Error(fmt::format("{}: the output folder is not writable", out.string()));
+  return out;
+}
+
+void print_report(const RunReport& report) {
+  for (const Event& event : report.events) {
+    if (!event.is_failure) print_message("waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+  }
+  constexpr std::size_t kShown = 5;
+  for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
+    print_message("waymark: skipped {}: {}\n", report.bad_records[i].place, report.bad_records[i].reason);
+  }
+  if (report.bad_records.size() > kShown) print_message("waymark: … and {} more\n", report.bad_records.size() - kShown);
+  for (const std::string& notice : report.notices) print_message("waymark: note: {}\n", notice);
+}
+
+int exit_code_of(const host::SessionResult& result) {
+  if (!result.log_error.empty()) return kError;
+  if (result.report.interrupted) return kInterrupted;
+  if (!result.started) return kError;
+  return result.failures.empty() ? kSuccess : kImpaired;
+}
+
+int run(const RunOptions& options) {
+  std::vector<std::string> overrides = options.overrides;
+  if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
+  if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
+  host::Robot robot = host::Robot::load(options.config, overrides);
+  const std::filesystem::path out = prepare_output(options);
+  write_file(out / "config.yaml", robot.yaml.effective());
+
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  Progress progress;
+  host::SessionOptions session_options{out, options.until_s, &interrupted};
+  if (!options.quiet)
+    session_options.observer = [&](const Snapshot& snapshot, double share) { progress.update(snapshot, share); };
+  host::Session session(std::move(robot), std::move(session_options));
+  if (!options.resume.empty()) session.resume(options.resume);
+  session.play();
+  const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
+  progress.finish();
+  print_report(result.report);
+
+  if (!options.quiet) {
+    print_message("{}{:.1f} s of log in {:.2f} s; results in {}\n", result.report.interrupted ? "interrupted: " : "",
+                  progress.log_seconds(), progress.wall_seconds(), out.string());
+  }
+  // All that went wrong, in one line and the last one, so that nobody has to look for it.
+  if (!result.failures.empty()) print_message("waymark: error: {}\n", fmt::join(result.failures, "; "));
+  return exit_code_of(result);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "Run a robot on its log: trajectory, map, picture and diagnostics");
+  command->footer(
+      "Example:\n  waymark run config/quickstart.yaml --out out/quickstart --set filter.particles=100 --seed 2\n"
+      "  waymark run config/quickstart.yaml --until 60 --save half.ckpt --out out/first\n"
+      "  waymark run config/quickstart.yaml --resume half.ckpt --out out/second\n\n"
+      "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service; 130 "
+      "interrupted (outputs are written).");
+  command->add_option("config", options->config, "the YAML that describes robot, log and outputs")->required();
+  command->add_option("--out", options->out, "folder for the results (default: out/<name of the YAML>)");
+  command->add_option("--set", options->overrides,
+                      "key=value: overrides a key of the YAML, e.g. sensors.gps.sigma_m=0.1");
+  command->add_option("--seed", options->seed, "the same as --set filter.seed=N")->check(non_negative_number());
+  command->add_option("--threads", options->threads, "the same as --set filter.threads=N; results do not depend on it");
+  command->add_option("--until", options->until_s, "stop reading this many seconds after the first arrival of the log")
+      ->check(non_negative_number());
+  command->add_option("--save", options->save, "write a checkpoint at the end of what was read, to go on from");
+  command->add_option("--resume", options->resume, "go on from a checkpoint of the same configuration and log");
+  command->add_flag("--quiet", options->quiet, "no progress and no summary; warnings and errors stay");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace waymark::command

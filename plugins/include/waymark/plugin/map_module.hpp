@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "waymark/interface/map_module.hpp"
+#include "waymark/plugin/descriptor.hpp"
+
+/// What the author of a map module includes. The plugin is one class and one line:
+///
+///     WAYMARK_PLUGIN(waymark::MapModule, DockMap, "dock_map", "1.0.0")
+namespace waymark {
+
+template <>
+struct PluginKind<MapModule> {
+  static constexpr const char* kName = "map_module";
+};
+
+}  // namespace waymark

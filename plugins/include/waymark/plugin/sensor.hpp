@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "waymark/interface/sensor.hpp"
+#include "waymark/plugin/descriptor.hpp"
+
+/// What the author of a sensor includes. The plugin is one class and one line:
+///
+///     WAYMARK_PLUGIN(waymark::Sensor, Altimeter, "altimeter", "1.0.0")
+namespace waymark {
+
+template <>
+struct PluginKind<Sensor> {
+  static constexpr const char* kName = "sensor";
+};
+
+}  // namespace waymark

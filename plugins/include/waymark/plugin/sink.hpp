@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "waymark/interface/sink.hpp"
+#include "waymark/plugin/descriptor.hpp"
+
+/// What the author of a sink includes. The plugin is one class and one line:
+///
+///     WAYMARK_PLUGIN(waymark::Sink, Distance, "distance", "1.0.0")
+namespace waymark {
+
+template <>
+struct PluginKind<Sink> {
+  static constexpr const char* kName = "sink";
+};
+
+}  // namespace waymark

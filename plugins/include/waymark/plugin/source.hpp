@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "waymark/interface/source.hpp"
+#include "waymark/plugin/descriptor.hpp"
+
+/// What the author of a source includes. The plugin is one class and one line:
+///
+///     WAYMARK_PLUGIN(waymark::Source, Circle, "circle", "1.0.0")
+namespace waymark {
+
+template <>
+struct PluginKind<Source> {
+  static constexpr const char* kName = "source";
+};
+
+}  // namespace waymark

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/io/csv_field.hpp"
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+TEST(CsvField, LeavesAPlainTextAsItIs) {
+  EXPECT_EQ(csv_field(""), "");
+  EXPECT_EQ(csv_field("gps 1; rear"), "gps 1; rear");
+}
+
+TEST(CsvField, QuotesWhatWouldTearARow) {
+  EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
+  EXPECT_EQ(csv_field("a\nb"), "\"a\nb\"");
+  EXPECT_EQ(csv_field("a\rb"), "\"a\rb\"");
+  EXPECT_EQ(csv_field("5\" scanner"), "\"5\"\" scanner\"");
+}
+
+}  // namespace
+}  // namespace waymark
