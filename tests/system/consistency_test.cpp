@@ -17,6 +17,11 @@
 namespace waymark {
 namespace {
 
+using estimation::ProcessModel;
+using particles::MappingInput;
+using particles::ParticleFilter;
+using particles::UpdatePolicy;
+
 constexpr int kRuns = 50;
 const Eigen::Vector3d kTwistSigma(0.1, 0.05, 0.03);
 

@@ -190,7 +190,7 @@ std::pair<std::vector<Health>, std::string> with_map(bool loaded, double from, d
   slot.name = "place";
   slot.module = std::make_shared<OneLandmark>(loaded, from, to);
   slot.inputs = {1};
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner }\n", {}, {slot});
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner, payload: LaserScan }\n", {}, {slot});
   std::vector<Measurement> log;
   drive(log, kEpoch, kEpoch + 30.0, 1.0);
   for (int k = 0; k < 30; ++k) log.push_back(reading(kEpoch + k, 1, std::make_shared<LaserScan>()));

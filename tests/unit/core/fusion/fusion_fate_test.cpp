@@ -162,7 +162,7 @@ std::string events_with(bool breaks) {
   maps[1].name = "fine";
   maps[1].module = std::make_shared<ToyModule>();
   for (MapSlot& map : maps) map.inputs = {1};
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner }\n", {}, maps);
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: scanner, payload: LaserScan }\n", {}, maps);
   robot.play(toy_log());
   EXPECT_EQ(robot.report(1).mapped, 10U);
   return robot.events();
@@ -207,7 +207,7 @@ TEST(FusionFaults, AReadingThatIsNotFiniteNeverReachesTheFilter) {
 }
 
 TEST(FusionFaults, ASensorWithoutListenerIsSaidOnce) {
-  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: lidar }\n");
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: lidar, payload: LaserScan }\n");
   robot.play(toy_log());
   EXPECT_EQ(robot.report(1).unheard, 10U);
   EXPECT_EQ(robot.fusion().report().events.size(), 1U);
@@ -308,7 +308,7 @@ TEST(FusionBias, FixesThatCreepAwayDoNotTearParticlesFromTheirMaps) {
   slot.module = std::make_shared<Surveyed>();
   slot.inputs = {2};
   FusionRobot robot(kAtOrigin + "georeference: { enabled: false }\nsensors:\n" + kWheels + gps("jump_sigmas: 0") +
-                        "  - { name: scanner }\n",
+                        "  - { name: scanner, payload: LaserScan }\n",
                     {}, {slot});
   std::vector<Measurement> log;
   drive(log, 0.0, 60.0, 1.0);

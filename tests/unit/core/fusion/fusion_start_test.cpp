@@ -76,9 +76,9 @@ TEST(FusionStart, InALoadedMapTheHeadingIsAsUncertainAsTheYamlSaysAlsoIfItGivesN
     slot.name = "place";
     slot.module = std::make_shared<KnownPlace>();
     slot.inputs = {1};
-    FusionRobot robot(
-        "initial: { x_m: 0, y_m: 0, " + yaw + "yaw_sigma_deg: 90 }\nsensors:\n" + kWheels + "  - { name: scanner }\n",
-        {}, {slot});
+    FusionRobot robot("initial: { x_m: 0, y_m: 0, " + yaw + "yaw_sigma_deg: 90 }\nsensors:\n" + kWheels +
+                          "  - { name: scanner, payload: LaserScan }\n",
+                      {}, {slot});
     robot.play({twist(0.0, 0.0)});
     EXPECT_NEAR(robot.pose_P()(2, 2), 90.0 * 90.0 * kDeg * kDeg, 1e-9) << yaw;
   }
