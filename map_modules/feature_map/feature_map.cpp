@@ -27,7 +27,7 @@ class FeatureMap final : public MapModule {
   std::unique_ptr<ParticleMap> create_map() const override {
     return std::make_unique<ParticleFeatureMap>(settings_, initial_);
   }
-  bool begins_with_a_place() const override { return settings_->load.use != map_formats::MapUse::map; }
+  bool has_prior_map() const override { return settings_->load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                              const MotionWindow& motion) override {
@@ -70,7 +70,7 @@ class FeatureMap final : public MapModule {
         T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
         pictures_(config.child_or_empty("extraction_pictures")),
         table_(config, "extraction_table") {
-    if (begins_with_a_place()) initial_ = read_landmark_file(settings_->load.file, *settings_);
+    if (has_prior_map()) initial_ = read_landmark_file(settings_->load.file, *settings_);
     if (camera.empty()) return;
     camera_.emplace(rig.intrinsics(camera), rig.T_base_sensor(camera), *settings_->camera, settings_->noise.range);
   }

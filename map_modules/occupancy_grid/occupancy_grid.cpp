@@ -20,7 +20,7 @@ class OccupancyGrid final : public MapModule {
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleGrid>(model_); }
 
-  bool begins_with_a_place() const override { return model_->settings.load.use != map_formats::MapUse::map; }
+  bool has_prior_map() const override { return model_->settings.load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {

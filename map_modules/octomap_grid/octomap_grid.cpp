@@ -21,7 +21,7 @@ class OctomapGrid final : public MapModule {
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleOctomap>(model_); }
 
-  bool begins_with_a_place() const override { return model_->settings.load.use != map_formats::MapUse::map; }
+  bool has_prior_map() const override { return model_->settings.load.use != map_formats::MapUse::map; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {

@@ -29,7 +29,7 @@ struct Direction {
   bool is_field = false;
 };
 
-/// A compass that delivers a heading, or the field in its own axes (estimation.md §2, "Compass").
+/// A compass that delivers a heading, or the field in its own axes (docs/math/compass.md).
 class Compass final : public Sensor {
  public:
   Compass(const Config& config, const Rig& rig)
@@ -54,8 +54,11 @@ class Compass final : public Sensor {
     offset.tau_s = offset_tau_;
     return {offset};
   }
-  bool is_absolute() const override { return true; }
-  bool uses_magnetometer() const override { return !own_magnetometer_ && !earth_.from_true_north(); }
+  SensorTraits traits() const override {
+    SensorTraits traits{.is_absolute = true};
+    if (!own_magnetometer_ && !earth_.from_true_north()) traits.instrument = magnetic_model::kMagnetometer;
+    return traits;
+  }
 
   /// Level, or as the specific force has it if there is one: as good as the robot is at rest.
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {

@@ -21,6 +21,7 @@ class DirectionUpdate final : public Update {
   DirectionUpdate(const Eigen::Vector3d& u_base, double heading, double variance, int block_size)
       : u_base_(u_base), heading_(heading), variance_(variance), block_size_(block_size) {}
 
+  Quantity observes() const override { return Quantity::attitude; }
   void linearize(const StateView& state, Linearization& out) const override {
     const Eigen::Vector3d u = state.nav.T_map_base.q * u_base_;
     const double horizontal2 = std::max(u.head<2>().squaredNorm(), kVertical * u.squaredNorm());

@@ -27,7 +27,7 @@ struct VelocitySettings {
   bool tells_heading = false;
 };
 
-/// GNSS fixes, in local metres or geodetic (estimation.md §2, "DGPS"): noise per fix, quality monitoring before, soft
+/// GNSS fixes, in local metres or geodetic (docs/math/dgps.md): noise per fix, quality monitoring before, soft
 /// return after an outage.
 class Dgps final : public Sensor {
  public:
@@ -66,9 +66,8 @@ class Dgps final : public Sensor {
     }
     return block;
   }
-  bool is_absolute() const override { return true; }
   /// Speed and course are a motion source: enough where there is nothing else.
-  bool is_motion_source() const override { return velocity_.sigma > 0.0; }
+  SensorTraits traits() const override { return {.is_motion_source = velocity_.sigma > 0.0, .is_absolute = true}; }
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     const auto& fix = measurement.as<GnssFix>();

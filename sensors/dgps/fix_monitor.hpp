@@ -23,7 +23,7 @@ struct ObservedFix {
   bool standing = false;  ///< the host holds the robot for standing still
 };
 
-/// Plausibility of fixes before they are fused (estimation.md §2, GNSS quality monitoring): a jump that no covariance
+/// Plausibility of fixes before they are fused (docs/math/dgps.md): a jump that no covariance
 /// of the prediction explains, a position that does not change while the robot moves, one that wanders while it stands.
 /// Its patience is bounded, so a filter that is wrong itself gets the fixes in the end; frozen ones excepted, which
 /// carry nothing new.

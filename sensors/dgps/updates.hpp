@@ -18,6 +18,7 @@ class PositionUpdate final : public Update {
                  const Eigen::Vector3d& variance, int rows, int block_size)
       : z_(p_map_antenna), arm_(lever_arm), variance_(variance), rows_(rows), block_size_(block_size) {}
 
+  Quantity observes() const override { return Quantity::position; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(rows_, block_size_);
     const Eigen::Vector3d arm = state.nav.T_map_base.q * arm_;
@@ -53,6 +54,7 @@ class VelocityUpdate final : public Update {
     R_ = sigma * sigma * along * along.transpose() + variance_across * across * across.transpose();
   }
 
+  Quantity observes() const override { return Quantity::velocity; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(2, block_size_);
     const Eigen::Matrix3d R_map_base = state.nav.T_map_base.q.toRotationMatrix();
@@ -77,6 +79,7 @@ class SideslipUpdate final : public Update {
  public:
   SideslipUpdate(double sigma, int block_size) : sigma_(sigma), block_size_(block_size) {}
 
+  Quantity observes() const override { return Quantity::velocity; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(1, block_size_);
     out.residual(0) = -state.nav.v_base.y();

@@ -16,7 +16,7 @@ constexpr double kMinAngle = 0.05;  // [rad] between field and vertical: a steep
 
 double square(double x) { return x * x; }
 
-/// Errors that stay for `time` [s] count as one measurement in twice that time (estimation.md §2, IMU). One measurement
+/// Errors that stay for `time` [s] count as one measurement in twice that time (docs/math/imu.md). One measurement
 /// alone has its whole variance: so it is taken while the state is much less certain than that.
 double correlated(double variance, double time, double dt, double state_variance) {
   if (state_variance > 9.0 * variance) return variance;

@@ -44,7 +44,7 @@ AttitudeSettings read_attitude_settings(const Config& config, const magnetic_mod
   return s;
 }
 
-/// An inertial measurement unit as a cascade (estimation.md §2, IMU): its own filter makes attitude and bias-free rates
+/// An inertial measurement unit as a cascade (docs/math/imu.md): its own filter makes attitude and bias-free rates
 /// out of the axes; the main filter gets the rates with roll and pitch, or, if configured, the whole attitude with the
 /// heading and then no rates of the same gyro. The device's own attitude can take the place of the cascade's.
 class Imu final : public Sensor {
@@ -76,10 +76,11 @@ class Imu final : public Sensor {
     bias.walk_per_sqrt_s = yaw_bias_walk_;
     return {bias};
   }
-  bool is_motion_source() const override { return !heading_; }
-  bool is_absolute() const override { return heading_; }
-  bool observes_roll_and_pitch() const override { return tilt_; }
-  bool uses_magnetometer() const override { return heading_ && !own_magnetometer_; }
+  SensorTraits traits() const override {
+    SensorTraits traits{.is_motion_source = !heading_, .is_absolute = heading_, .observes_roll_and_pitch = tilt_};
+    if (heading_ && !own_magnetometer_) traits.instrument = magnetic_model::kMagnetometer;
+    return traits;
+  }
 
   /// From one sample, so only as good as the robot is at rest.
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {

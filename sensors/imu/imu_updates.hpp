@@ -65,6 +65,7 @@ class TiltUpdate final : public Update {
   /// `variance` of each of the two [rad²].
   TiltUpdate(const Eigen::Vector3d& up_base, double variance) : up_base_(up_base), variance_(variance) {}
 
+  Quantity observes() const override { return Quantity::attitude; }
   void linearize(const StateView& state, Linearization& out) const override {
     const Eigen::Vector3d u = state.nav.T_map_base.q * up_base_;
     out.reset(2, 0);
@@ -84,6 +85,7 @@ class AttitudeUpdate final : public Update {
   /// `R`: covariance of the rotation vector in the map frame [rad²].
   AttitudeUpdate(const Eigen::Quaterniond& q_map_base, const Eigen::Matrix3d& R) : q_map_base_(q_map_base), R_(R) {}
 
+  Quantity observes() const override { return Quantity::attitude; }
   void linearize(const StateView& state, Linearization& out) const override {
     const Eigen::Vector3d residual = so3::log(q_map_base_ * state.nav.T_map_base.q.conjugate());
     out.reset(3, 0);
@@ -102,6 +104,7 @@ class HeadingUpdate final : public Update {
  public:
   HeadingUpdate(double yaw, double variance) : yaw_(yaw), variance_(variance) {}
 
+  Quantity observes() const override { return Quantity::attitude; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(1, 0);
     out.residual(0) = so3::wrap(yaw_ - state.nav.T_map_base.yaw());

@@ -91,8 +91,8 @@ class TwistUpdate final : public Update {
   bool scale_rotation_;
 };
 
-/// Wheel odometry as a relative sensor (estimation.md, "Odometry"): noise as densities, so that halving the rate does
-/// not change how fast the pose's covariance grows.
+/// Wheel odometry as a relative sensor (docs/math/ekf.md, "Odometry"): noise as densities, so that halving the rate
+/// does not change how fast the pose's covariance grows.
 class Odometry final : public Sensor {
  public:
   explicit Odometry(const Config& config)
@@ -114,7 +114,7 @@ class Odometry final : public Sensor {
   }
 
   StateBlock block() const override { return systematic_.block; }
-  bool is_motion_source() const override { return true; }
+  SensorTraits traits() const override { return {.is_motion_source = true}; }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const WheelTwist twist = model_->twist(measurement);

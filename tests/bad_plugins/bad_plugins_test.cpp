@@ -142,9 +142,9 @@ TEST(BadPlugins, ThrownIntegerBecomesConfigError) {
 TEST(BadPlugins, ObjectOutlivesTheLoader) {
   std::shared_ptr<Sensor> sensor = create_sensor("throws_at_1000");  // the loader is gone after this line
   const std::unique_ptr<Sensor> copy = sensor->clone();
-  EXPECT_FALSE(sensor->is_motion_source());
+  EXPECT_FALSE(sensor->traits().is_motion_source);
   sensor.reset();
-  EXPECT_FALSE(copy->is_motion_source());
+  EXPECT_FALSE(copy->traits().is_motion_source);
 }
 
 TEST(BadPlugins, ThrowsAt1000WorksUntilThen) {

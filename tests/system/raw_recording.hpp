@@ -85,7 +85,7 @@ source:
   max_bad_records: 2
   lidar: {{ sensor: lidar, height_m: [0.8, 1.2], start_deg: -80, beams: 800, range_max_m: 30 }}
   camera: {{ sensor: camera }}
-motion: {{ told_by: maps }}
+motion: {{ source: maps }}
 initial: {{ x_m: 0, y_m: 0, yaw_deg: 0 }}
 sensors:
   - {{ name: camera, payload: Image, base_T_sensor: {{ xyz_m: [0.3, 0, 1] }}, intrinsics: {{ size_px: [{0}, {1}], focal_px: [{2}, {2}], center_px: [{3}, {4}] }} }}

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <utility>
 
@@ -116,7 +118,8 @@ SessionResult Session::conclude() {
   result.report = fusion_->report();
   if (robot_.source) {
     result.report.bad_records = robot_.source->bad_records();
-    result.report.notices = robot_.source->notices();
+    result.report.notices = robot_.settings.notices;
+    std::ranges::copy(robot_.source->notices(), std::back_inserter(result.report.notices));
   }
   result.report.interrupted = options_.stop != nullptr && *options_.stop;
   bool shown = false;

@@ -23,8 +23,8 @@ void explain_sensors(const host::Robot& robot) {
     if (!slot.enabled) {
       role = "switched off";
     } else if (slot.sensor) {
-      role = fmt::format("plugin {}{}{}", slot.plugin, slot.sensor->is_motion_source() ? ", motion source" : "",
-                         slot.sensor->is_absolute() ? ", absolute" : "");
+      role = fmt::format("plugin {}{}{}", slot.plugin, slot.sensor->traits().is_motion_source ? ", motion source" : "",
+                         slot.sensor->traits().is_absolute ? ", absolute" : "");
       if (const auto block = slot.sensor->block(); !block.empty()) {
         role += ", own states:";
         for (const BlockState& state : block) role += " " + state.name;

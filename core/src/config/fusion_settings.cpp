@@ -76,7 +76,9 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   const std::string kind = motion.choice("kind", {"planar", "spatial"}, "planar");
   settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
   settings.process_noise = read_process_noise(motion);
-  settings.motion_from_maps = motion.choice("told_by", {"sensors", "maps"}, "sensors") == "maps";
+  const bool old_name = motion.has("told_by") && !motion.has("source");
+  if (old_name) settings.notices.push_back("motion.told_by is an old name: write motion.source");
+  settings.motion_from_maps = motion.choice(old_name ? "told_by" : "source", {"sensors", "maps"}, "sensors") == "maps";
   settings.standstill_after = from_seconds(motion.positive("standstill_after_s", 0.5));
 
   settings.start = read_start(yaml.child_or_empty("initial"));

@@ -97,7 +97,7 @@ void Fusion::save(OutArchive& out) const {
   save_events(p.arrival_events, out);
   for (const fusion::SensorRecord& sensor : p.committed.sensors) {
     out.value(sensor.too_late_noted);
-    out.value(sensor.state.counters.taken_in_late);
+    out.value(sensor.state.counters.processed_late);
   }
   p.maps.save(out);
 
@@ -108,7 +108,7 @@ void Fusion::save(OutArchive& out) const {
   }
   if (p.last) needed.last.want(p.last->first);
   needed.save(out);
-  out.value(p.last ? p.last->second : Fate::unheard);
+  out.value(p.last ? p.last->second : Fate::ignored);
 
   if (p.history.marks().empty()) {
     p.committed.filter.save(out);
@@ -147,10 +147,10 @@ void Fusion::resume(InArchive& in, const Next& next) {
   std::vector<Event> events;
   load_events(events, in);
   load_events(p.arrival_events, in);
-  std::vector<std::uint64_t> taken_in_late(p.committed.sensors.size());
-  for (std::size_t i = 0; i < taken_in_late.size(); ++i) {
+  std::vector<std::uint64_t> processed_late(p.committed.sensors.size());
+  for (std::size_t i = 0; i < processed_late.size(); ++i) {
     in.value(p.committed.sensors[i].too_late_noted);
-    in.value(taken_in_late[i]);
+    in.value(processed_late[i]);
   }
   p.maps.load(in, p.committed.filter);
   Needed needed;
@@ -195,8 +195,8 @@ void Fusion::resume(InArchive& in, const Next& next) {
     p.committed.take(std::move(mark));
     p.committed.events = std::move(events);
   }
-  for (std::size_t i = 0; i < taken_in_late.size(); ++i) {
-    p.committed.sensors[i].state.counters.taken_in_late = taken_in_late[i];
+  for (std::size_t i = 0; i < processed_late.size(); ++i) {
+    p.committed.sensors[i].state.counters.processed_late = processed_late[i];
   }
   p.committed.judge_health(p.committed.filter.stamp());
   if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};

@@ -55,8 +55,8 @@ void Committed::count(const Measurement& m, Fate fate) {
     case Fate::unusable:
       ++counters.unusable;
       break;
-    case Fate::unheard:
-      ++counters.unheard;
+    case Fate::ignored:
+      ++counters.ignored;
       break;
     case Fate::mistimed:  // the clock monitor counts these
       break;
@@ -84,9 +84,9 @@ void Committed::roll_back(const Mark& mark) {
   filter.restore(mark.filter);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     // How much came late is known by what arrives, so it does not roll back.
-    const std::uint64_t taken_in_late = sensors[i].state.counters.taken_in_late;
+    const std::uint64_t processed_late = sensors[i].state.counters.processed_late;
     sensors[i].state = mark.sensors[i].clone();
-    sensors[i].state.counters.taken_in_late = taken_in_late;
+    sensors[i].state.counters.processed_late = processed_late;
   }
   standstill = mark.standstill;
   health = mark.health;

@@ -78,19 +78,20 @@ void CommittedSteps::conclude(const Measurement& m, UpdateResult& result) {
   SensorRecord& record = committed_.record(m);
   if (result.fate != Fate::held_out) {
     if (!maps_.empty() && (!record.newest || record.newest->stamp <= m.stamp)) record.newest = m;
-    if (result.fate == Fate::unheard && maps_.has_companion(m.sensor)) result.fate = Fate::paired;
+    if (result.fate == Fate::ignored && maps_.has_companion(m.sensor)) result.fate = Fate::paired;
   }
   committed_.health.record(m.sensor, m.stamp, result);
   SensorState& state = record.state;
-  if (result.fate == Fate::unheard && !state.ignored_noted) {
+  if (result.fate == Fate::ignored && !state.ignored_noted) {
     state.ignored_noted = true;
-    committed_.note(m.stamp, fmt::format("{}: no plugin in service listens to this sensor", record.slot.name));
+    committed_.note(m.stamp,
+                    fmt::format("{}: no plugin in service takes its measurements, they are ignored", record.slot.name));
   }
   if (!state.not_localized_noted && committed_.health.is_not_localized(m.sensor)) {
     state.not_localized_noted = true;
     committed_.note(m.stamp,
-                    fmt::format("{}: most of what it sees does not tell where in the loaded map the robot is: it "
-                                "started elsewhere, or this is another place (told once; health follows it)",
+                    fmt::format("{}: most of its scans do not localise the robot in the loaded map: it "
+                                "started elsewhere, or this is another place (reported once; health follows it)",
                                 record.slot.name));
   }
 }

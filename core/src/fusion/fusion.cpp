@@ -92,10 +92,10 @@ void apply_updates(const Measurement& m, Horizon& at, const StateLayout& layout,
     result.fate = Fate::unusable;
     at.note_unusable(m, error.what());
   } catch (const std::exception& error) {
-    result.fate = Fate::unheard;
+    result.fate = Fate::ignored;
     at.take_out_of_service(m, error.what());
   } catch (...) {
-    result.fate = Fate::unheard;
+    result.fate = Fate::ignored;
     at.take_out_of_service(m, "unknown exception");
   }
 }
@@ -110,7 +110,7 @@ void apply_maps(const Measurement& m, Horizon& at, UpdateResult& result) {
     at.map(m, extraction, result);
   } else if (extraction.skipped) {
     at.skip_mapping();
-    if (result.fate == Fate::unheard) result.fate = Fate::skipped;
+    if (result.fate == Fate::ignored) result.fate = Fate::skipped;
   }
 }
 
@@ -119,7 +119,7 @@ void apply_maps(const Measurement& m, Horizon& at, UpdateResult& result) {
 Fate process(const Measurement& m, Horizon& at, const StateLayout& layout, UpdateList& updates) {
   UpdateResult result{.fate = Fate::held_out};
   if (at.fuses(m)) {
-    result.fate = Fate::unheard;
+    result.fate = Fate::ignored;
     if (at.sensor(m) != nullptr) apply_updates(m, at, layout, updates, result);
     apply_maps(m, at, result);
   }

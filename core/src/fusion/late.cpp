@@ -10,12 +10,12 @@ void Fusion::Parts::process_late(const Measurement& m) {
   Fate fate = Fate::late;
   if (maps.empty() && history.reaches(m.stamp)) {
     fate = roll_back_and_repeat(m);
-    ++committed.record(m).state.counters.taken_in_late;
+    ++committed.record(m).state.counters.processed_late;
   } else if (particles::Instant* then = maps.empty() ? nullptr : committed.filter.recall(m.stamp)) {
     fusion::PastHorizon past(steps, *then);
     fate = process(m, past, layout, updates);
     committed.count(m, fate);
-    ++committed.record(m).state.counters.taken_in_late;
+    ++committed.record(m).state.counters.processed_late;
   } else {
     committed.count(m, fate);
     note_too_late(m);

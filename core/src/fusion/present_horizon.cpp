@@ -24,7 +24,7 @@ bool PresentHorizon::follow_standstill(const Measurement& m, const UpdateList& u
   if (!stood && standstill.standing()) filter().stop();
   if (stood && !standstill.standing()) filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   const auto owner = static_cast<std::size_t>(record(m).policy.owner);
-  return standstill.standing() && sensor(m)->is_motion_source() && filter().layout().owners()[owner].block.empty();
+  return standstill.standing() && record(m).traits.is_motion_source && filter().layout().owners()[owner].block.empty();
 }
 
 void PresentHorizon::update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) {
@@ -32,14 +32,15 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
   if (!steps_.account(m, index, outcome, result)) return;
   if (outcome.accepted) {
-    if (index == 0 && outcome.innovation.size() > 1 && sensor(m)->is_absolute()) watch_for_bias(m, outcome, result);
+    const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
+    if (index == 0 && is_position) watch_for_bias(m, outcome, result);
   } else if (record.slot.max_consecutive_rejections > 0 &&
              ++record.state.rejections_in_a_row[index] >= record.slot.max_consecutive_rejections) {
     reacquire(m, index, update, outcome);
   }
 }
 
-/// Innovations that all point to one side: the robot slips, or the fixes creep away. Which of the two cannot be decided
+/// Biased innovations of a position: the robot slips, or the fixes creep away. Which of the two cannot be decided
 /// here; that the position is less certain than the filter believes is sure. Where maps localise, the robot is located
 /// in them all the same: only the map's place on the Earth is widened, and without a georeference nothing, since fixes
 /// that creep would tear the map.
@@ -51,11 +52,11 @@ void PresentHorizon::watch_for_bias(const Measurement& m, const particles::Mixtu
   const bool widens = filter().georeference() || !steps_.maps().localizes();
   if (widens) filter().inflate_pose(bias.squaredNorm(), 0.0);
   if (settings_.smooth) steps_.committed().smoother.cut_next();
-  result.doubt = "its innovations point to one side: it, or what tells the motion, is wrong";
+  result.doubt = "its innovations are biased: it, or the motion source, is wrong";
   if (state.biased++ == 0) {
     steps_.committed().note(
-        m.stamp, fmt::format("{}: its innovations point to one side by {:.3g} m; it, or what tells the motion, is "
-                             "wrong{} (further times are only counted)",
+        m.stamp, fmt::format("{}: its innovations are biased by {:.3g} m; it, or the motion source, is wrong{} "
+                             "(further times are only counted)",
                              record(m).slot.name, bias.norm(), widens ? ", and the position was widened" : ""));
   }
   state.bias.restart();
@@ -68,7 +69,7 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to turn the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
-  if (sensor(m)->is_absolute()) {
+  if (record(m).traits.is_absolute) {
     filter().inflate_pose(miss * miss, kYawSigma * kYawSigma);
   } else {
     filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);

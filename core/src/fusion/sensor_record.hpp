@@ -39,6 +39,7 @@ struct SensorRecord {
   SensorSlot slot;
   particles::UpdatePolicy policy;
   bool triggers_map = false;
+  SensorTraits traits;  ///< of the plugin, if there is one
   SensorState state;
 
   // Known by what arrives, so it does not roll back.

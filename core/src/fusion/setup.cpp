@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <ranges>
 #include <utility>
 
@@ -20,20 +21,20 @@ namespace {
 /// True if an absolute sensor can find the start (`fused` false), or is fused after it (`fused` true).
 bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
   return std::any_of(sensors.begin(), sensors.end(), [&](const SensorSlot& s) {
-    return s.enabled && s.sensor && s.sensor->is_absolute() && s.fuse.mode != FuseRule::Mode::none &&
+    return s.enabled && s.sensor && s.sensor->traits().is_absolute && s.fuse.mode != FuseRule::Mode::none &&
            (!fused || is_fused_after_start(s));
   });
 }
 
-bool begin_with_a_place(const std::vector<MapSlot>& maps) {
-  return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->begins_with_a_place(); });
+bool have_prior_map(const std::vector<MapSlot>& maps) {
+  return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->has_prior_map(); });
 }
 
 /// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it. The
 /// map of a known place lies where it says.
 bool needs_georeference(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                         const std::vector<MapSlot>& maps) {
-  return settings.georeference.enabled && !maps.empty() && !begin_with_a_place(maps) && has_absolute(sensors, true);
+  return settings.georeference.enabled && !maps.empty() && !have_prior_map(maps) && has_absolute(sensors, true);
 }
 
 bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front() == static_cast<int>(sensor); }
@@ -63,14 +64,13 @@ std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorRe
     const bool fused = slot.enabled && is_fused_after_start(slot);
     const bool localizes =
         std::ranges::any_of(maps, [&](const MapSlot& map) { return map.localize && triggers(map, i); });
-    const bool in_place = std::ranges::any_of(maps, [&](const MapSlot& map) {
-      return map.localize && triggers(map, i) && map.module && map.module->begins_with_a_place();
+    const bool has_prior_map = std::ranges::any_of(maps, [&](const MapSlot& map) {
+      return map.localize && triggers(map, i) && map.module && map.module->has_prior_map();
     });
     const bool companion = std::ranges::any_of(
         maps, [&](const MapSlot& map) { return std::ranges::count(map.inputs, static_cast<int>(i)) > 0; });
-    roles.push_back({slot.name, slot.sensor && slot.sensor->is_motion_source(),
-                     localizes || (slot.sensor && slot.sensor->is_absolute()), in_place,
-                     fused && (slot.sensor != nullptr || companion)});
+    roles.push_back({slot.name, sensors[i].traits.is_motion_source, localizes || sensors[i].traits.is_absolute,
+                     has_prior_map, fused && (slot.sensor != nullptr || companion)});
   }
   return roles;
 }
@@ -80,17 +80,18 @@ std::vector<SensorRecord> make_records(const std::vector<SensorSlot>& sensors, c
   records.reserve(sensors.size());
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const SensorSlot& slot = sensors[i];
+    const SensorTraits traits = slot.sensor ? slot.sensor->traits() : SensorTraits{};
     const particles::UpdatePolicy policy{static_cast<int>(i), particles::Gates(slot.gate_probability),
-                                         slot.weight_exponent, false, slot.sensor && slot.sensor->is_absolute()};
+                                         slot.weight_exponent, false, traits.is_absolute};
     const bool triggering = std::ranges::any_of(maps, [&](const MapSlot& map) { return triggers(map, i); });
     SensorState state{slot.sensor, FuseGate(slot.fuse)};
-    records.push_back({slot, policy, triggering, std::move(state), 0, false, std::nullopt});
+    records.push_back({slot, policy, triggering, traits, std::move(state), 0, false, std::nullopt});
   }
   return records;
 }
 
 StartKnowledge start_knowledge(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
-  return {has_absolute(sensors, false), has_absolute(sensors, true), begin_with_a_place(maps)};
+  return {has_absolute(sensors, false), has_absolute(sensors, true), have_prior_map(maps)};
 }
 
 std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
@@ -114,18 +115,19 @@ std::optional<estimation::Georeference> georeference_of(const StateLayout& layou
 
 namespace {
 
-/// One magnetometer feeds the IMU's own filter or a compass, never both.
-void check_magnetometers(const std::vector<SensorSlot>& sensors) {
-  const SensorSlot* first = nullptr;
+/// One instrument feeds one sensor: the reading of a magnetometer would count twice.
+void check_instruments(const std::vector<SensorSlot>& sensors) {
+  std::map<std::string_view, const SensorSlot*> users;
   for (const SensorSlot& slot : sensors) {
-    if (!slot.enabled || !slot.sensor || !is_fused_after_start(slot) || !slot.sensor->uses_magnetometer()) continue;
-    if (first != nullptr) {
-      throw ConfigError(fmt::format(
-          "sensors.{} and sensors.{} both take their heading from a magnetometer: if it is the same one, leave it to "
-          "one of them; if not, set own_magnetometer: true",
-          first->name, slot.name));
-    }
-    first = &slot;
+    if (!slot.enabled || !slot.sensor || !is_fused_after_start(slot)) continue;
+    const SensorTraits::Instrument instrument = slot.sensor->traits().instrument;
+    if (instrument.name.empty()) continue;
+    const auto [first, is_new] = users.try_emplace(instrument.name, &slot);
+    if (is_new) continue;
+    throw ConfigError(fmt::format(
+        "sensors.{} and sensors.{} both take their heading from {}: if it is the same one, leave it to one of them; if "
+        "not, {}",
+        first->second->name, slot.name, instrument.name, instrument.unless));
   }
 }
 
@@ -138,27 +140,27 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
       return s.enabled && s.sensor && is_fused_after_start(s) && property(*s.sensor);
     });
   };
-  const bool has_motion_sensor = any([](const Sensor& s) { return s.is_motion_source(); });
+  const bool has_motion_sensor = any([](const Sensor& s) { return s.traits().is_motion_source; });
   const bool has_localizing_map = std::ranges::any_of(maps, [&](const MapSlot& m) {
     const SensorSlot& trigger = sensors[static_cast<std::size_t>(m.inputs.front())];
     return m.localize && trigger.enabled && is_fused_after_start(trigger);
   });
   if (settings.motion_from_maps && has_motion_sensor) {
-    throw ConfigError("motion.told_by: maps is for a robot without a motion sensor, but one is enabled");
+    throw ConfigError("motion.source: maps is for a robot without a motion sensor, but one is enabled");
   }
   if (settings.motion_from_maps && !has_localizing_map) {
-    throw ConfigError("motion.told_by: maps needs a map that localises; there is none with an enabled sensor");
+    throw ConfigError("motion.source: maps needs a map that localises; there is none with an enabled sensor");
   }
   if (!settings.motion_from_maps && !has_motion_sensor) {
     throw ConfigError(
-        "sensors: none of the enabled sensors tells how the robot moves; add one (plugin: odometry, for example), or "
-        "with a map that localises set motion.told_by: maps");
+        "sensors: none of the enabled sensors measures the motion; add one (plugin: odometry, for example), or "
+        "with a map that localises set motion.source: maps");
   }
   if (settings.motion == StateLayout::Motion::spatial &&
-      !any([](const Sensor& s) { return s.observes_roll_and_pitch(); })) {
+      !any([](const Sensor& s) { return s.traits().observes_roll_and_pitch; })) {
     throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
   }
-  check_magnetometers(sensors);
+  check_instruments(sensors);
 }
 
 }  // namespace waymark::fusion

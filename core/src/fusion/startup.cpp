@@ -18,7 +18,8 @@ std::optional<Start> Startup::consider(const Measurement& m, const std::optional
   const auto first_motion = std::ranges::find_if(buffer_, [&](const Measurement& b) {
     const SensorRecord& record = sensors[b.sensor];
     const Sensor* sensor = record.state.sensor.get();
-    const bool is_motion = motion_from_maps_ ? record.triggers_map : sensor != nullptr && sensor->is_motion_source();
+    const bool is_motion =
+        motion_from_maps_ ? record.triggers_map : sensor != nullptr && record.traits.is_motion_source;
     return b.stamp >= start_->prior.stamp && is_motion && is_fused_after_start(record.slot);
   });
   if (first_motion == buffer_.end()) return std::nullopt;
@@ -28,7 +29,7 @@ std::optional<Start> Startup::consider(const Measurement& m, const std::optional
 
 std::string Startup::missing() const {
   if (!start_) return finder_.missing();
-  return motion_from_maps_ ? "no map has been given a measurement" : "no motion sensor has said anything";
+  return motion_from_maps_ ? "no map has been given a measurement" : "no motion sensor has delivered a measurement";
 }
 
 }  // namespace waymark::fusion

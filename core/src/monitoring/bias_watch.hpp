@@ -9,7 +9,7 @@
 
 namespace waymark::monitoring {
 
-/// Notices innovations that all point to one side. Those of a belief that is as good as it says are white (T. Kailath,
+/// Detects biased innovations. Those of a belief that is as good as it says are white (T. Kailath,
 /// IEEE Trans. Automatic Control 13(6), 1968), so their running mean is small; where it is not, the belief is off by
 /// more than it knows (wheels slip), or the sensor is wrong, and each innovation alone may still pass its gate.
 class BiasWatch {

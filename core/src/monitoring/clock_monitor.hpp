@@ -12,8 +12,8 @@
 
 namespace waymark::monitoring {
 
-/// Watches the stamps of all sensors, in order of arrival: tells those that cannot be right from those that are merely
-/// late, and keeps the statistics of arrival. "Now" is the newest arrival in the data, never a clock.
+/// Watches the stamps of all sensors, in order of arrival: separates those that cannot be right from those that are
+/// merely late, and keeps the statistics of arrival. "Now" is the newest arrival in the data, never a clock.
 class ClockMonitor {
  public:
   ClockMonitor(const ClockSettings& settings, std::size_t sensors) : settings_(settings), sensors_(sensors) {}

@@ -24,7 +24,7 @@ constexpr double kFaultyShare = 0.5;
 constexpr double kDegradedNis = 2.5;
 constexpr Duration kSilence = std::chrono::seconds(1);  // at least; for slow sensors several of their intervals
 constexpr double kSilentIntervals = 5.0;
-constexpr Duration kNeverSpoke = std::chrono::seconds(10);
+constexpr Duration kNeverDelivered = std::chrono::seconds(10);
 constexpr Duration kAfterReacquisition = std::chrono::seconds(5);
 constexpr Duration kDoubtLasts = std::chrono::seconds(2);
 /// P(χ² with two degrees of freedom > 9) = exp(−9 / 2): outside the 3σ ellipse of an honest covariance.
@@ -58,7 +58,7 @@ void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& wh
     track.interval += (track.interval == 0.0 ? 1.0 : 1.0 / kWindow) * (dt - track.interval);
   }
   track.last = std::max(track.last.value_or(stamp), stamp);
-  if (what.fate == Fate::held_out || what.fate == Fate::unheard || what.fate == Fate::before_start) return;
+  if (what.fate == Fate::held_out || what.fate == Fate::ignored || what.fate == Fate::before_start) return;
   track.count = std::min(track.count + 1.0, kWindow);
   const double share = 1.0 / track.count;
   track.gated += share * ((what.fate == Fate::gated ? 1.0 : 0.0) - track.gated);
@@ -98,7 +98,7 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
   if (track.broken) return say(faulty, "out of service");
   if (!track.role.fused) return say(ok, "");
   if (!track.last) {
-    if (started_ && now - *started_ > kNeverSpoke) return say(silent, "has never spoken");
+    if (started_ && now - *started_ > kNeverDelivered) return say(silent, "has never delivered");
     return say(ok, "");
   }
   const Duration patience = std::max(kSilence, from_seconds(kSilentIntervals * track.interval));
@@ -112,8 +112,7 @@ void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& hea
   if (doubted) return say(degraded, track.doubt);
   if (known && track.unusable > kDegradedShare) return say(degraded, "some of it is unusable");
   if (known && track.gated > kDegradedShare) return say(degraded, "some of it is gated");
-  if (is_not_localized(track))
-    return say(degraded, "most of what it sees does not tell where in the loaded map the robot is");
+  if (is_not_localized(track)) return say(degraded, "most of its scans do not localise the robot in the loaded map");
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return say(degraded, "its innovations are too large");
   return say(ok, "");
 }
@@ -153,7 +152,7 @@ void HealthMonitor::judge(Time now, double position_sigma) {
   const auto say = [&](Health::State state, std::string_view why) {
     settle(health_.state, state, health_.reason, why);
   };
-  if (!motion) return say(lost, "no sensor tells how the robot moves");
+  if (!motion) return say(lost, "no motion source delivers");
   if (position_sigma > settings_.lost_sigma) return say(lost, "the position is too uncertain");
   if (reacquired_ && now - *reacquired_ < kAfterReacquisition) {
     return say(lost, "the belief was wrong and has just been widened");

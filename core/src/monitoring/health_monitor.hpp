@@ -19,7 +19,7 @@ struct UpdateResult {
   double nis = 0.0;  ///< summed over its updates
   int dof = 0;       ///< rows of its updates; 0: none
   std::string_view doubt = {};
-  /// Whether the maps that localise by it told something about the pose; nothing if they were not asked.
+  /// Whether the maps that localise by it gave information about the pose; nothing if they were not asked.
   std::optional<bool> located = {};
 };
 
@@ -31,8 +31,8 @@ class HealthMonitor {
   struct Role {
     std::string_view name;  ///< must outlive the monitor
     bool is_motion_source = false;
-    bool ties_to_map = false;  ///< absolute, or the trigger of a map that localises
-    bool has_prior_map = false;     ///< the trigger of a map that localises and was loaded
+    bool ties_to_map = false;    ///< absolute, or the trigger of a map that localises
+    bool has_prior_map = false;  ///< the trigger of a map that localises and was loaded
     bool fused = true;
   };
   HealthMonitor(const HealthSettings& settings, const std::vector<Role>& roles, bool motion_from_maps);
@@ -41,7 +41,7 @@ class HealthMonitor {
   void record(std::size_t sensor, Time stamp, const UpdateResult& what);
   void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
   void mistimed(std::size_t sensor, Time stamp);
-  /// True if most of what the sensor sees tells nothing about where in the loaded map the robot is.
+  /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The belief was widened: what came before cannot be trusted.
   void reacquired(Time stamp) { reacquired_ = stamp; }
@@ -65,9 +65,9 @@ class HealthMonitor {
     double unusable = 0.0;
     bool located = true;  // by the last step of its maps; before the first that was, a map had nothing to tell
     bool was_located = false;
-    double steps = 0.0;      // of its maps, up to the window
-    double not_localized = 0.0;    // running share of those that told nothing
-    double nis_ratio = 1.0;  // running mean of NIS over its degrees of freedom, gated ones clamped
+    double steps = 0.0;          // of its maps, up to the window
+    double not_localized = 0.0;  // running share of those that gave none
+    double nis_ratio = 1.0;      // running mean of NIS over its degrees of freedom, gated ones clamped
     std::string doubt;
     std::optional<Time> doubted;
   };

@@ -9,8 +9,8 @@
 namespace waymark::feature_map {
 
 /// Associates (association.hpp), refines the pose by every associated
-/// detection in turn, and collects the log evidence of all observations and misses (estimation.md §3.2, §3.4, "Every
-/// observation counts").
+/// detection in turn, and collects the log evidence of all observations and misses (docs/math/feature_map.md,
+/// "Refinement and evidence").
 template <int D>
 void associate_and_refine(const LandmarkStore& store, const FeatureMapSettings& settings,
                           double mean_signature_distance, const PoseGaussian& prior,

@@ -63,7 +63,7 @@ struct ImageLook;
 FeatureObservation observe(const LaserScan& scan, ScanView view, const std::vector<Candidate>& candidates,
                            const ImageLook* look, const Pose& T_base_sensor, const FeatureMapSettings& settings);
 
-/// Finds upright cylinders in a planar scan (estimation.md §4, extraction (a) and (c)): the accepted candidates of
+/// Finds upright cylinders in a planar scan (docs/math/feature_map.md, "Extraction"): the accepted candidates of
 /// `examine`, which stand out in front of their surroundings on both sides. Throws DataError if the scan has no beams.
 FeatureObservation extract_cylinders(const LaserScan& scan, const Pose& T_base_sensor,
                                      const FeatureMapSettings& settings);

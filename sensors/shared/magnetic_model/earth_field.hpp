@@ -11,6 +11,9 @@
 
 namespace waymark::magnetic_model {
 
+/// The instrument behind a magnetic heading: one reading must not count twice.
+inline constexpr SensorTraits::Instrument kMagnetometer{"a magnetometer", "set own_magnetometer: true"};
+
 /// The Earth's magnetic field as far as the YAML or the model gives it.
 struct Field {
   double declination = 0.0;            ///< east positive [rad]

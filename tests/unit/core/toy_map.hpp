@@ -88,6 +88,7 @@ class ToyModule final : public MapModule {
 class PositionModel final : public Update {
  public:
   PositionModel(const Eigen::Vector2d& z, double sigma) : z_(z), sigma_(sigma) {}
+  Quantity observes() const override { return Quantity::position; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(2, 0);
     out.residual = z_ - state.nav.T_map_base.p.head<2>();

@@ -82,7 +82,7 @@ struct HealthSettings {
 struct FusionSettings {
   StateLayout::Motion motion = StateLayout::Motion::planar;
   ProcessNoise process_noise;
-  bool motion_from_maps = false;  ///< no motion sensor: only maps and the process model tell how the robot moves
+  bool motion_from_maps = false;  ///< `motion.source: maps`: no motion sensor, only maps and the process model
   StartSettings start;
   std::optional<Datum> datum;
   ParticleFilterSettings filter;
@@ -93,6 +93,7 @@ struct FusionSettings {
   ClockSettings clock;
   HealthSettings health;
   Duration standstill_after = from_seconds(0.5);
+  std::vector<std::string> notices = {};  ///< of the reading: old names of keys
 };
 
 /// Reads the host's own keys: `motion`, `initial`, `datum`, `filter`, `georeference`. Throws ConfigError.

@@ -12,7 +12,7 @@ struct SensorHealth {
     ok,
     degraded,  ///< it is fused, with less trust than it asks for: the gate takes some of it, or it doubts itself
     faulty,    ///< most of what it says cannot be used, or it is out of service
-    silent     ///< it has stopped, or has never spoken
+    silent     ///< it has stopped, or has never delivered
   };
   State state = State::ok;
   std::string reason;  ///< empty while ok: "position frozen while moving", "7 of the last 20 updates gated"

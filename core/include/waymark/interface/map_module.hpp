@@ -148,9 +148,9 @@ class WAYMARK_TYPE MapModule {
 
   /// What a particle begins with: an empty map, or one that the YAML names.
   virtual std::unique_ptr<ParticleMap> create_map() const = 0;
-  /// True if that is a map of a place. Where the robot starts in it is then uncertain, as `initial:` says; without one
+  /// True if that is a map made before. Where the robot starts in it is then uncertain, as `initial:` says; without one
   /// and without absolute sensors the start is the map's own origin.
-  virtual bool begins_with_a_place() const { return false; }
+  virtual bool has_prior_map() const { return false; }
 
   /// Turns a measurement of the first input (with companions from the others) into an observation. Called once per
   /// measurement, in stamp order, on one thread. Throws DataError if it is unusable: it is then counted and skipped.

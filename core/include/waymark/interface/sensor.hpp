@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
@@ -60,6 +61,19 @@ struct Outcome {
   bool accepted = false;
 };
 
+/// What the host needs to know of a sensor to fit it into the robot.
+struct SensorTraits {
+  bool is_motion_source = false;         ///< measures the motion (odometry, IMU, ego-velocity); a robot needs one
+  bool is_absolute = false;              ///< ties the robot to the map's frame or to the Earth (GNSS, compass)
+  bool observes_roll_and_pitch = false;  ///< `motion: { kind: spatial }` needs one that does
+  /// An instrument that no other sensor may evaluate, since its reading would count twice: "a magnetometer". Empty:
+  /// none. `unless` says how the YAML declares that it is another one: "set own_magnetometer: true".
+  struct Instrument {
+    std::string_view name = {};
+    std::string_view unless = {};
+  } instrument = {};
+};
+
 /// One sensor: turns its measurements into updates. `process` is called once per measurement, in stamp order, on one
 /// thread; pre-processing and its state live here. Constructed from the YAML: `explicit MySensor(const Config&)` or
 /// `MySensor(const Config&, const Rig&)`; valid when the constructor returns.
@@ -70,18 +84,8 @@ class WAYMARK_TYPE Sensor {
   /// The sensor's own appended states; asked once, at load.
   virtual StateBlock block() const { return {}; }
 
-  /// True if this sensor tells how the robot moves (odometry, IMU, ego-velocity). A robot needs one, unless maps tell.
-  virtual bool is_motion_source() const { return false; }
-
-  /// True if this sensor ties the robot to the map's frame or to the Earth (GNSS, compass).
-  virtual bool is_absolute() const { return false; }
-
-  /// True if this sensor observes roll and pitch; `motion: { kind: spatial }` needs one.
-  virtual bool observes_roll_and_pitch() const { return false; }
-
-  /// True if a magnetometer makes this sensor's heading. Two such sensors are refused: they would count one reading
-  /// twice. A sensor whose YAML says that its magnetometer is its own answers false.
-  virtual bool uses_magnetometer() const { return false; }
+  /// What the host needs to know of the sensor; asked once, at load.
+  virtual SensorTraits traits() const { return {}; }
 
   /// What this measurement says about the start; called only while the filter has not started.
   virtual std::optional<StartHint> start_hint(const Measurement&, const Datum*) const { return std::nullopt; }

@@ -45,7 +45,7 @@ enum class Fate {
   late,          ///< older than what the filter still remembers
   before_start,  ///< the filter had not started
   unusable,      ///< the plugin could not read it, or it held no finite value
-  unheard,       ///< no plugin in service listens to it
+  ignored,       ///< no plugin in service takes it
   paired,        ///< kept for a map module, which takes it with a measurement of its first input
   mistimed       ///< its stamp cannot be right: zero, in the future, stuck, or far from all others
 };
@@ -90,9 +90,9 @@ struct SensorCounters {
   std::uint64_t late = 0;
   std::uint64_t before_start = 0;
   std::uint64_t unusable = 0;
-  std::uint64_t unheard = 0;
-  std::uint64_t taken_in_late = 0;  ///< older than the commit horizon, and taken in all the same
-  double nis_sum = 0.0;             ///< of accepted and gated updates
+  std::uint64_t ignored = 0;
+  std::uint64_t processed_late = 0;  ///< older than the commit horizon, and processed all the same
+  double nis_sum = 0.0;              ///< of accepted and gated updates
   std::uint64_t nis_count = 0;
   std::uint64_t nis_dof = 0;  ///< sum of the updates' rows: mean NIS should be near nis_dof / nis_count
 };

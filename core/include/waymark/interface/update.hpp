@@ -86,12 +86,16 @@ struct StateView {
   const double* block;  ///< the sensor's own states, in the order it declared them
 };
 
+/// What an update observes, for monitors: innovations of a position are in metres.
+enum class Quantity { other, position, attitude, velocity };
+
 /// One measurement model bound to one measurement: immutable, evaluated for every particle, from many threads at once.
 class WAYMARK_TYPE Update {
  public:
   virtual ~Update() = default;
   /// Fills `out`, which the host has not reset: call `out.reset(rows, block_size)` first. Pure: no side effects.
   virtual void linearize(const StateView& state, Linearization& out) const = 0;
+  virtual Quantity observes() const { return Quantity::other; }
 };
 
 /// The updates out of one measurement, built in place: no heap.

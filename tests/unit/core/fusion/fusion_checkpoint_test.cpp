@@ -121,9 +121,9 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
       EXPECT_EQ(a.sensors[i].fused, b.sensors[i].fused);
       EXPECT_EQ(a.sensors[i].mapped, b.sensors[i].mapped);
       EXPECT_EQ(a.sensors[i].skipped, b.sensors[i].skipped);
-      EXPECT_EQ(a.sensors[i].unheard, b.sensors[i].unheard);
+      EXPECT_EQ(a.sensors[i].ignored, b.sensors[i].ignored);
       EXPECT_EQ(a.sensors[i].measurements, b.sensors[i].measurements);
-      EXPECT_EQ(a.sensors[i].taken_in_late, b.sensors[i].taken_in_late);
+      EXPECT_EQ(a.sensors[i].processed_late, b.sensors[i].processed_late);
     }
     ASSERT_EQ(a.smoothed.size(), b.smoothed.size());
     for (std::size_t i = 0; i < a.smoothed.size(); ++i) ASSERT_TRUE(a.smoothed[i].P == b.smoothed[i].P);

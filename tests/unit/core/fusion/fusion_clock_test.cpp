@@ -168,7 +168,7 @@ class OneLandmark final : public MapModule {
  public:
   OneLandmark(bool loaded, double from, double to) : loaded_(loaded), from_(from), to_(to) {}
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
-  bool begins_with_a_place() const override { return loaded_; }
+  bool has_prior_map() const override { return loaded_; }
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow&) override {
     auto sighting = std::make_shared<test::Sighting>();
@@ -208,7 +208,7 @@ TEST(FusionHealth, ARobotThatItsLoadedMapDoesNotKnowIsNotOk) {
   EXPECT_EQ(all[8].state, Health::State::degraded);
   EXPECT_THAT(all[8].reason, HasSubstr("loaded map"));
   EXPECT_THAT(all[20].reason, HasSubstr("dead reckoning"));
-  EXPECT_THAT(events, HasSubstr("scanner: most of what it sees does not tell where in the loaded map the robot is"));
+  EXPECT_THAT(events, HasSubstr("scanner: most of its scans do not localise the robot in the loaded map"));
 }
 
 TEST(FusionHealth, WhereTheMapTellsNothingAnyMoreItIsDeadReckoning) {

@@ -111,7 +111,7 @@ TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
   robot.play(toy_log());
   EXPECT_THAT(robot.events(), HasSubstr("toy: taken out of service: the toy broke"));
   EXPECT_EQ(robot.report(1).fused, 3U);
-  EXPECT_EQ(robot.report(1).unheard, 7U);
+  EXPECT_EQ(robot.report(1).ignored, 7U);
   EXPECT_EQ(robot.report(0).fused, 100U);
   EXPECT_NEAR(robot.pose().p.x(), 9.9, 0.2);
 }
@@ -119,7 +119,7 @@ TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
 /// Breaks when it is asked where the robot may start.
 class BreakingHint final : public Sensor {
  public:
-  bool is_absolute() const override { return true; }
+  SensorTraits traits() const override { return {.is_absolute = true}; }
   std::optional<StartHint> start_hint(const Measurement&, const Datum*) const override {
     throw std::runtime_error("the hint broke");
   }
@@ -209,7 +209,7 @@ TEST(FusionFaults, AReadingThatIsNotFiniteNeverReachesTheFilter) {
 TEST(FusionFaults, ASensorWithoutListenerIsSaidOnce) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: lidar, payload: LaserScan }\n");
   robot.play(toy_log());
-  EXPECT_EQ(robot.report(1).unheard, 10U);
+  EXPECT_EQ(robot.report(1).ignored, 10U);
   EXPECT_EQ(robot.fusion().report().events.size(), 1U);
 }
 
@@ -260,7 +260,7 @@ std::vector<Measurement> slip_from_20() {
 TEST(FusionBias, WheelsThatSlipDoNotCarryTheBeliefAwayFromTheFixes) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps("jump_sigmas: 0"));
   robot.play(slip_from_20());
-  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations point to one side"));
+  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations are biased"));
   EXPECT_NEAR(robot.pose().p.x(), 60.0, 0.3);
   int off = 0;
   for (const Seen& seen : robot.seen()) {
@@ -276,10 +276,64 @@ TEST(FusionBias, IsNotSeenWhereNothingIsWrong) {
   EXPECT_EQ(robot.events(), "");
 }
 
-/// Tells a position that is wrong for good, and a twist that fits.
+/// An attitude that is off by the same angles each time, inside of its gate.
+class TurnedAttitude final : public Update {
+ public:
+  void linearize(const StateView&, Linearization& out) const override {
+    out.reset(3, 0);
+    out.residual.setConstant(0.02);
+    out.R = 0.01 * 0.01 * Eigen::Matrix3d::Identity();
+    out.attitude().setIdentity();
+  }
+  Quantity observes() const override { return Quantity::attitude; }
+};
+
+class TurnedSensor final : public Sensor {
+ public:
+  SensorTraits traits() const override { return {.is_absolute = true}; }
+  void process(const Measurement&, const Prediction&, UpdateList& out) override { out.emplace<TurnedAttitude>(); }
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<TurnedSensor>(*this); }
+};
+
+TEST(FusionBias, RadiansAreNotTakenForMetres) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: attitude, plugin: turned }\n",
+                    {{"turned", std::make_shared<TurnedSensor>()}});
+  std::vector<Measurement> log;
+  drive(log, 0.0, 20.0, 1.0);
+  for (int k = 0; k < 20; ++k) log.push_back(reading(k + 0.05, 1, std::make_shared<BodyTwist>()));
+  robot.play(in_order(log));
+  EXPECT_EQ(robot.report(1).fused, 20U) << "the gate does not hide it";
+  EXPECT_THAT(robot.events(), Not(HasSubstr("biased")));
+}
+
+/// A sensor with one state of its own.
+class OwnState final : public Sensor {
+ public:
+  StateBlock block() const override {
+    BlockState state;
+    state.name = "scale";
+    state.initial_sigma = 0.1;
+    return {state};
+  }
+  void process(const Measurement&, const Prediction&, UpdateList&) override {}
+  std::unique_ptr<Sensor> clone() const override { return std::make_unique<OwnState>(*this); }
+};
+
+TEST(FusionGeoreference, ASensorOfThatNameIsASensor) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: georeference, plugin: own }\n",
+                    {{"own", std::make_shared<OwnState>()}});
+  EXPECT_EQ(robot.fusion().georeference_states(), 0);
+  EXPECT_EQ(robot.fusion().layout().block_size(), 1);
+  std::vector<Measurement> log;
+  drive(log, 0.0, 2.0, 1.0);
+  robot.play(in_order(log));
+  EXPECT_NEAR(robot.pose().p.x(), 2.0, 0.2);
+}
+
+/// Gives a position that is wrong for good, and a twist that fits.
 class HalfWrong final : public Sensor {
  public:
-  bool is_absolute() const override { return true; }
+  SensorTraits traits() const override { return {.is_absolute = true}; }
   void process(const Measurement&, const Prediction&, UpdateList& out) override {
     out.emplace<PositionModel>(Eigen::Vector2d(500.0, 0.0), 0.1);
     out.emplace<TwistModel>(Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(1.0, 1.0, 1.0));
@@ -315,7 +369,7 @@ TEST(FusionBias, FixesThatCreepAwayDoNotTearParticlesFromTheirMaps) {
   for (int k = 0; k < 60; ++k) log.push_back(fix(k + 0.05, k + 0.05, k < 10 ? 0.0 : 0.5));
   for (int k = 0; k < 60; ++k) log.push_back(reading(k + 0.5, 2, std::make_shared<BodyTwist>()));
   robot.play(in_order(log));
-  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations point to one side"));
+  EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations are biased"));
   EXPECT_THAT(robot.events(), Not(HasSubstr("widened")));
   for (const Seen& seen : robot.seen()) {
     if (seen.stamp <= 5.0) continue;

@@ -58,7 +58,7 @@ TEST(FusionLate, WithoutMapsTheResultIsThatOfALogInOrderToTheByte) {
       EXPECT_EQ(robot.report(sensor).nis_sum, ideal.report(sensor).nis_sum);
       EXPECT_EQ(robot.report(sensor).late, 0U);
     }
-    EXPECT_GT(robot.report(1).taken_in_late, 10U);
+    EXPECT_GT(robot.report(1).processed_late, 10U);
     EXPECT_GT(robot.report(0).reordered, 10U);
     EXPECT_NEAR(robot.report(0).latency_max_s, 1.0, 0.1);
   }
@@ -117,7 +117,7 @@ TEST(FusionLate, WithoutHistoryNothingLateIsTakenIn) {
   FusionRobot robot(robot_yaml("{ history_s: 0 }"));
   robot.play(shaken(curve(), 0.5, 72));
   EXPECT_GT(robot.report(1).late, 5U);
-  EXPECT_EQ(robot.report(1).taken_in_late, 0U);
+  EXPECT_EQ(robot.report(1).processed_late, 0U);
 }
 
 TEST(FusionLate, AFixedDelayIsTakenOffTheStamps) {
@@ -188,7 +188,7 @@ Ending end_of_survey(double walk, double delay) {
   }
   std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
   robot.play(log);
-  EXPECT_EQ(robot.report(1).taken_in_late, delay > 0.0 ? 20U : 0U);
+  EXPECT_EQ(robot.report(1).processed_late, delay > 0.0 ? 20U : 0U);
   EXPECT_EQ(robot.report(1).fused, 20U);
   return {robot.pose().p, robot.pose_P()};
 }

@@ -62,7 +62,7 @@ TEST(FusionStart, TwoAntennasOfARobotThatStandsAreNoCourse) {
 class KnownPlace final : public MapModule {
  public:
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
-  bool begins_with_a_place() const override { return true; }
+  bool has_prior_map() const override { return true; }
   std::shared_ptr<const Observation> extract(const Measurement&, std::span<const Companion>,
                                              const MotionWindow&) override {
     return nullptr;
@@ -130,7 +130,7 @@ TEST(FusionStart, WaitsForTheFirstWordAboutMotion) {
   FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps());
   robot.play(in_order({fix(0.0, 1.0, 2.0), fix(1.0, 1.0, 2.0)}));
   EXPECT_FALSE(robot.fusion().started());
-  EXPECT_THAT(robot.events(), HasSubstr("no motion sensor has said anything"));
+  EXPECT_THAT(robot.events(), HasSubstr("no motion sensor has delivered a measurement"));
 }
 
 TEST(FusionStart, FixesTooCloseTogetherGiveNoHeading) {
@@ -180,7 +180,7 @@ TEST(FusionStart, WithoutAMotionSourceIsRefused) {
     FusionRobot robot(kAtOrigin + "sensors:\n" + gps());
     FAIL() << "nothing was thrown";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("none of the enabled sensors tells how the robot moves"));
+    EXPECT_THAT(error.what(), HasSubstr("none of the enabled sensors measures the motion"));
   }
   EXPECT_THROW(FusionRobot(kAtOrigin + "sensors:\n  - { name: wheels, plugin: odometry, model: twist, fuse: none }\n"),
                ConfigError);

@@ -50,7 +50,7 @@ TEST(FusionStandstill, BeginsHalfASecondAfterTheLastMotion) {
 /// Sees no motion, whatever the robot does: an IMU on a smooth drive.
 class FeelsAtRest final : public Sensor {
  public:
-  bool is_motion_source() const override { return true; }
+  SensorTraits traits() const override { return {.is_motion_source = true}; }
   void process(const Measurement&, const Prediction&, UpdateList& out) override { out.report_motion(false); }
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<FeelsAtRest>(*this); }
 };

@@ -52,7 +52,8 @@ TEST(NormalizeLogWeights, BecomesEqualIfNothingExplainsTheData) {
 TEST(EffectiveSampleSize, LiesBetweenOneAndTheNumber) {
   EXPECT_DOUBLE_EQ(particles::effective_sample_size(std::vector<double>(10, std::log(0.1))), 10.0);
   EXPECT_DOUBLE_EQ(particles::effective_sample_size(std::vector<double>{0.0, -kInfinity, -kInfinity}), 1.0);
-  EXPECT_NEAR(particles::effective_sample_size(std::vector<double>{std::log(0.5), std::log(0.5), -kInfinity}), 2.0, 1e-12);
+  EXPECT_NEAR(particles::effective_sample_size(std::vector<double>{std::log(0.5), std::log(0.5), -kInfinity}), 2.0,
+              1e-12);
 }
 
 TEST(SystematicResample, GivesFloorOrCeilingOfTheExpectedChildren) {

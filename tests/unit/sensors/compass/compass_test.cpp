@@ -297,8 +297,8 @@ TEST(Compass, TellsTheStartsHeading) {
   ASSERT_TRUE(hint && hint->yaw_rad);
   EXPECT_NEAR(*hint->yaw_rad, 28.0 * kDegree - 0.3, kExact);
   EXPECT_NEAR(hint->yaw_sigma_rad, 5.0 * kDegree, kExact);
-  EXPECT_TRUE(bench.sensor->is_absolute());
-  EXPECT_FALSE(bench.sensor->is_motion_source());
+  EXPECT_TRUE(bench.sensor->traits().is_absolute);
+  EXPECT_FALSE(bench.sensor->traits().is_motion_source);
 }
 
 TEST(Compass, TheStartOfATiltedImuIsLevelledByItsForce) {

@@ -278,8 +278,8 @@ TEST(Dgps, WithADatumAGeodeticFixIsAPlace) {
 
 TEST(Dgps, IsAbsoluteAndNoMotionSource) {
   const auto bench = dgps("");
-  EXPECT_TRUE(bench.sensor().is_absolute());
-  EXPECT_FALSE(bench.sensor().is_motion_source());
+  EXPECT_TRUE(bench.sensor().traits().is_absolute);
+  EXPECT_FALSE(bench.sensor().traits().is_motion_source);
 }
 
 // --- doubts ----------------------------------------------------------------------------------------------------

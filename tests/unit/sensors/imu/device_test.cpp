@@ -76,8 +76,8 @@ TEST(ImuDevice, ItsTiltComesBesideTheRates) {
 
 TEST(ImuDevice, ItsHeadingComesInsteadOfTheRates) {
   Bench bench("orientation: device, heading: true, declination_deg: 4, device_heading_sigma_deg: 6, device_time_s: 0");
-  EXPECT_TRUE(bench.sensor->is_absolute());
-  EXPECT_FALSE(bench.sensor->is_motion_source());
+  EXPECT_TRUE(bench.sensor->traits().is_absolute);
+  EXPECT_FALSE(bench.sensor->traits().is_motion_source);
   const Eigen::Quaterniond q = so3::from_rpy(0.1, 0.2, 0.7);
   ASSERT_EQ(bench.feed(device(so3::from_rpy(0.0, 0.0, 4.0 * kDegree) * q)), 1u);  // it counts from magnetic north
   bench.state.T_map_base.q = so3::exp({0.01, -0.02, -0.03}) * q;

@@ -155,8 +155,8 @@ TEST(Imu, TellsRest) {
 TEST(Imu, HeadingComesInsteadOfTheRates) {
   const Eigen::Quaterniond q = so3::from_rpy(0.1, 0.2, 0.7);
   Bench bench(", heading: true");
-  EXPECT_FALSE(bench.sensor->is_motion_source());
-  EXPECT_TRUE(bench.sensor->is_absolute());
+  EXPECT_FALSE(bench.sensor->traits().is_motion_source);
+  EXPECT_TRUE(bench.sensor->traits().is_absolute);
   bench.feed(sample_of(Eigen::Vector3d::Zero(), q), 3.0);
   ASSERT_EQ(bench.updates.size(), 1u);
   bench.state.T_map_base.q = so3::exp({0.01, -0.02, -0.03}) * q;

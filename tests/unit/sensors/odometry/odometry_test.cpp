@@ -211,8 +211,8 @@ TEST(Odometry, ReportsMotionAboveEitherThreshold) {
 
 TEST(Odometry, IsAMotionSourceAndNotAbsolute) {
   const auto sensor = make_sensor("odometry", kDifferential);
-  EXPECT_TRUE(sensor->is_motion_source());
-  EXPECT_FALSE(sensor->is_absolute());
+  EXPECT_TRUE(sensor->traits().is_motion_source);
+  EXPECT_FALSE(sensor->traits().is_absolute);
 }
 
 TEST(Odometry, RefusesASpeedWithoutNoise) {

@@ -51,7 +51,7 @@ TEST_F(DiagnosticsSink, ReportsEachSensor) {
   gps.late = 1;
   gps.before_start = 4;
   gps.unusable = 1;
-  gps.taken_in_late = 7;
+  gps.processed_late = 7;
   gps.mistimed = 2;
   gps.first_s = 100.0;
   gps.last_s = 110.0;
@@ -70,7 +70,7 @@ TEST_F(DiagnosticsSink, ReportsEachSensor) {
   EXPECT_EQ(sensor["late"], 1);
   EXPECT_EQ(sensor["before_start"], 4);
   EXPECT_EQ(sensor["unusable"], 1);
-  EXPECT_EQ(sensor["taken_in_late"], 7);
+  EXPECT_EQ(sensor["processed_late"], 7);
   EXPECT_EQ(sensor["mistimed"], 2);
   EXPECT_DOUBLE_EQ(sensor["latency_max_s"].get<double>(), 0.25);
   EXPECT_DOUBLE_EQ(sensor["mean_nis"].get<double>(), 2.0);

@@ -79,7 +79,7 @@ TEST(TumSink, LeavesOutWhatTheFilterDidNotTake) {
   sink->start({out.path(), nullptr, nullptr});
   FakeSnapshot snapshot;
   for (const Fate fate : {Fate::fused, Fate::gated, Fate::mapped, Fate::held_out, Fate::late, Fate::before_start,
-                          Fate::unusable, Fate::unheard}) {
+                          Fate::unusable, Fate::ignored}) {
     snapshot.fate_ = fate;
     sink->write(snapshot);
   }

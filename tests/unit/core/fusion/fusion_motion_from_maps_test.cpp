@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: dgps, odometry
-// `motion.told_by: maps`: a robot without odometry.
+// `motion.source: maps`: a robot without odometry.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ class KnownLandmarks final : public MapModule {
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
 };
 
-const std::string kByMaps = "motion: { told_by: maps }\ninitial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nsensors:\n";
+const std::string kByMaps = "motion: { source: maps }\ninitial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nsensors:\n";
 const std::string kLidar = "  - { name: lidar, payload: LaserScan }\n";
 
 std::vector<MapSlot> one_map(bool localize = true) {
@@ -87,10 +87,10 @@ TEST(FusionToldByMaps, NeedsAMapThatLocalisesAndNoMotionSensor) {
   const auto refused = [](const std::string& sensors, std::vector<MapSlot> maps, const std::string& words) {
     EXPECT_THAT([&] { FusionRobot(kByMaps + sensors, {}, maps); }, ThrowsMessage<ConfigError>(HasSubstr(words)));
   };
-  refused(kLidar, {}, "told_by: maps needs a map that localises");
-  refused(kLidar, one_map(false), "told_by: maps needs a map that localises");
-  refused("  - { name: lidar, payload: LaserScan, enabled: false }\n", one_map(), "told_by: maps needs a map");
-  refused("  - { name: lidar, payload: LaserScan, fuse: none }\n", one_map(), "told_by: maps needs a map");
+  refused(kLidar, {}, "motion.source: maps needs a map that localises");
+  refused(kLidar, one_map(false), "motion.source: maps needs a map that localises");
+  refused("  - { name: lidar, payload: LaserScan, enabled: false }\n", one_map(), "motion.source: maps needs a map");
+  refused("  - { name: lidar, payload: LaserScan, fuse: none }\n", one_map(), "motion.source: maps needs a map");
   refused(kLidar + kWheels, one_map(), "is for a robot without a motion sensor");
 }
 
