@@ -85,7 +85,8 @@ class WAYMARK_API OutArchive {
   template <class T>
   void field(const T& object) {
     if constexpr (Serializable<T, OutArchive>) {
-      const_cast<T&>(object).serialize(*this);  // one list for both directions; writing changes nothing
+      // One list for both directions; writing changes nothing.
+      const_cast<T&>(object).serialize(*this);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
     } else if constexpr (requires { object.save(*this); }) {
       object.save(*this);
     } else {
