@@ -16,39 +16,25 @@ using fusion::NeededMeasurements;
 
 namespace {
 
-void save_events(const std::vector<Event>& events, OutArchive& out) {
-  out.value(static_cast<std::uint64_t>(events.size()));
-  for (const Event& event : events) {
-    out.value(std::string_view(event.text));
-    out.value(event.stamp_s);
-    out.value(event.is_failure);
-  }
-}
-
-void load_events(std::vector<Event>& events, InArchive& in) {
-  std::uint64_t count = 0;
-  in.value(count);
-  events.clear();
+template <class Archive>
+void serialize(std::vector<Event>& events, Archive& archive) {
+  auto count = static_cast<std::uint64_t>(events.size());
+  archive(count);
+  if constexpr (Archive::kReads) events.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
-    Event& event = events.emplace_back();
-    in.value(event.text);
-    in.value(event.stamp_s);
-    in.value(event.is_failure);
+    if constexpr (Archive::kReads) events.emplace_back();
+    Event& event = events[i];
+    archive(event.text, event.stamp_s, event.is_failure);
   }
 }
 
-void save_datum(const std::optional<Datum>& datum, OutArchive& out) {
-  const Datum value = datum.value_or(Datum{});
-  out.value(datum.has_value());
-  for (const double coordinate : {value.latitude_deg, value.longitude_deg, value.height_m}) out.value(coordinate);
-}
-
-void load_datum(std::optional<Datum>& datum, InArchive& in) {
-  bool has_datum = false;
-  Datum value;
-  in.value(has_datum);
-  for (double* coordinate : {&value.latitude_deg, &value.longitude_deg, &value.height_m}) in.value(*coordinate);
-  if (has_datum) datum = value;
+template <class Archive>
+void serialize(std::optional<Datum>& datum, Archive& archive) {
+  bool is_known = datum.has_value();
+  archive(is_known);
+  if (!is_known) return;
+  if (!datum) datum.emplace();
+  archive(datum->latitude_deg, datum->longitude_deg, datum->height_m);
 }
 
 void check_sensor_names(const std::vector<fusion::SensorRecord>& sensors, InArchive& in) {
@@ -68,11 +54,9 @@ struct Needed {
   NeededMeasurements newest;
   NeededMeasurements last;
 
-  void save(OutArchive& out) const {
-    for (const NeededMeasurements* each : {&after_mark, &newest, &last}) each->save(out);
-  }
-  void load(InArchive& in) {
-    for (NeededMeasurements* each : {&after_mark, &newest, &last}) each->load(in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(after_mark, newest, last);
   }
   void offer(const Measurement& m) {
     for (NeededMeasurements* each : {&after_mark, &newest, &last}) each->offer(m);
@@ -85,16 +69,16 @@ struct Needed {
 }  // namespace
 
 void Fusion::save(OutArchive& out) const {
-  const Parts& p = *parts_;
-  out.section("fusion", 3);
+  Parts& p = *parts_;
+  out.section("fusion", 4);
   for (const fusion::SensorRecord& sensor : p.committed.sensors) out.value(std::string_view(sensor.slot.name));
   out.value(p.arrived);
   out.value(p.started);
   if (!p.started) return;  // reading again from the beginning is all it takes
   out.value(p.turns);
-  save_datum(p.datum, out);
-  save_events(p.committed.events, out);
-  save_events(p.arrival_events, out);
+  serialize(p.datum, out);
+  serialize(p.committed.events, out);
+  serialize(p.arrival_events, out);
   for (const fusion::SensorRecord& sensor : p.committed.sensors) {
     out.value(sensor.too_late_noted);
     out.value(sensor.state.counters.processed_late);
@@ -107,24 +91,26 @@ void Fusion::save(OutArchive& out) const {
     if (sensor.newest) needed.newest.want(*sensor.newest);
   }
   if (p.last) needed.last.want(p.last->first);
-  needed.save(out);
+  out(needed);
   out.value(p.last ? p.last->second : Fate::ignored);
 
   if (p.history.marks().empty()) {
     p.committed.filter.save(out);
-    p.committed.save(p.committed.mark(0), out);
+    out(p.committed.mark(0));
+    p.committed.smoother.save(p.committed.smoother.size(), out);
   } else {
     const fusion::Mark& mark = p.history.marks().front();
     out.value(mark.at);
     out.value(mark.stamp);
     p.committed.filter.save(mark.filter, out);
-    p.committed.save(mark, out);
+    out(mark);
+    p.committed.smoother.save(mark.smoothed, out);
   }
 }
 
 void Fusion::resume(InArchive& in, const Next& next) {
   Parts& p = *parts_;
-  if (in.section("fusion", 3) < 3) throw DataError("the checkpoint is of an older kind");
+  if (in.section("fusion", 4) < 4) throw DataError("the checkpoint is of an older kind");
   check_sensor_names(p.committed.sensors, in);
   std::uint64_t arrived = 0;
   bool started = false;
@@ -143,10 +129,10 @@ void Fusion::resume(InArchive& in, const Next& next) {
   }
   std::uint64_t turns = 0;
   in.value(turns);
-  load_datum(p.datum, in);
+  serialize(p.datum, in);
   std::vector<Event> events;
-  load_events(events, in);
-  load_events(p.arrival_events, in);
+  serialize(events, in);
+  serialize(p.arrival_events, in);
   std::vector<std::uint64_t> processed_late(p.committed.sensors.size());
   for (std::size_t i = 0; i < processed_late.size(); ++i) {
     in.value(p.committed.sensors[i].too_late_noted);
@@ -155,7 +141,7 @@ void Fusion::resume(InArchive& in, const Next& next) {
   p.maps.load(in, p.committed.filter);
   Needed needed;
   Fate fate{};
-  needed.load(in);
+  in(needed);
   in.value(fate);
 
   fusion::Mark mark = p.committed.mark(0);
@@ -167,7 +153,7 @@ void Fusion::resume(InArchive& in, const Next& next) {
   } else {
     p.committed.filter.load(in);
   }
-  p.committed.load(mark, in);
+  in(mark);
   p.committed.smoother.load(in);
 
   // The log again, through the clocks and the queue only: what was processed is in the checkpoint.

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "waymark/base/error.hpp"
-
 namespace waymark::fusion {
 
 void Committed::note(Time stamp, std::string text) {
@@ -100,36 +98,6 @@ void Committed::take(Mark&& mark) {
   standstill = std::move(mark.standstill);
   health = std::move(mark.health);
   last_stamp = mark.last_stamp;
-}
-
-void Committed::save(const Mark& mark, OutArchive& out) const {
-  out.section("committed", 3);
-  out.value(static_cast<std::uint64_t>(mark.sensors.size()));
-  for (const SensorState& state : mark.sensors) state.save(out);
-  mark.standstill.save(out);
-  mark.health.save(out);
-  out.value(static_cast<std::uint64_t>(mark.events));
-  out.value(static_cast<std::uint64_t>(mark.smoothed));
-  out.value(mark.last_stamp);
-  smoother.save(mark.smoothed, out);
-}
-
-void Committed::load(Mark& mark, InArchive& in) const {
-  if (in.section("committed", 3) < 3) throw DataError("the checkpoint is of an older kind");
-  std::uint64_t count = 0;
-  in.value(count);
-  if (count != sensors.size()) {
-    throw DataError(fmt::format("the checkpoint has {} sensors, the configuration {}", count, sensors.size()));
-  }
-  for (SensorState& state : mark.sensors) state.load(in);
-  mark.standstill.load(in);
-  mark.health.load(in);
-  for (std::size_t* size : {&mark.events, &mark.smoothed}) {
-    std::uint64_t value = 0;
-    in.value(value);
-    *size = static_cast<std::size_t>(value);
-  }
-  in.value(mark.last_stamp);
 }
 
 }  // namespace waymark::fusion

@@ -11,6 +11,7 @@
 #include "monitoring/health_monitor.hpp"
 #include "monitoring/standstill.hpp"
 #include "particles/particle_filter.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::fusion {
 
@@ -25,6 +26,18 @@ struct Mark {
   std::size_t events = 0;    ///< how many the host had noted
   std::size_t smoothed = 0;  ///< how many steps the smoother had
   Time last_stamp{};
+
+  /// All but its place in the log, and the filter. Reading throws DataError if the checkpoint is of another
+  /// configuration.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    if (archive.section("committed", 4) < 4) throw DataError("the checkpoint is of an older kind");
+    auto count = static_cast<std::uint64_t>(sensors.size());
+    archive(count);
+    if (count != sensors.size()) throw DataError("the checkpoint has another number of sensors");
+    for (SensorState& state : sensors) archive(state);
+    archive(standstill, health, events, smoothed, last_stamp);
+  }
 };
 
 /// All that a committed measurement changes: particles, sensors, monitors, the smoother's steps, events.
@@ -53,11 +66,6 @@ struct Committed {
   void roll_back(const Mark& mark);
   /// Takes over everything but the filter and the events, out of a checkpoint.
   void take(Mark&& mark);
-
-  /// Everything of a mark but the filter, and the smoother's steps up to there.
-  void save(const Mark& mark, OutArchive& out) const;
-  /// What `save` wrote, into `mark`, but for the smoother's steps. Throws DataError if it is of another configuration.
-  void load(Mark& mark, InArchive& in) const;
 };
 
 }  // namespace waymark::fusion

@@ -31,15 +31,9 @@ class FuseGate {
     return true;
   }
 
-  void save(OutArchive& out) const {
-    out.value(first_);
-    out.value(last_);
-    out.value(stretch_);
-  }
-  void load(InArchive& in) {
-    in.value(first_);
-    in.value(last_);
-    in.value(stretch_);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(first_, last_, stretch_);
   }
 
  private:

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "waymark/interface/measurement.hpp"
@@ -14,18 +13,32 @@ namespace waymark::fusion {
 /// but reads them from the log again, which is exact and needs no format of its own.
 class NeededMeasurements {
  public:
-  void want(const Measurement& m) { keys_.emplace_back(m.sensor, m.sequence); }
+  void want(const Measurement& m) { keys_.push_back({m.sensor, m.sequence}); }
   /// Keeps `m` if it is wanted.
   void offer(const Measurement& m);
   /// Throws DataError if the log did not hold them all.
   void check() const;
   std::vector<Measurement>& found() { return found_; }
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(keys_);
+    if constexpr (Archive::kReads) found_.assign(keys_.size(), {});
+  }
 
  private:
-  std::vector<std::pair<std::uint32_t, std::uint64_t>> keys_;
+  struct Key {
+    std::uint32_t sensor = 0;
+    std::uint64_t sequence = 0;
+
+    bool operator==(const Key&) const = default;
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(sensor, sequence);
+    }
+  };
+
+  std::vector<Key> keys_;
   std::vector<Measurement> found_;
 };
 

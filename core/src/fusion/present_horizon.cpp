@@ -69,7 +69,7 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to turn the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
-  if (record(m).traits.is_absolute) {
+  if (record.traits.is_absolute) {
     filter().inflate_pose(miss * miss, kYawSigma * kYawSigma);
   } else {
     filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);

@@ -9,6 +9,7 @@
 #include "fusion/fuse_gate.hpp"
 #include "monitoring/bias_watch.hpp"
 #include "particles/particle.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/snapshot.hpp"
@@ -30,8 +31,18 @@ struct SensorState {
 
   /// A copy whose sensor is a clone.
   SensorState clone() const;
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  /// Reading throws DataError if a sensor is in service that this host lacks.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(fuse);
+    archive.bytes(&counters, sizeof counters);
+    archive(rejections_in_a_row, bias, biased, ignored_noted, not_localized_noted);
+    bool in_service = sensor != nullptr;
+    archive(in_service);
+    if (in_service && !sensor) throw DataError("the checkpoint has a sensor in service that the configuration lacks");
+    if (!in_service) sensor = nullptr;
+    if (sensor) archive(*sensor);
+  }
 };
 
 /// One sensor at run time.

@@ -31,17 +31,9 @@ class BiasWatch {
   const Eigen::Vector3d& mean() const { return mean_; }
   void restart() { *this = {}; }
 
-  void save(OutArchive& out) const {
-    out.value(count_);
-    out.value(mean_);
-    out.value(white_);
-    out.value(variance_);
-  }
-  void load(InArchive& in) {
-    in.value(count_);
-    in.value(mean_);
-    in.value(white_);
-    in.value(variance_);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(count_, mean_, white_, variance_);
   }
 
  private:

@@ -166,42 +166,4 @@ void HealthMonitor::judge(Time now, double position_sigma) {
   say(degraded, {why.data(), why.size()});
 }
 
-void HealthMonitor::save(OutArchive& out) const {
-  out.section("health", 2);
-  out.value(started_);
-  out.value(reacquired_);
-  for (const Track& track : sensors_) {
-    out.value(track.broken);
-    out.value(track.last);
-    out.value(track.last_good);
-    for (const double value : {track.interval, track.count, track.gated, track.unusable, track.nis_ratio})
-      out.value(value);
-    out.value(std::string_view(track.doubt));
-    out.value(track.doubted);
-    out.value(track.located);
-    out.value(track.was_located);
-    out.value(track.steps);
-    out.value(track.not_localized);
-  }
-}
-
-void HealthMonitor::load(InArchive& in) {
-  if (in.section("health", 2) < 2) throw DataError("the checkpoint is of an older kind");
-  in.value(started_);
-  in.value(reacquired_);
-  for (Track& track : sensors_) {
-    in.value(track.broken);
-    in.value(track.last);
-    in.value(track.last_good);
-    for (double* value : {&track.interval, &track.count, &track.gated, &track.unusable, &track.nis_ratio})
-      in.value(*value);
-    in.value(track.doubt);
-    in.value(track.doubted);
-    in.value(track.located);
-    in.value(track.was_located);
-    in.value(track.steps);
-    in.value(track.not_localized);
-  }
-}
-
 }  // namespace waymark::monitoring

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/base/error.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/health.hpp"
 #include "waymark/interface/snapshot.hpp"
@@ -50,8 +51,13 @@ class HealthMonitor {
   void judge(Time now, double position_sigma);
   const Health& health() const { return health_; }
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  /// Reading throws DataError if the checkpoint is of an older kind.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    if (archive.section("health", 3) < 3) throw DataError("the checkpoint is of an older kind");
+    archive(started_, reacquired_);
+    for (Track& track : sensors_) archive(track);
+  }
 
  private:
   struct Track {
@@ -70,6 +76,12 @@ class HealthMonitor {
     double nis_ratio = 1.0;      // running mean of NIS over its degrees of freedom, gated ones clamped
     std::string doubt;
     std::optional<Time> doubted;
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, doubt, doubted, located,
+              was_located, steps, not_localized);
+    }
   };
   static bool is_not_localized(const Track& track);
   void judge_sensor(const Track& track, Time now, SensorHealth& health) const;

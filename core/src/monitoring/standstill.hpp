@@ -43,13 +43,11 @@ class Standstill {
     return true;
   }
 
-  void save(OutArchive& out) const {
-    out.values(reports_);
-    out.value(standing_);
-  }
-  void load(InArchive& in) {
-    in.values(reports_);
-    in.value(standing_);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    for (Report& report : reports_)
+      archive(report.any, report.moving, report.until_next, report.last, report.still_since);
+    archive(standing_);
   }
 
  private:
