@@ -113,7 +113,7 @@ TEST(BadRobot, TwoSensorsOnOneInput) {
 TEST(BadRobot, NoMotionSensor) {
   SmallRobot robot;
   robot.replace("plugin: odometry\n    model: twist", "payload: BodyTwist");
-  const std::vector<std::string> told{robot.file("robot.yaml").string() + ": sensors: ", "how the robot moves",
+  const std::vector<std::string> told{robot.file("robot.yaml").string() + ": sensors: ", "measures the motion",
                                       "plugin: odometry"};
   EXPECT_TRUE(reports_error(robot.check(), 1, told));
   EXPECT_TRUE(reports_error(robot.run(), 1, told));

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,7 +37,8 @@ struct Mark {
     if (archive.section("committed", 4) < 4) throw DataError("the checkpoint is of an older kind");
     auto count = static_cast<std::uint64_t>(sensors.size());
     archive(count);
-    if (count != sensors.size()) throw DataError("the checkpoint has another number of sensors");
+    if (count != sensors.size())
+      throw DataError(fmt::format("the checkpoint has {} sensors, the configuration {}", count, sensors.size()));
     for (SensorState& state : sensors) archive(state);
     archive(standstill, health, events, smoothed, last_stamp);
   }

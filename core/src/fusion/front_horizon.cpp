@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/ekf.hpp"
 #include "fusion/horizons.hpp"
-#include "fusion/setup.hpp"
 
 namespace waymark::fusion {
 

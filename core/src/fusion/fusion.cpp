@@ -67,8 +67,7 @@ Fate Fusion::Parts::predict_and_process(const Measurement& m) {
   return fate;
 }
 
-// --- for each update: innovate, gate, update
-// ---------------------------------------------------------------------------
+// --- for each update: innovate, gate, update -------------------------------------------------------------------------
 
 namespace {
 
@@ -100,8 +99,7 @@ void apply_updates(const Measurement& m, Horizon& at, const StateLayout& layout,
   }
 }
 
-// --- extract, refine, sample, weigh, insert, resample
-// ------------------------------------------------------------------
+// --- extract, refine, sample, weigh, insert, resample ----------------------------------------------------------------
 
 void apply_maps(const Measurement& m, Horizon& at, UpdateResult& result) {
   const fusion::Extraction extraction = at.extract(m);

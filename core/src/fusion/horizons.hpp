@@ -23,7 +23,9 @@ class PresentHorizon final : public Horizon {
   const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
   bool follow_motion(const Measurement& m, const UpdateList& updates) override;
   void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
-  Extraction extract(const Measurement& m) override { return steps_.extract(m, belief()); }
+  Extraction extract(const Measurement& m) override {
+    return record(m).triggers_map ? steps_.extract(m, belief()) : Extraction{};
+  }
   void skip_mapping() override { filter().record_tentative_path(); }
   void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override;
   void note_unusable(const Measurement& m, std::string_view why) override { steps_.note_unusable(m, why); }
@@ -58,7 +60,9 @@ class PastHorizon final : public Horizon {
   const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
   bool follow_motion(const Measurement&, const UpdateList&) override { return false; }
   void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
-  Extraction extract(const Measurement& m) override { return steps_.extract(m, belief()); }
+  Extraction extract(const Measurement& m) override {
+    return steps_.committed().record(m).triggers_map ? steps_.extract(m, belief()) : Extraction{};
+  }
   void skip_mapping() override {}
   void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override {
     steps_.map(m, at_, extraction, result);

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "fusion/measurement_queue.hpp"
 #include "monitoring/clock_monitor.hpp"
@@ -17,22 +16,22 @@ class Intake {
   Intake(const ClockSettings& clock, Duration max_latency, std::size_t sensors)
       : clocks_(clock, sensors), queue_(max_latency) {}
 
-  /// Takes one measurement and calls `turn(Measurement&&, bool is_late)` for all whose turn has come. Returns the fault
-  /// of its stamp, if that cannot be right; the measurement is left out then.
+  /// Takes one measurement and calls `turn(const Measurement&, bool is_late)` for all whose turn has come. Returns the
+  /// fault of its stamp, if that cannot be right; the measurement is left out then.
   template <class Turn>
   std::optional<std::string> admit(const Measurement& m, const Turn& turn) {
     if (auto fault = clocks_.fault(m)) return fault;
     if (!queue_.push(m)) {
-      turn(Measurement(m), true);
+      turn(m, true);
       return std::nullopt;
     }
-    while (auto due = queue_.pop_due()) turn(std::move(*due), false);
+    while (auto due = queue_.pop_due()) turn(*due, false);
     return std::nullopt;
   }
   /// The end of the log: calls `turn` for all that wait.
   template <class Turn>
   void finish(const Turn& turn) {
-    while (auto next = queue_.pop()) turn(std::move(*next), false);
+    while (auto next = queue_.pop()) turn(*next, false);
   }
 
   const MeasurementQueue& queue() const { return queue_; }

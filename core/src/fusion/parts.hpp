@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -55,7 +56,7 @@ struct Fusion::Parts {
   std::optional<std::pair<Measurement, Fate>> last;  // the last measurement that was shown
   std::uint64_t arrived = 0;
   std::uint64_t turns = 0;  // measurements whose turn has come, late ones included
-  UpdateList updates;       // scratch
+  UpdateList updates;       // of the last measurement
   bool started = false;
   bool repeating = false;  // measurements are processed that were processed before: nothing is shown
 };

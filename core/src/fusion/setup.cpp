@@ -41,7 +41,7 @@ bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front(
 
 }  // namespace
 
-/// Only particles with maps weigh what comes late; a belief alone is rewound.
+/// Only particles with maps weigh what comes late; a belief alone is rolled back.
 ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
   ParticleFilterSettings filter = settings.filter;
   filter.history = maps.empty() ? Duration::zero() : settings.history;

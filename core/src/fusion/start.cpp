@@ -14,6 +14,7 @@ void Fusion::Parts::await_start(const Measurement& m) {
 
 void Fusion::Parts::begin(const fusion::Start& start) {
   committed.filter.start(start.prior, start.draw);
+  committed.filter.mixture();  // the front may be asked for before anything is committed
   started = true;
   committed.health.start(start.prior.stamp);
   for (const Measurement& m : startup.release()) {

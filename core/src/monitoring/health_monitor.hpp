@@ -25,7 +25,7 @@ struct UpdateResult {
 };
 
 /// Judges sensors and the whole from what becomes of their measurements (docs/math/time.md: NIS, gate rates), in stamp
-/// order. Copyable: it is rewound with the filter.
+/// order. Copyable: it is rolled back with the filter.
 class HealthMonitor {
  public:
   /// What is known of a sensor at load.
@@ -69,7 +69,7 @@ class HealthMonitor {
     double count = 0.0;             // of measurements, up to the window
     double gated = 0.0;             // running shares
     double unusable = 0.0;
-    bool located = true;  // by the last step of its maps; before the first that was, a map had nothing to tell
+    bool located = true;  // by the last step of its maps; before the first that was, a map could give none
     bool was_located = false;
     double steps = 0.0;          // of its maps, up to the window
     double not_localized = 0.0;  // running share of those that gave none

@@ -11,7 +11,8 @@
 namespace waymark::particles {
 
 /// The time that an update or a mapping step is about: the particles' own (now), or that of a measurement that comes
-/// late. The steps are the same; an instant says which belief of a particle is meant and what follows for its state.
+/// late. The steps are the same; an instant gives the belief of a particle that is meant and what follows for its
+/// state.
 class Instant {
  public:
   virtual ~Instant() = default;
@@ -23,7 +24,7 @@ class Instant {
   /// Replaces P Hᵀ, which leads from this time's innovation to its own state, by what leads to the state of now.
   virtual void carry_gain(std::size_t slot, const estimation::StateJacobian& H,
                           estimation::ekf::Innovation& innovation) = 0;
-  /// Draws the poses of particles whose maps write, before they do. `writes(slot)`: of the last refinement.
+  /// Draws the poses of particles whose maps write, before they do.
   virtual void sample(std::uint32_t sensor) = 0;
   /// After the maps were written: paths, and the particles that go on.
   virtual void conclude_mapping(std::uint32_t sensor) = 0;

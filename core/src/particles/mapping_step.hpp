@@ -28,6 +28,7 @@ struct RandomStreams {
 /// loses its part for all, or the weights were not comparable.
 class MappingStep {
  public:
+  /// Layout and workers must outlive the object.
   MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams, std::size_t particles);
 
   /// Refines the beliefs of `at` and adds the evidence to the weights, unnormalised. `stamp`: of the particles now, for

@@ -13,7 +13,7 @@
 namespace waymark::particles {
 
 /// The particles at the time of a measurement that comes late (docs/math/time.md). Sampled paths and maps stay as they
-/// are; the weights, and the blocks that are Gaussian given the path, take what the measurement says.
+/// are; the weights, and the blocks that are Gaussian given the path, are updated.
 class Recollection final : public Instant {
  public:
   /// All must outlive the object. `span`: how far back beliefs are kept; zero: not at all.
