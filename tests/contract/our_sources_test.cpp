@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "../unit/plugins/sources/rosbag1_fixture.hpp"
 #include "our_plugins.hpp"
 #include "temporary_folder.hpp"
+#include "unit/plugins/sources/rosbag1/rosbag1_fixture.hpp"
 #include "waymark/testing/source_contract.hpp"
 
 namespace waymark::contract_test {

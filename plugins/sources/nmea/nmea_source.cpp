@@ -47,8 +47,8 @@ class NmeaSource final : public Source {
   BadRecordList bad_;
   LineStream lines_;
   Duration delay_;
-  EpochClock clock_;
   bool needs_checksum_;
+  EpochClock clock_;
 
   Epoch epoch_;
   std::optional<double> next_heading_deg_;  // of the epoch to come
@@ -84,8 +84,8 @@ NmeaSource::NmeaSource(const Config& config, const Rig& rig)
            {"record", "max_bad_records", "goes on after such ones"}),
       lines_(file_of(config), from_seconds(config.number_in("follow_s", 0.0, 1e6, 0.0))),
       delay_(from_seconds(config.number_in("delay_s", 0.0, 3600.0, 0.0))),
-      clock_(start_date_of(config), from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))),
-      needs_checksum_(config.boolean("require_checksum", true)) {
+      needs_checksum_(config.boolean("require_checksum", true)),
+      clock_(start_date_of(config), from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))) {
   gnss_ = add_channel(config, rig, "gnss", GnssFix::kType);
   heading_ = add_channel(config, rig, "heading", CompassHeading::kType);
   if (!gnss_ && !heading_) config.fail("neither gnss nor heading is given; at least one of them is expected");
