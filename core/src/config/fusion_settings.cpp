@@ -77,7 +77,7 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
   settings.process_noise = read_process_noise(motion);
   const bool old_name = motion.has("told_by") && !motion.has("source");
-  if (old_name) settings.notices.push_back("motion.told_by is an old name: write motion.source");
+  if (old_name) settings.notices.emplace_back("motion.told_by is an old name: write motion.source");
   settings.motion_from_maps = motion.choice(old_name ? "told_by" : "source", {"sensors", "maps"}, "sensors") == "maps";
   settings.standstill_after = from_seconds(motion.positive("standstill_after_s", 0.5));
 

@@ -107,7 +107,7 @@ Instant& ParticleFilter::now() { return *now_; }
 Instant* ParticleFilter::recall(Time stamp) { return recollection_.recall(stamp) ? &recollection_ : nullptr; }
 
 MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const UpdatePolicy& policy) {
-  const MixtureOutcome outcome = updates_.apply(set_, at, model, policy);
+  MixtureOutcome outcome = updates_.apply(set_, at, model, policy);
   if (!outcome.usable) return outcome;
   set_.normalize();
   mixture_is_current_ = false;

@@ -20,7 +20,7 @@ MixtureOutcome UpdateStep::apply(ParticleSet& particles, Instant& at, const Upda
   const auto innovate_one = [&](int slot) { innovate(static_cast<std::size_t>(slot), at, model, policy); };
   workers_.for_each(count, std::cref(innovate_one), kSerialUpdates);
 
-  const MixtureOutcome outcome = gate(particles, policy);
+  MixtureOutcome outcome = gate(particles, policy);
   if (!outcome.usable) return outcome;
 
   const auto update_one = [&](int slot) {

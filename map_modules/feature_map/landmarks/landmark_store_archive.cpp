@@ -121,7 +121,7 @@ LandmarkStore::Loaded LandmarkStore::load_node(InArchive& in, int height, std::i
   empty.height = height;
   if (kind == Kind::kEmpty) return empty;
   check(kind == (height == 0 ? Kind::kLeaf : Kind::kInner), "a node at the wrong height");
-  const Loaded loaded = load_shared<Loaded>(
+  Loaded loaded = load_shared<Loaded>(
       in, [&] { return height == 0 ? load_leaf_node(in, next_id) : load_inner_node(in, height, next_id); });
   check(loaded.height == height, "a node at the wrong height");
   return loaded;

@@ -59,10 +59,10 @@ TEST(BiasWatch, GoesOnAfterItWasLoaded) {
   for (int k = 0; k < 7; ++k) one.take(innovations.next({0.5, 0.1}), innovations.S);
   std::stringstream stream;
   OutArchive out(stream);
-  one.save(out);
+  out(one);
   monitoring::BiasWatch other;
   InArchive in(stream);
-  other.load(in);
+  in(other);
   for (int k = 0; k < 30; ++k) {
     const gaussian::Vector nu = innovations.next({0.5, 0.1});
     EXPECT_EQ(one.take(nu, innovations.S), other.take(nu, innovations.S));
