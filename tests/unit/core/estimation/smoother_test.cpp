@@ -162,7 +162,7 @@ TEST(Smoother, IsTheBatchSolutionOfALinearCase) {
       Linearization model;
       estimation::ekf::Innovation innovation;
       PositionModel(z(k), sigma).linearize({belief.mean, nullptr}, model);
-      test::innovate(belief, layout, 0, model, innovation);
+      test::innovate(belief, layout, -1, model, innovation);
       estimation::ekf::apply(belief, layout, innovation);
     }
     smoother.add(belief, false);

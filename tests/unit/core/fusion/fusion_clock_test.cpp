@@ -230,7 +230,7 @@ TEST(FusionHealth, WithoutAMotionSensorThePoseIsLost) {
   std::erase_if(log, [](const Measurement& m) { return m.sensor == 0 && m.stamp > at(kEpoch + 10.0); });
   const Health last = judged(log).back().health;
   EXPECT_EQ(last.state, Health::State::lost);
-  EXPECT_THAT(last.reason, HasSubstr("how the robot moves"));
+  EXPECT_THAT(last.reason, HasSubstr("no motion source delivers"));
 }
 
 TEST(FusionHealth, AnUncertainPositionIsLost) {
