@@ -28,7 +28,7 @@ namespace waymark {
 ///       archive(last_, usual_s_, left_);
 ///     }
 ///
-/// `Archive::kReads` tells the two apart where reading must check or convert; writing must change nothing.
+/// `Archive::kReads` is the direction, for where reading must check or convert; writing must change nothing.
 template <class T, class Archive>
 concept Serializable = requires(T& object, Archive& archive) {
   object.serialize(archive);
