@@ -22,7 +22,8 @@ struct ThreadScratch {
   ScanInsertion insertion;
 };
 
-ThreadScratch& scratch() {
+// Not inlined: the compiler would compute the thread's address anew in the innermost loops.
+[[gnu::noinline]] ThreadScratch& scratch() {
   thread_local ThreadScratch own;
   return own;
 }

@@ -19,7 +19,8 @@ struct ThreadStorage {
   CloudInsertion insertion;
 };
 
-ThreadStorage& storage() {
+// Not inlined: the compiler would compute the thread's address anew in the innermost loops.
+[[gnu::noinline]] ThreadStorage& storage() {
   thread_local ThreadStorage own;
   return own;
 }
