@@ -10,10 +10,10 @@ using Node = Config::Node;
 using Kind = Node::Kind;
 
 [[noreturn]] void refuse_unknown(const Node& node, const Node& parent) {
-  const std::string near = config::nearest_key(node.key, parent.asked);
+  const std::vector<std::string> known = parent.asked_names();
+  const std::string near = config::nearest_key(node.key, known);
   std::string hint = fmt::format("did you mean \"{}\"?", near);
-  if (near.empty())
-    hint = parent.asked.empty() ? "no keys are known here" : "known here: " + config::join(parent.asked);
+  if (near.empty()) hint = known.empty() ? "no keys are known here" : "known here: " + config::join(known);
   throw ConfigError(fmt::format("{}: {}: unknown key; {}", node.key_place(), node.path(), hint));
 }
 

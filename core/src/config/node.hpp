@@ -29,11 +29,14 @@ struct Config::Node {
   std::string key;  ///< if the parent is a mapping
   std::vector<std::unique_ptr<Node>> children;
 
-  bool is_default = false;         ///< not given, but filled in by a read with a fallback
-  bool was_read = false;           ///< something asked for it
-  bool ignored = false;            ///< nothing below needs to be read
-  std::vector<std::string> asked;  ///< keys that were asked for, found or not
+  bool is_default = false;   ///< not given, but filled in by a read with a fallback
+  bool was_read = false;     ///< something asked for it
+  bool ignored = false;      ///< nothing below needs to be read
+  std::vector<Asked> asked;  ///< keys that were asked for, found or not
 
+  /// What is noted of a key; unit and meaning are those of the first read that gave them. `path` is the name here.
+  Asked& note_asked(const Key& declared);
+  std::vector<std::string> asked_names() const;
   /// The child under a key, also a filled-in one; null if there is none.
   Node* find(std::string_view name) const;
   /// Appends a child and returns it.

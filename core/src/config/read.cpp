@@ -11,12 +11,22 @@
 namespace waymark {
 namespace {
 
+using Asked = Config::Asked;
+using Key = Config::Key;
+using Kind = Config::Node::Kind;
 using Node = Config::Node;
-using Kind = Node::Kind;
+using Type = Asked::Type;
 
-void note_asked(Node& node, std::string_view key) {
-  if (std::find(node.asked.begin(), node.asked.end(), key) == node.asked.end()) node.asked.emplace_back(key);
-}
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// What numbers may be.
+struct Range {
+  double low = -kInfinity;
+  double high = kInfinity;
+  bool excludes_low = false;
+};
+constexpr Range kPositive{0.0, kInfinity, true};
+constexpr Range kNonNegative{0.0, kInfinity, false};
 
 /// The child that the user gave; a filled-in one does not count.
 Node* given(const Node& node, std::string_view key) {
@@ -24,23 +34,41 @@ Node* given(const Node& node, std::string_view key) {
   return child != nullptr && !child->is_default ? child : nullptr;
 }
 
-/// Asks for a key and marks it as read.
-Node* ask(Node& node, std::string_view key) {
-  note_asked(node, key);
-  Node* child = given(node, key);
+Asked& note(Node& node, const Key& key, Type type) {
+  Asked& asked = node.note_asked(key);
+  asked.type = type;
+  return asked;
+}
+
+Asked& note_range(Node& node, const Key& key, Type type, const Range& range) {
+  Asked& asked = note(node, key, type);
+  asked.low = range.low;
+  asked.high = range.high;
+  asked.excludes_low = range.excludes_low;
+  return asked;
+}
+
+void note_words(Node& node, const Key& key, std::initializer_list<std::string_view> words) {
+  note(node, key, Type::choice).words.assign(words.begin(), words.end());
+}
+
+/// The value under a key, which then counts as read.
+Node* find(Node& node, const Key& key) {
+  Node* child = given(node, key.name);
   if (child != nullptr) child->was_read = true;
   return child;
 }
 
-Node& need(Node& node, std::string_view key) {
-  if (Node* child = ask(node, key); child != nullptr) return *child;
+Node& need(Node& node, const Key& key) {
+  node.note_asked(key).is_required = true;
+  if (Node* child = find(node, key); child != nullptr) return *child;
   std::vector<std::string> unread;
   for (const auto& child : node.children) {
     if (!child->was_read && !child->is_default) unread.push_back(child->key);
   }
-  const std::string near = config::nearest_key(key, unread);
-  config::fail_at(node,
-                  fmt::format("{} is missing{}", key, near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+  const std::string near = config::nearest_key(key.name, unread);
+  config::fail_at(
+      node, fmt::format("{} is missing{}", key.name, near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
 }
 
 std::unique_ptr<Node> filled_in(Kind kind, std::string text = {}) {
@@ -51,46 +79,59 @@ std::unique_ptr<Node> filled_in(Kind kind, std::string text = {}) {
   return node;
 }
 
-/// Notes the value that a fallback filled in.
-Node& note_default(Node& node, std::string_view key, std::unique_ptr<Node> value) {
-  value->key = key;
+/// Fills in the value of a fallback.
+Node& fill_in(Node& node, const Key& key, std::unique_ptr<Node> value) {
+  value->key = key.name;
   value->origin = node.origin;
-  std::erase_if(node.children, [key](const auto& child) { return child->is_default && child->key == key; });
+  std::erase_if(node.children, [&key](const auto& child) { return child->is_default && child->key == key.name; });
   return node.add(std::move(value));
 }
 
-void note_number(Node& node, std::string_view key, double value) {
+void fill_in_scalar(Node& node, const Key& key, std::string text, Kind kind = Kind::scalar) {
+  Asked& asked = node.note_asked(key);
+  if (!asked.fallback) asked.fallback = text;
+  fill_in(node, key, filled_in(kind, std::move(text)));
+}
+
+void fill_in_number(Node& node, const Key& key, double value) {
   // YAML could not give an infinite default back: it is shown, but not as a value.
-  note_default(node, key, filled_in(std::isfinite(value) ? Kind::scalar : Kind::null, config::shortest(value)));
+  fill_in_scalar(node, key, config::shortest(value), std::isfinite(value) ? Kind::scalar : Kind::null);
 }
 
-double checked(const Node& node, double value, bool fits, std::string_view expectation) {
-  if (!fits) config::fail_at(node, fmt::format("{} {}", config::shortest(value), expectation));
-  return value;
+void fill_in_list(Node& node, const Key& key, const std::vector<std::string>& values) {
+  Asked& asked = node.note_asked(key);
+  if (!asked.fallback) asked.fallback = fmt::format("[{}]", fmt::join(values, ", "));
+  Node& list = fill_in(node, key, filled_in(Kind::list));
+  for (const std::string& value : values) list.add(filled_in(Kind::scalar, value));
 }
 
-double as_positive(Node& node) {
+double to_number_in(Node& node, const Range& range) {
   const double value = config::to_number(node);
-  return checked(node, value, value > 0.0, "must be > 0");
+  const bool fits = (range.excludes_low ? value > range.low : value >= range.low) && value <= range.high;
+  if (fits) return value;
+  const std::string expected = std::isfinite(range.high) ? fmt::format("must lie in [{}, {}]", range.low, range.high)
+                                                         : fmt::format("must be {} 0", range.excludes_low ? ">" : ">=");
+  config::fail_at(node, fmt::format("{} {}", config::shortest(value), expected));
 }
 
-double as_non_negative(Node& node) {
-  const double value = config::to_number(node);
-  return checked(node, value, value >= 0.0, "must be >= 0");
+double read_number(Node& node, const Key& key, const Range& range) {
+  note_range(node, key, Type::number, range);
+  return to_number_in(need(node, key), range);
+}
+double read_number(Node& node, const Key& key, const Range& range, double fallback) {
+  note_range(node, key, Type::number, range);
+  if (Node* value = find(node, key); value != nullptr) return to_number_in(*value, range);
+  fill_in_number(node, key, fallback);
+  return fallback;
 }
 
-double as_number_in(Node& node, double low, double high) {
-  const double value = config::to_number(node);
-  return checked(node, value, low <= value && value <= high, fmt::format("must lie in [{}, {}]", low, high));
-}
-
-std::string as_choice(const Node& node, std::initializer_list<std::string_view> words) {
+std::string to_choice(const Node& node, std::initializer_list<std::string_view> words) {
   std::string word = config::to_text(node);
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
   config::fail_at(node, fmt::format("\"{}\" is not one of: {}", word, fmt::join(words, ", ")));
 }
 
-std::vector<double> as_numbers(Node& node, int count) {
+std::vector<double> to_numbers(Node& node, int count) {
   const std::string expected = count < 0 ? "a list of numbers" : fmt::format("a list of {} numbers", count);
   if (node.kind != Kind::list) config::fail_at(node, fmt::format("{} is not {}", node.description(), expected));
   if (count >= 0 && node.children.size() != static_cast<std::size_t>(count)) {
@@ -101,7 +142,7 @@ std::vector<double> as_numbers(Node& node, int count) {
   return values;
 }
 
-std::vector<std::string> as_texts(const Node& node) {
+std::vector<std::string> to_texts(const Node& node) {
   if (node.kind != Kind::list) return {config::to_text(node)};
   std::vector<std::string> values;
   for (const auto& child : node.children) values.push_back(config::to_text(*child));
@@ -116,120 +157,129 @@ void require_kind(Node& node, Kind kind, const char* expected) {
 
 }  // namespace
 
-const Config::Node& Config::read(std::string_view key) const { return need(*node_, key); }
-const Config::Node* Config::read_if(std::string_view key) const { return ask(*node_, key); }
-
-double Config::number(std::string_view key) const { return config::to_number(need(*node_, key)); }
-double Config::number(std::string_view key, double fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return config::to_number(*node);
-  note_number(*node_, key, fallback);
-  return fallback;
+double Config::number(const Key& key) const { return read_number(*node_, key, {}); }
+double Config::number(const Key& key, double fallback) const { return read_number(*node_, key, {}, fallback); }
+double Config::positive(const Key& key) const { return read_number(*node_, key, kPositive); }
+double Config::positive(const Key& key, double fallback) const { return read_number(*node_, key, kPositive, fallback); }
+double Config::non_negative(const Key& key) const { return read_number(*node_, key, kNonNegative); }
+double Config::non_negative(const Key& key, double fallback) const {
+  return read_number(*node_, key, kNonNegative, fallback);
+}
+double Config::number_in(const Key& key, double low, double high) const {
+  return read_number(*node_, key, {low, high});
+}
+double Config::number_in(const Key& key, double low, double high, double fallback) const {
+  return read_number(*node_, key, {low, high}, fallback);
 }
 
-double Config::positive(std::string_view key) const { return as_positive(need(*node_, key)); }
-double Config::positive(std::string_view key, double fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return as_positive(*node);
-  note_number(*node_, key, fallback);
-  return fallback;
+std::int64_t Config::integer(const Key& key) const {
+  note(*node_, key, Type::integer);
+  return config::to_integer(need(*node_, key));
 }
-
-double Config::non_negative(std::string_view key) const { return as_non_negative(need(*node_, key)); }
-double Config::non_negative(std::string_view key, double fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return as_non_negative(*node);
-  note_number(*node_, key, fallback);
-  return fallback;
-}
-
-double Config::number_in(std::string_view key, double low, double high) const {
-  return as_number_in(need(*node_, key), low, high);
-}
-double Config::number_in(std::string_view key, double low, double high, double fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return as_number_in(*node, low, high);
-  note_number(*node_, key, fallback);
-  return fallback;
-}
-
-std::int64_t Config::integer(std::string_view key) const { return config::to_integer(need(*node_, key)); }
-std::int64_t Config::integer(std::string_view key, std::int64_t fallback) const {
+std::int64_t Config::integer(const Key& key, std::int64_t fallback) const {
   constexpr auto kLowest = std::numeric_limits<std::int64_t>::min();
   constexpr auto kHighest = std::numeric_limits<std::int64_t>::max();
   return integer_in(key, kLowest, kHighest, fallback);
 }
-std::int64_t Config::integer_in(std::string_view key, std::int64_t low, std::int64_t high,
-                                std::int64_t fallback) const {
-  Node* node = ask(*node_, key);
+std::int64_t Config::integer_in(const Key& key, std::int64_t low, std::int64_t high, std::int64_t fallback) const {
+  using Limits = std::numeric_limits<std::int64_t>;
+  note_range(*node_, key, Type::integer,
+             {low == Limits::min() ? -kInfinity : static_cast<double>(low),
+              high == Limits::max() ? kInfinity : static_cast<double>(high)});
+  Node* node = find(*node_, key);
   if (node == nullptr) {
-    note_default(*node_, key, filled_in(Kind::scalar, std::to_string(fallback)));
+    fill_in_scalar(*node_, key, std::to_string(fallback));
     return fallback;
   }
   const std::int64_t value = config::to_integer(*node);
   if (value >= low && value <= high) return value;
-  const bool bounded = high != std::numeric_limits<std::int64_t>::max();
-  config::fail_at(*node, bounded ? fmt::format("{} must lie in [{}, {}]", value, low, high)
-                                 : fmt::format("{} must be >= {}", value, low));
+  config::fail_at(*node, high != Limits::max() ? fmt::format("{} must lie in [{}, {}]", value, low, high)
+                                               : fmt::format("{} must be >= {}", value, low));
 }
 
-bool Config::boolean(std::string_view key) const { return config::to_boolean(need(*node_, key)); }
-bool Config::boolean(std::string_view key, bool fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return config::to_boolean(*node);
-  note_default(*node_, key, filled_in(Kind::scalar, fallback ? "true" : "false"));
+bool Config::boolean(const Key& key) const {
+  note(*node_, key, Type::boolean);
+  return config::to_boolean(need(*node_, key));
+}
+bool Config::boolean(const Key& key, bool fallback) const {
+  note(*node_, key, Type::boolean);
+  if (Node* node = find(*node_, key); node != nullptr) return config::to_boolean(*node);
+  fill_in_scalar(*node_, key, fallback ? "true" : "false");
   return fallback;
 }
 
-std::string Config::text(std::string_view key) const { return config::to_text(need(*node_, key)); }
-std::string Config::text(std::string_view key, std::string_view fallback) const {
-  if (const Node* node = ask(*node_, key); node != nullptr) return config::to_text(*node);
-  note_default(*node_, key, filled_in(Kind::scalar, std::string(fallback)));
+std::string Config::text(const Key& key) const {
+  note(*node_, key, Type::text);
+  return config::to_text(need(*node_, key));
+}
+std::string Config::text(const Key& key, std::string_view fallback) const {
+  note(*node_, key, Type::text);
+  if (const Node* node = find(*node_, key); node != nullptr) return config::to_text(*node);
+  fill_in_scalar(*node_, key, std::string(fallback));
   return std::string(fallback);
 }
 
-std::string Config::choice(std::string_view key, std::initializer_list<std::string_view> words) const {
-  return as_choice(need(*node_, key), words);
+std::string Config::choice(const Key& key, std::initializer_list<std::string_view> words) const {
+  note_words(*node_, key, words);
+  return to_choice(need(*node_, key), words);
 }
-std::string Config::choice(std::string_view key, std::initializer_list<std::string_view> words,
+std::string Config::choice(const Key& key, std::initializer_list<std::string_view> words,
                            std::string_view fallback) const {
-  if (const Node* node = ask(*node_, key); node != nullptr) return as_choice(*node, words);
-  note_default(*node_, key, filled_in(Kind::scalar, std::string(fallback)));
+  note_words(*node_, key, words);
+  if (const Node* node = find(*node_, key); node != nullptr) return to_choice(*node, words);
+  fill_in_scalar(*node_, key, std::string(fallback));
   return std::string(fallback);
 }
 
-std::vector<double> Config::numbers(std::string_view key, int count) const {
-  return as_numbers(need(*node_, key), count);
+std::vector<double> Config::numbers(const Key& key, int count) const {
+  note(*node_, key, Type::numbers).count = count;
+  return to_numbers(need(*node_, key), count);
 }
-std::vector<double> Config::numbers(std::string_view key, int count, const std::vector<double>& fallback) const {
-  if (Node* node = ask(*node_, key); node != nullptr) return as_numbers(*node, count);
-  Node& list = note_default(*node_, key, filled_in(Kind::list));
-  for (const double value : fallback) list.add(filled_in(Kind::scalar, config::shortest(value)));
+std::vector<double> Config::numbers(const Key& key, int count, const std::vector<double>& fallback) const {
+  note(*node_, key, Type::numbers).count = count;
+  if (Node* node = find(*node_, key); node != nullptr) return to_numbers(*node, count);
+  std::vector<std::string> values;
+  for (const double value : fallback) values.push_back(config::shortest(value));
+  fill_in_list(*node_, key, values);
   return fallback;
 }
 
-std::vector<std::string> Config::texts(std::string_view key) const { return as_texts(need(*node_, key)); }
-std::vector<std::string> Config::texts(std::string_view key, const std::vector<std::string>& fallback) const {
-  if (const Node* node = ask(*node_, key); node != nullptr) return as_texts(*node);
-  Node& list = note_default(*node_, key, filled_in(Kind::list));
-  for (const std::string& value : fallback) list.add(filled_in(Kind::scalar, value));
+std::vector<std::string> Config::texts(const Key& key) const {
+  note(*node_, key, Type::texts);
+  return to_texts(need(*node_, key));
+}
+std::vector<std::string> Config::texts(const Key& key, const std::vector<std::string>& fallback) const {
+  note(*node_, key, Type::texts);
+  if (const Node* node = find(*node_, key); node != nullptr) return to_texts(*node);
+  fill_in_list(*node_, key, fallback);
   return fallback;
 }
 
-bool Config::has(std::string_view key) const {
-  note_asked(*node_, key);
-  return given(*node_, key) != nullptr;
+bool Config::has(const Key& key) const {
+  node_->note_asked(key);
+  return given(*node_, key.name) != nullptr;
 }
 
-Config Config::child(std::string_view key) const {
+Config Config::child(const Key& key) const {
+  note(*node_, key, Type::mapping);
   Node& node = need(*node_, key);
   require_kind(node, Kind::mapping, "a mapping");
   return {root_, &node};
 }
 
-Config Config::child_or_empty(std::string_view key) const {
-  if (ask(*node_, key) != nullptr) return child(key);
-  Node* known = node_->find(key);
-  if (known == nullptr || known->kind != Kind::mapping) known = &note_default(*node_, key, filled_in(Kind::mapping));
+Config Config::child_or_empty(const Key& key) const {
+  note(*node_, key, Type::mapping);
+  if (Node* node = find(*node_, key); node != nullptr) {
+    require_kind(*node, Kind::mapping, "a mapping");
+    return {root_, node};
+  }
+  Node* known = node_->find(key.name);
+  if (known == nullptr || known->kind != Kind::mapping) known = &fill_in(*node_, key, filled_in(Kind::mapping));
   return {root_, known};
 }
 
-std::vector<Config> Config::items(std::string_view key) const {
+std::vector<Config> Config::items(const Key& key) const {
+  note(*node_, key, Type::items);
   Node& node = need(*node_, key);
   require_kind(node, Kind::list, "a list");
   std::vector<Config> elements;
@@ -241,9 +291,10 @@ std::vector<Config> Config::items(std::string_view key) const {
   return elements;
 }
 
-std::vector<Config> Config::items_or_empty(std::string_view key) const {
-  if (ask(*node_, key) != nullptr) return items(key);
-  note_default(*node_, key, filled_in(Kind::list));
+std::vector<Config> Config::items_or_empty(const Key& key) const {
+  note(*node_, key, Type::items);
+  if (given(*node_, key.name) != nullptr) return items(key);
+  fill_in(*node_, key, filled_in(Kind::list));
   return {};
 }
 
@@ -255,13 +306,13 @@ std::vector<std::string> Config::keys() const {
   return keys;
 }
 
-bool Config::is_mapping(std::string_view key) const {
-  const Node* node = given(*node_, key);
+bool Config::is_mapping(const Key& key) const {
+  const Node* node = given(*node_, key.name);
   return node != nullptr && node->kind == Kind::mapping;
 }
 
-bool Config::is_list(std::string_view key) const {
-  const Node* node = given(*node_, key);
+bool Config::is_list(const Key& key) const {
+  const Node* node = given(*node_, key.name);
   return node != nullptr && node->kind == Kind::list;
 }
 

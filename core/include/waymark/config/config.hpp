@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +21,44 @@ namespace waymark {
 /// reads throw ConfigError: `file:line:col: sensors.gps.sigma_m: "abc" is not a number`.
 class WAYMARK_API Config {
  public:
+  /// A key of the YAML, declared where it is read: the reference pages, `waymark plugins NAME` and messages are made of
+  /// these (key_reference.hpp). The name alone is enough to read a key that is declared elsewhere.
+  ///
+  ///     config.positive({"sigma_m", "m", "noise per axis"})
+  ///     config.boolean({"merge", "landmarks that came together become one"}, false)
+  struct Key {
+    std::string_view name;
+    std::string_view unit;      ///< "m", "m/s"; empty: none
+    std::string_view meaning;   ///< one clause
+    std::string_view fallback;  ///< in words, if the default is computed: "2 × sigma_m"; empty: the value itself
+
+    Key(std::string_view key) : name(key) {}    // NOLINT(google-explicit-constructor): reads take a name as well
+    Key(const char* key) : name(key) {}         // NOLINT(google-explicit-constructor)
+    Key(const std::string& key) : name(key) {}  // NOLINT(google-explicit-constructor)
+    Key(std::string_view key, std::string_view what) : name(key), meaning(what) {}
+    Key(std::string_view key, std::string_view in, std::string_view what, std::string_view otherwise = {})
+        : name(key), unit(in), meaning(what), fallback(otherwise) {}
+  };
+
+  /// What reads asked for under one key: its declaration, as far as it was given.
+  struct Asked {
+    enum class Type { none, number, integer, boolean, text, choice, numbers, texts, mapping, items };
+
+    std::string path;  ///< below the node that was asked: "extraction.range_max_m", "files[].file"
+    std::string unit, meaning;
+    Type type = Type::none;                                 ///< none: only looked for
+    double low = -std::numeric_limits<double>::infinity();  ///< of numbers and integers
+    double high = std::numeric_limits<double>::infinity();  ///< the same
+    bool excludes_low = false;                              ///< > low, not >= low
+    int count = -1;                                         ///< of numbers; any if negative
+    std::vector<std::string> words;                         ///< of a choice
+    std::optional<std::string> fallback;                    ///< as YAML, or in words
+    bool is_required = false;
+
+    /// "number > 0", "one of: keep, match, drop"; empty if it was only looked for.
+    std::string expectation() const;
+  };
+
   /// `key=value` with a dotted path: `filter.particles=100`, `sensors.gps.sigma_m=0.1`, `sinks.0.plugin=tum`. An
   /// element of a list is named by its index, or by its `name`, or by its `plugin`. The value is YAML, so `[1, 2]` is a
   /// list.
@@ -32,40 +72,39 @@ class WAYMARK_API Config {
                       const std::vector<Override>& overrides = {});
 
   // --- scalars of a mapping ------------------------------------------------------------------------------------------
-  double number(std::string_view key) const;  ///< finite
-  double number(std::string_view key, double fallback) const;
-  double positive(std::string_view key) const;  ///< finite and > 0
-  double positive(std::string_view key, double fallback) const;
-  double non_negative(std::string_view key) const;
-  double non_negative(std::string_view key, double fallback) const;
-  double number_in(std::string_view key, double low, double high) const;  ///< low <= value <= high
-  double number_in(std::string_view key, double low, double high, double fallback) const;
-  std::int64_t integer(std::string_view key) const;
-  std::int64_t integer(std::string_view key, std::int64_t fallback) const;
-  std::int64_t integer_in(std::string_view key, std::int64_t low, std::int64_t high, std::int64_t fallback) const;
-  bool boolean(std::string_view key) const;  ///< true/false, yes/no, on/off
-  bool boolean(std::string_view key, bool fallback) const;
-  std::string text(std::string_view key) const;
-  std::string text(std::string_view key, std::string_view fallback) const;
+  double number(const Key& key) const;  ///< finite
+  double number(const Key& key, double fallback) const;
+  double positive(const Key& key) const;  ///< finite and > 0
+  double positive(const Key& key, double fallback) const;
+  double non_negative(const Key& key) const;
+  double non_negative(const Key& key, double fallback) const;
+  double number_in(const Key& key, double low, double high) const;  ///< low <= value <= high
+  double number_in(const Key& key, double low, double high, double fallback) const;
+  std::int64_t integer(const Key& key) const;
+  std::int64_t integer(const Key& key, std::int64_t fallback) const;
+  std::int64_t integer_in(const Key& key, std::int64_t low, std::int64_t high, std::int64_t fallback) const;
+  bool boolean(const Key& key) const;  ///< true/false, yes/no, on/off
+  bool boolean(const Key& key, bool fallback) const;
+  std::string text(const Key& key) const;
+  std::string text(const Key& key, std::string_view fallback) const;
   /// One of the words; the error lists them.
-  std::string choice(std::string_view key, std::initializer_list<std::string_view> words) const;
-  std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
-                     std::string_view fallback) const;
+  std::string choice(const Key& key, std::initializer_list<std::string_view> words) const;
+  std::string choice(const Key& key, std::initializer_list<std::string_view> words, std::string_view fallback) const;
   /// A list of exactly `count` numbers (any count if negative).
-  std::vector<double> numbers(std::string_view key, int count = -1) const;
-  std::vector<double> numbers(std::string_view key, int count, const std::vector<double>& fallback) const;
-  std::vector<std::string> texts(std::string_view key) const;  ///< a list of words, or one word
-  std::vector<std::string> texts(std::string_view key, const std::vector<std::string>& fallback) const;
+  std::vector<double> numbers(const Key& key, int count = -1) const;
+  std::vector<double> numbers(const Key& key, int count, const std::vector<double>& fallback) const;
+  std::vector<std::string> texts(const Key& key) const;  ///< a list of words, or one word
+  std::vector<std::string> texts(const Key& key, const std::vector<std::string>& fallback) const;
 
   // --- structure -----------------------------------------------------------------------------------------------------
-  bool has(std::string_view key) const;                   ///< does not count as a read
-  Config child(std::string_view key) const;               ///< a mapping that must be there
-  Config child_or_empty(std::string_view key) const;      ///< a mapping, or an empty one if the key is absent
-  std::vector<Config> items(std::string_view key) const;  ///< a list of mappings that must be there
-  std::vector<Config> items_or_empty(std::string_view key) const;
-  std::vector<std::string> keys() const;        ///< in the order of the file; does not count as a read
-  bool is_mapping(std::string_view key) const;  ///< does not count as a read
-  bool is_list(std::string_view key) const;     ///< does not count as a read
+  bool has(const Key& key) const;                   ///< does not count as a read
+  Config child(const Key& key) const;               ///< a mapping that must be there
+  Config child_or_empty(const Key& key) const;      ///< a mapping, or an empty one if the key is absent
+  std::vector<Config> items(const Key& key) const;  ///< a list of mappings that must be there
+  std::vector<Config> items_or_empty(const Key& key) const;
+  std::vector<std::string> keys() const;  ///< in the order of the file; does not count as a read
+  bool is_mapping(const Key& key) const;  ///< does not count as a read
+  bool is_list(const Key& key) const;     ///< does not count as a read
 
   // --- errors and reports --------------------------------------------------------------------------------------------
   /// Throws ConfigError at the key's place (or at this node's, if the key is absent).
@@ -81,6 +120,8 @@ class WAYMARK_API Config {
   void reject_unread() const;
   /// Marks this node and all below as read: for what a disabled part does not need.
   void ignore() const;
+  /// The keys that were asked for at this node and below, in the order of the reads.
+  std::vector<Asked> asked() const;
   /// The effective configuration as YAML: what was given and, behind `# default`, what was filled in.
   std::string effective() const;
 
@@ -88,9 +129,6 @@ class WAYMARK_API Config {
 
  private:
   Config(std::shared_ptr<Node> root, Node* node) : root_(std::move(root)), node_(node) {}
-  const Node& read(std::string_view key) const;
-  const Node* read_if(std::string_view key) const;
-
   std::shared_ptr<Node> root_;  // keeps the tree
   Node* node_;
 };
