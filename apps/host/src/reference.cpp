@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/host/reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "waymark/base/error.hpp"
+#include "waymark/host/robot.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/plugin/map_module.hpp"
+#include "waymark/plugin/sensor.hpp"
+#include "waymark/plugin/sink.hpp"
+#include "waymark/plugin/source.hpp"
+
+namespace waymark::host {
+
+namespace {
+
+/// What keys that take text are tried with: the name of a sensor, of a table's file, and of a column in it.
+constexpr const char* kText = "sample";
+
+/// A folder with that table.
+class SampleFolder {
+ public:
+  SampleFolder() : folder_(create()) { std::ofstream(folder_ / kText) << kText << ",b,c,d\n1,2,3,4\n2,3,4,5\n"; }
+  ~SampleFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  SampleFolder(const SampleFolder&) = delete;
+  SampleFolder& operator=(const SampleFolder&) = delete;
+
+  /// The configuration that lies in it, in name only.
+  std::string config_file() const { return (folder_ / "trial.yaml").string(); }
+
+ private:
+  static std::filesystem::path create() {
+    std::string name = (std::filesystem::temp_directory_path() / "waymark_keys_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw Error("cannot create a folder in " + std::filesystem::temp_directory_path().string());
+    return name;
+  }
+
+  std::filesystem::path folder_;
+};
+
+/// A robot with a sensor for whatever a plugin asks for.
+Rig any_rig() {
+  std::vector<Mounting> mountings;
+  const Intrinsics camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}};
+  mountings.push_back({kText, "", Pose{}, camera});
+  for (const std::string_view payload :
+       {LaserScan::kType, PointCloud::kType, Image::kType, LandmarkObservations::kType})
+    mountings.push_back({std::string(payload), std::string(payload), Pose{}, camera});
+  return Rig(std::move(mountings));
+}
+
+KeyTrials trials_of_sensor() { return {{fmt::format("name={}", kText)}, {kText}, {}}; }
+
+/// A source asks for the fields of a payload, so it is tried with each.
+KeyTrials trials_of_source() {
+  KeyTrials trials{{}, {kText}, {}};
+  for (const std::string_view type :
+       {WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
+        LaserScan::kType, PointCloud::kType, Image::kType, ImuSample::kType, MagneticField::kType,
+        CompassHeading::kType, Height::kType, LandmarkObservations::kType}) {
+    const std::size_t slash = type.find('/') + 1;
+    trials.texts.emplace_back(type.substr(slash, type.find('@') - slash));
+  }
+  return trials;
+}
+
+std::vector<KeyTrials> trials_of_map() {
+  const auto with = [](const std::string& inputs) {
+    return KeyTrials{{"name=map", fmt::format("inputs=[{}]", inputs)}, {kText}, {}};
+  };
+  const auto quoted = [](std::string_view payload) { return fmt::format("\"{}\"", payload); };
+  return {with(quoted(LaserScan::kType)), with(quoted(LaserScan::kType) + ", " + quoted(Image::kType)),
+          with(quoted(LandmarkObservations::kType)), with(quoted(PointCloud::kType))};
+}
+
+void append_new(std::vector<DescribedKey>& keys, std::vector<DescribedKey> more) {
+  for (DescribedKey& key : more) {
+    const bool known = std::ranges::any_of(keys, [&](const DescribedKey& k) { return k.asked.path == key.asked.path; });
+    if (!known) keys.push_back(std::move(key));
+  }
+}
+
+template <class Interface>
+std::vector<DescribedKey> keys_of(const PluginLoader& loader, const std::string& name,
+                                  const std::vector<KeyTrials>& trials) {
+  const Rig rig = any_rig();
+  const SampleFolder sample;
+  std::vector<DescribedKey> keys;
+  for (KeyTrials each : trials) {
+    each.file = sample.config_file();
+    append_new(keys, describe_keys([&](const Config& config) { loader.create<Interface>(name, config, rig); }, each));
+  }
+  return keys;
+}
+
+/// What must be given for a key to be read, as far as it is not in its own path: "with `model: ackermann`".
+std::string condition(const DescribedKey& key, const std::vector<DescribedKey>& all) {
+  std::string text;
+  for (const std::string& given : key.given) {
+    const std::string path = given.substr(0, given.find('='));
+    if (key.asked.path.starts_with(path)) continue;
+    const auto of = std::ranges::find(all, path, [](const DescribedKey& k) { return k.asked.path; });
+    const auto type = of == all.end() ? Config::Asked::Type::none : of->asked.type;
+    const bool shows_value = type == Config::Asked::Type::choice || type == Config::Asked::Type::boolean;
+    const std::string name = path.substr(path.rfind('.') + 1);
+    text += fmt::format("{} `{}{}`", text.empty() ? "with" : ",", name,
+                        shows_value ? ": " + given.substr(given.find('=') + 1) : "");
+  }
+  return text;
+}
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) result += c == '|' ? std::string("\\|") : std::string(1, c);
+  return result;
+}
+
+}  // namespace
+
+std::vector<DescribedKey> robot_keys() {
+  const PluginLoader none({});
+  return describe_keys([&none](const Config& yaml) { Robot::load(yaml, none); }, {{}, {"x"}, "trial"});
+}
+
+std::vector<DescribedKey> plugin_keys(const PluginLoader& loader, const PluginInfo& plugin) {
+  if (plugin.kind == PluginKind<Sensor>::kName) return keys_of<Sensor>(loader, plugin.name, {trials_of_sensor()});
+  if (plugin.kind == PluginKind<MapModule>::kName) return keys_of<MapModule>(loader, plugin.name, trials_of_map());
+  if (plugin.kind == PluginKind<Source>::kName) return keys_of<Source>(loader, plugin.name, {trials_of_source()});
+  return keys_of<Sink>(loader, plugin.name, {{{}, {kText}, {}}});
+}
+
+std::string key_table(const std::vector<DescribedKey>& keys, std::string_view block, bool nested) {
+  const std::string prefix = block.empty() ? "" : std::string(block) + '.';
+  std::string table = "| key | value | unit | default | meaning |\n|---|---|---|---|---|\n";
+  for (const DescribedKey& key : keys) {
+    const Config::Asked& asked = key.asked;
+    if (!asked.path.starts_with(prefix) || asked.type == Config::Asked::Type::none) continue;
+    const std::string name = asked.path.substr(prefix.size());
+    if (!nested && name.find('.') != std::string::npos) continue;
+    std::string meaning = asked.meaning;
+    if (const std::string given = condition(key, keys); !given.empty())
+      meaning += meaning.empty() ? given : "; " + given;
+    const std::string fallback = asked.is_required ? "required" : asked.fallback.value_or("");
+    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", name, escaped(asked.expectation()), asked.unit,
+                         escaped(fallback), escaped(meaning));
+  }
+  return table;
+}
+
+}  // namespace waymark::host

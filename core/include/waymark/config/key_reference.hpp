@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/api.hpp"
+#include "waymark/config/config.hpp"
+
+namespace waymark {
+
+/// One key that a reader of configurations may ask for.
+struct DescribedKey {
+  Config::Asked asked;
+  /// Other keys without which it is not asked for, with their values: "model=ackermann"; empty: it always is.
+  std::vector<std::string> given;
+};
+
+/// What a reader is tried with.
+struct KeyTrials {
+  std::vector<Config::Override> given;     ///< in every trial: "inputs=[LaserScan]"
+  std::vector<std::string> texts = {"x"};  ///< values of keys that take text; the first where one is required
+  std::string file = "trial";              ///< of the configuration; relative paths count from its folder
+};
+
+/// All keys that `read` asks a configuration for, in the order of the reads. Reads are conditional, so it runs many
+/// times: with nothing, with each required key, each other word of a choice, each truth value turned, each optional key
+/// given, and so on from what each of these reveals. Whatever `read` throws ends one trial only.
+WAYMARK_API std::vector<DescribedKey> describe_keys(const std::function<void(const Config&)>& read,
+                                                    const KeyTrials& trials = {});
+
+}  // namespace waymark
