@@ -19,6 +19,6 @@ WAYMARK_API Channel channel_to_sensor(const Config& entry, const Rig& rig, std::
                                       std::string_view giver = "this");
 
 /// The file that a key names, relative to the YAML. Throws ConfigError if it cannot be read or is a folder.
-WAYMARK_API std::filesystem::path readable_file(const Config& config, std::string_view key);
+WAYMARK_API std::filesystem::path readable_file(const Config& config, const Config::Key& key);
 
 }  // namespace waymark
