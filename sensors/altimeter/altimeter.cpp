@@ -38,14 +38,21 @@ class Altimeter final : public Sensor {
  public:
   Altimeter(const Config& config, const Rig& rig)
       : arm_(rig.T_base_sensor(config.text("name")).p),
-        sigma_(config.positive("sigma_m")),
-        use_reported_(config.boolean("use_reported_sigma", true)),
-        level_(config.number("level_m", 0.0)) {
+        sigma_(config.positive({"sigma_m", "m", "noise; the floor, whatever the device claims"})),
+        use_reported_(config.boolean({"use_reported_sigma", "use the device's own σ where it is larger"}, true)),
+        level_(
+            config.number({"level_m", "m", "what the height counts from, in the map: added to every reading"}, 0.0)) {
     offset_.name = "offset_up_m";
-    offset_.initial_sigma = offset_.stationary_sigma = config.non_negative("offset_sigma_m", 0.0);
+    offset_.initial_sigma = offset_.stationary_sigma = config.non_negative(
+        {"offset_sigma_m", "m", "unknown offset as a state of its own (ground that is not level, weather); 0: none"},
+        0.0);
     if (offset_.initial_sigma == 0.0) return;
-    offset_.tau_s = config.non_negative("offset_tau_s", 0.0);
-    offset_.walk_per_sqrt_s = config.non_negative("offset_walk_m_per_sqrt_s", 0.0);
+    offset_.tau_s = config.non_negative(
+        {"offset_tau_s", "s",
+         "the offset varies as a first-order Gauss–Markov process with this time constant; 0: as a random walk"},
+        0.0);
+    offset_.walk_per_sqrt_s =
+        config.non_negative({"offset_walk_m_per_sqrt_s", "m/√s", "random walk of the offset; 0: it is constant"}, 0.0);
     if (offset_.tau_s == 0.0) offset_.stationary_sigma = 0.0;
   }
 

@@ -36,12 +36,24 @@ class Compass final : public Sensor {
       : q_base_sensor_(rig.T_base_sensor(config.text("name")).q),
         magnetometer_(config),
         earth_(config),
-        sigma_(kDegree * config.number_in("sigma_deg", 1e-3, 180.0, 5.0)),
-        use_reported_(config.boolean("use_reported_sigma", true)),
-        offset_sigma_(kDegree * config.non_negative("offset_sigma_deg", 0.0)),
-        offset_tau_(config.positive("offset_tau_s", 60.0)),
-        noise_time_(config.non_negative("noise_time_s", offset_sigma_ > 0.0 ? 0.0 : 1.0)),
-        own_magnetometer_(config.boolean("own_magnetometer", false)),
+        sigma_(kDegree *
+               config.number_in({"sigma_deg", "°", "noise of the heading; the floor, whatever the device claims"}, 1e-3,
+                                180.0, 5.0)),
+        use_reported_(config.boolean({"use_reported_sigma", "use the device's own σ where it is larger"}, true)),
+        offset_sigma_(kDegree * config.non_negative(
+                                    {"offset_sigma_deg", "°",
+                                     "slowly varying error as a state of its own (first-order Gauss–Markov); 0: none"},
+                                    0.0)),
+        offset_tau_(config.positive({"offset_tau_s", "s", "time constant of the slowly varying error"}, 60.0)),
+        noise_time_(config.non_negative(
+            {"noise_time_s", "s",
+             "how long the errors of the heading stay: R is multiplied by max(1, 2 · this / interval)",
+             "1 without `offset_sigma_deg`, else 0"},
+            offset_sigma_ > 0.0 ? 0.0 : 1.0)),
+        own_magnetometer_(config.boolean(
+            {"own_magnetometer",
+             "true: another device than the one whose heading an `imu` gives; else `check` refuses both together"},
+            false)),
         field_(config),
         jumps_(config) {}
 

@@ -17,9 +17,17 @@ constexpr double kLongClear = 1e6;               // [s]
 }  // namespace
 
 FieldMonitor::FieldMonitor(const Config& config)
-    : strength_limit_(config.non_negative("field_strength_limit", 0.15)),
-      dip_limit_(kDegree * config.non_negative("field_dip_limit_deg", 10.0)),
-      settle_s_(config.non_negative("field_settle_s", 0.5)) {}
+    : strength_limit_(config.non_negative(
+          {"field_strength_limit",
+           "a field whose strength strays farther from the Earth's, as a share of it, is not used; 0: not looked at; "
+           "the Earth's is the model's (`declination: auto`), else a reference that follows the undisturbed field"},
+          0.15)),
+      dip_limit_(kDegree * config.non_negative(
+                               {"field_dip_limit_deg", "°",
+                                "a field whose dip strays farther from the Earth's is not used; 0: not looked at"},
+                               10.0)),
+      settle_s_(config.non_negative(
+          {"field_settle_s", "s", "the field is undisturbed for so long before it is used again"}, 0.5)) {}
 
 bool FieldMonitor::near(const Eigen::Vector2d& field, const Eigen::Vector2d& reference) const {
   const bool strength =

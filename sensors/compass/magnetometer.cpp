@@ -9,8 +9,11 @@
 namespace waymark::compass {
 
 Magnetometer::Magnetometer(const Config& config) {
-  const auto h = config.numbers("hard_iron_t", 3, {0.0, 0.0, 0.0});
-  const auto a = config.numbers("soft_iron", 9, {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0});
+  const auto h = config.numbers({"hard_iron_t", "T", "field: the robot's own magnets in the sensor's axes, subtracted"},
+                                3, {0.0, 0.0, 0.0});
+  const auto a = config.numbers(
+      {"soft_iron", "", "field: 3 × 3 matrix by rows, applied after the subtraction of `hard_iron_t`", "identity"}, 9,
+      {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0});
   hard_iron_ = {h[0], h[1], h[2]};
   soft_iron_ << a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8];
   if (!(std::abs(soft_iron_.determinant()) > 1e-6)) config.fail("soft_iron", "the matrix is singular");

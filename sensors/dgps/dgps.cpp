@@ -34,16 +34,33 @@ class Dgps final : public Sensor {
   explicit Dgps(const Config& config)
       : lever_arm_(read_lever_arm(config)),
         noise_(config),
-        offset_sigma_(config.non_negative("offset_sigma_m", 0.0)),
-        offset_vertical_sigma_(config.non_negative("offset_vertical_sigma_m", 0.0)),
-        offset_tau_(config.positive("offset_tau_s", 30.0)),
-        min_satellites_(static_cast<int>(config.integer_in("min_satellites", 0, 100, 0))),
+        offset_sigma_(config.non_negative({"offset_sigma_m", "m",
+                                           "slowly varying error as a state of its own (first-order Gauss–Markov), so "
+                                           "that repeated fixes do not count as independent; 0: none"},
+                                          0.0)),
+        offset_vertical_sigma_(config.non_negative({"offset_vertical_sigma_m", "m",
+                                                    "slowly varying error of the height, a third state (`motion.kind: "
+                                                    "spatial`), beside `offset_sigma_m`; 0: none"},
+                                                   0.0)),
+        offset_tau_(config.positive({"offset_tau_s", "s", "time constant of the slowly varying error"}, 30.0)),
+        min_satellites_(static_cast<int>(
+            config.integer_in({"min_satellites", "fixes with fewer satellites count as unusable"}, 0, 100, 0))),
         velocity_(read_velocity(config)),
-        sideslip_sigma_(config.has("sideslip_sigma_mps") ? config.positive("sideslip_sigma_mps") : 0.0),
+        sideslip_sigma_(
+            config.has("sideslip_sigma_mps")
+                ? config.positive(
+                      {"sideslip_sigma_mps", "m/s",
+                       "for a robot on wheels without odometry: with every fix, its base goes sideways by no more than "
+                       "this; without it GNSS and gyro alone do not observe the heading from the course",
+                       "none"})
+                : 0.0),
         monitor_(config),
         settling_(config),
         reacquisition_(config),
-        adaptive_(config.boolean("adaptive_noise", offset_sigma_ == 0.0)),
+        adaptive_(
+            config.boolean({"adaptive_noise", "", "the noise grows up to 5 times in σ if the last innovations show it",
+                            "true without `offset_sigma_m`, else false"},
+                           offset_sigma_ == 0.0)),
         horizontal_(read_window(config)),
         vertical_(horizontal_) {
     if (offset_vertical_sigma_ > 0.0 && offset_sigma_ == 0.0)
@@ -158,26 +175,36 @@ class Dgps final : public Sensor {
   static Eigen::Vector3d read_lever_arm(const Config& config) {
     // An antenna a metre off the axle makes a metre of error: the YAML must say where it is, or that it does not
     // matter.
-    if (!config.is_list("base_p_antenna_m") && config.has("base_p_antenna_m")) {
-      config.choice("base_p_antenna_m", {"none"});
+    const Config::Key key{"base_p_antenna_m", "m", "lever arm: the antenna in the base frame [x, y, z], or `none`"};
+    if (!config.is_list(key.name) && config.has(key.name)) {
+      config.choice(key, {"none"});
       return Eigen::Vector3d::Zero();
     }
-    const auto arm = config.numbers("base_p_antenna_m", 3);
+    const auto arm = config.numbers(key, 3);
     return {arm[0], arm[1], arm[2]};
   }
 
   static VelocitySettings read_velocity(const Config& config) {
     VelocitySettings velocity;
     if (!config.has("velocity_sigma_mps")) return velocity;
-    velocity.sigma = config.positive("velocity_sigma_mps");
-    velocity.course_sigma = kDegree * config.number_in("course_sigma_deg", 0.0, 90.0, 0.0);
-    velocity.min_speed = config.positive("velocity_min_mps", 1.0);
-    velocity.tells_heading = config.boolean("course_tells_heading", true);
+    velocity.sigma = config.positive(
+        {"velocity_sigma_mps", "m/s", "noise per axis of speed and course; without it they are not used", "none"});
+    velocity.course_sigma =
+        kDegree *
+        config.number_in({"course_sigma_deg", "°", "error of the course beyond `velocity_sigma_mps`"}, 0.0, 90.0, 0.0);
+    velocity.min_speed =
+        config.positive({"velocity_min_mps", "m/s", "below this speed the course carries no information"}, 1.0);
+    velocity.tells_heading =
+        config.boolean({"course_tells_heading",
+                        "the first course is the start's heading; false for a robot that may begin in reverse"},
+                       true);
     return velocity;
   }
 
   static AdaptiveNoise read_window(const Config& config) {
-    return AdaptiveNoise(static_cast<int>(config.integer_in("adaptive_window", 5, AdaptiveNoise::kMaxWindow, 20)));
+    return AdaptiveNoise(static_cast<int>(
+        config.integer_in({"adaptive_window", "number of innovations that `adaptive_noise` takes into account"}, 5,
+                          AdaptiveNoise::kMaxWindow, 20)));
   }
 
   int offset_states() const {

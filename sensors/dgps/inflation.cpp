@@ -24,9 +24,16 @@ double squared_step(const Eigen::Vector2d& innovation, const Eigen::Matrix2d& C,
 }  // namespace
 
 Settling::Settling(const Config& config)
-    : time_(config.non_negative("settling_s", 3.0)),
-      sigma_factor_(config.number_in("settling_factor", 1.0, 100.0, 3.0)),
-      satellites_change_(static_cast<int>(config.integer_in("settling_satellites", 1, 100, 3))) {}
+    : time_(config.non_negative({"settling_s", "s",
+                                 "time constant with which σ returns to its usual value after a change of fix type, or "
+                                 "of `settling_satellites`; 0: off"},
+                                3.0)),
+      sigma_factor_(config.number_in(
+          {"settling_factor",
+           "factor on σ after a change of fix type, or of `settling_satellites`; decays with `settling_s`"},
+          1.0, 100.0, 3.0)),
+      satellites_change_(static_cast<int>(config.integer_in(
+          {"settling_satellites", "a change of the number of satellites by so many counts"}, 1, 100, 3))) {}
 
 double Settling::factor(Time stamp, const GnssFix& fix) {
   // What a sentence does not hold has not changed.
@@ -47,9 +54,16 @@ double Settling::factor(Time stamp, const GnssFix& fix) {
 }
 
 Reacquisition::Reacquisition(const Config& config)
-    : outage_(from_seconds(config.positive("outage_s", 5.0))),
-      fixes_(static_cast<int>(config.integer_in("reacquisition_fixes", 0, 1000, 3))),
-      sigma_factor_(config.number_in("reacquisition_factor", 1.0, 100.0, 2.0)) {}
+    : outage_(from_seconds(config.positive(
+          {"outage_s", "s", "a longer gap is an outage, if it is also three times the usual one"}, 5.0))),
+      fixes_(static_cast<int>(
+          config.integer_in({"reacquisition_fixes",
+                             "after an outage σ is multiplied by `reacquisition_factor`, decaying over so many fixes, "
+                             "and none of them moves the position by more than 3σ of its prediction; 0: off"},
+                            0, 1000, 3))),
+      sigma_factor_(
+          config.number_in({"reacquisition_factor", "factor on σ after an outage; decays over `reacquisition_fixes`"},
+                           1.0, 100.0, 2.0)) {}
 
 double Reacquisition::factor(Time stamp, const Eigen::Vector2d& innovation, const Eigen::Matrix2d& prior,
                              const Eigen::Matrix2d& R) {

@@ -10,9 +10,17 @@
 namespace waymark::imu {
 
 DeviceOrientation::DeviceOrientation(const Config& config)
-    : tilt_sigma_(AttitudeSettings::kDegree * config.number_in("device_tilt_sigma_deg", 1e-3, 90.0, 1.0)),
-      heading_sigma_(AttitudeSettings::kDegree * config.number_in("device_heading_sigma_deg", 1e-3, 180.0, 5.0)),
-      time_(config.non_negative("device_time_s", 2.0)) {}
+    : tilt_sigma_(
+          AttitudeSettings::kDegree *
+          config.number_in({"device_tilt_sigma_deg", "°", "for `orientation: device`: noise of its roll and pitch"},
+                           1e-3, 90.0, 1.0)),
+      heading_sigma_(AttitudeSettings::kDegree * config.number_in({"device_heading_sigma_deg", "°",
+                                                                   "for `orientation: device`: noise of its heading"},
+                                                                  1e-3, 180.0, 5.0)),
+      time_(config.non_negative(
+          {"device_time_s", "s",
+           "for `orientation: device`: how long its errors stay; R is multiplied by max(1, 2 · this / interval)"},
+          2.0)) {}
 
 Eigen::Quaterniond DeviceOrientation::of(const ImuSample& sample) {
   constexpr double kRounded = 0.05;  // a log may give it with two decimals

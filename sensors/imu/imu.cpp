@@ -18,29 +18,66 @@ namespace {
 
 constexpr double kDegree = AttitudeSettings::kDegree;
 
+/// In degrees in the YAML, in rad here.
+void read_degrees(const Config& config, const Config::Key& key, double& value) {
+  value = kDegree * config.positive(key, value / kDegree);
+}
+
+void read_gyro(const Config& config, AttitudeSettings& s) {
+  s.gyro_noise =
+      config.positive({"gyro_noise_rad_per_sqrt_s", "rad/√s", "angle random walk of the gyro"}, s.gyro_noise);
+  s.gyro_noise_per_rate = config.non_negative(
+      {"gyro_noise_per_rate_sqrt_s", "√s", "angle random walk per rad/s of rate: scale and axis errors"},
+      s.gyro_noise_per_rate);
+  s.bias_sigma =
+      config.positive({"bias_sigma_radps", "rad/s", "σ of the gyro bias at the start, per axis"}, s.bias_sigma);
+  s.bias_walk =
+      config.non_negative({"bias_walk_radps_per_sqrt_s", "rad/s/√s", "random walk of the gyro bias"}, s.bias_walk);
+  s.bias_limit = config.positive({"bias_limit_radps", "rad/s", "the gyro bias of no axis is larger"}, s.bias_limit);
+}
+
+void read_accelerometer(const Config& config, AttitudeSettings& s) {
+  s.accelerometer_time_s = config.positive(
+      {"accelerometer_time_s", "s", "low-pass of the specific force in the map frame"}, s.accelerometer_time_s);
+  s.acceleration_time_s =
+      config.non_negative({"acceleration_time_s", "s", "how long the errors of the specific force's direction stay"},
+                          s.acceleration_time_s);
+  read_degrees(config,
+               {"tilt_sigma_deg", "°",
+                "noise of the specific force's direction: σ² = sigma² + (per_motion·a/g)² + (per_magnitude·Δ/g)²"},
+               s.tilt_sigma);
+  s.tilt_per_motion = config.non_negative(
+      {"tilt_per_motion",
+       "per_motion in the noise of `tilt_sigma_deg`; a is the r.m.s. of what the low-pass takes out"},
+      s.tilt_per_motion);
+  s.tilt_per_magnitude = config.non_negative(
+      {"tilt_per_magnitude",
+       "per_magnitude in the noise of `tilt_sigma_deg`; Δ is the deviation of the low-passed magnitude from gravity"},
+      s.tilt_per_magnitude);
+}
+
 /// `earth`: a declination that the YAML gives turns the filter's own map; the model's comes in behind it, where date
 /// and place are known.
 AttitudeSettings read_attitude_settings(const Config& config, const magnetic_model::EarthField& earth) {
   AttitudeSettings s;
-  const auto degrees = [&](const char* key, double& value) { value = kDegree * config.positive(key, value / kDegree); };
-  s.gravity_mps2 = config.positive("gravity_mps2", s.gravity_mps2);
-  s.levelling_s = config.non_negative("levelling_s", s.levelling_s);
-  s.max_gap_s = config.positive("max_gap_s", s.max_gap_s);
-  s.gyro_noise = config.positive("gyro_noise_rad_per_sqrt_s", s.gyro_noise);
-  s.gyro_noise_per_rate = config.non_negative("gyro_noise_per_rate_sqrt_s", s.gyro_noise_per_rate);
-  s.bias_sigma = config.positive("bias_sigma_radps", s.bias_sigma);
-  s.bias_walk = config.non_negative("bias_walk_radps_per_sqrt_s", s.bias_walk);
-  s.bias_limit = config.positive("bias_limit_radps", s.bias_limit);
-  s.accelerometer_time_s = config.positive("accelerometer_time_s", s.accelerometer_time_s);
-  s.acceleration_time_s = config.non_negative("acceleration_time_s", s.acceleration_time_s);
-  degrees("tilt_sigma_deg", s.tilt_sigma);
-  s.tilt_per_motion = config.non_negative("tilt_per_motion", s.tilt_per_motion);
-  s.tilt_per_magnitude = config.non_negative("tilt_per_magnitude", s.tilt_per_magnitude);
-  degrees("heading_sigma_deg", s.heading_sigma);
-  s.heading_time_s = config.non_negative("heading_time_s", s.heading_time_s);
+  s.gravity_mps2 =
+      config.positive({"gravity_mps2", "m/s²", "gravity as the accelerometer should show it"}, s.gravity_mps2);
+  s.levelling_s =
+      config.non_negative({"levelling_s", "s", "start-up average of specific force and field"}, s.levelling_s);
+  s.max_gap_s =
+      config.positive({"max_gap_s", "s", "a longer gap without rate: level again, keep the bias"}, s.max_gap_s);
+  read_gyro(config, s);
+  read_accelerometer(config, s);
+  read_degrees(config, {"heading_sigma_deg", "°", "noise of the magnetic heading"}, s.heading_sigma);
+  s.heading_time_s = config.non_negative({"heading_time_s", "s", "how long the errors of the magnetic heading stay"},
+                                         s.heading_time_s);
   if (!earth.uses_model()) s.declination = earth.at(Time{}, nullptr).declination;
-  s.field_strength_limit = config.positive("field_strength_limit", s.field_strength_limit);
-  degrees("field_dip_limit_deg", s.field_dip_limit);
+  s.field_strength_limit =
+      config.positive({"field_strength_limit",
+                       "a field whose strength strays farther from its reference, as a share of it, is refused"},
+                      s.field_strength_limit);
+  read_degrees(config, {"field_dip_limit_deg", "°", "a field whose dip strays farther from its reference is refused"},
+               s.field_dip_limit);
   return s;
 }
 
@@ -53,17 +90,51 @@ class Imu final : public Sensor {
       : q_base_sensor_(rig.T_base_sensor(config.text("name")).q),
         earth_(config, 0.0),
         filter_(read_attitude_settings(config, std::as_const(earth_))),
-        heading_(config.boolean("heading", false)),
-        tilt_(config.boolean("tilt", true)),
-        tells_standstill_(config.boolean("tells_standstill", true)),
-        bias_time_(config.non_negative("bias_time_s", 10.0)),
-        yaw_bias_sigma_(config.positive("yaw_bias_sigma_radps", 5e-3)),
-        yaw_bias_walk_(config.non_negative("yaw_bias_walk_radps_per_sqrt_s", 3e-5)),
-        mounting_limit_(kDegree * config.number_in("max_mounting_tilt_deg", 1.0, 180.0, 45.0)) {
+        heading_(config.boolean(
+            {"heading",
+             "the whole attitude, with the magnetometer's heading, is given instead of the rates: not both out of one "
+             "gyro; the sensor then ties the robot to the map's frame and no longer tells motion"},
+            false)),
+        tilt_(config.boolean(
+            {"tilt",
+             "roll and pitch are given to the main filter (`motion.kind: spatial` only); false for a gyro alone"},
+            true)),
+        tells_standstill_(config.boolean({"tells_standstill",
+                                          "rest counts as standing still; false for a robot whose only motion sensor "
+                                          "is this one: smooth straight driving feels like rest"},
+                                         true)),
+        bias_time_(config.non_negative(
+            {"bias_time_s", "s", "how long the error of the bias stays, for the noise of the rates"}, 10.0)),
+        yaw_bias_sigma_(config.positive(
+            {"yaw_bias_sigma_radps", "rad/s", "for `yaw_bias: state`: σ of the bias at the start"}, 5e-3)),
+        yaw_bias_walk_(config.non_negative(
+            {"yaw_bias_walk_radps_per_sqrt_s", "rad/s/√s", "for `yaw_bias: state`: random walk of the bias"}, 3e-5)),
+        mounting_limit_(
+            kDegree *
+            config.number_in({"max_mounting_tilt_deg", "°",
+                              "if up is farther than this from the base's z axis after levelling, every sample is "
+                              "refused: `gravity points along +y of the sensor: check the mounting`"},
+                             1.0, 180.0, 45.0)) {
     if (heading_ && !tilt_) config.fail("tilt", "heading needs roll and pitch, too");
-    if (config.choice("orientation", {"own", "device"}, "own") == "device") device_.emplace(config);
-    yaw_bias_state_ = config.choice("yaw_bias", {"state", "cascade"}, "state") == "state" && !heading_;
-    if (heading_) own_magnetometer_ = config.boolean("own_magnetometer", false);
+    const std::string orientation =
+        config.choice({"orientation",
+                       "`own`: the attitude of the cascade; `device`: the ready-made attitude of the samples "
+                       "(`q_enu_sensor`) takes the place of the cascade's roll, pitch and heading; rates, their bias "
+                       "and rest stay the cascade's, and a sample may then lack the rate"},
+                      {"own", "device"}, "own");
+    if (orientation == "device") device_.emplace(config);
+    const std::string yaw_bias = config.choice(
+        {"yaw_bias",
+         "`state`: the gyro's bias about the base's z axis is a state of the main filter, estimated from what else "
+         "observes the heading, and at rest; `cascade`: left to the cascade, with `bias_time_s`"},
+        {"state", "cascade"}, "state");
+    yaw_bias_state_ = yaw_bias == "state" && !heading_;
+    if (heading_) {
+      own_magnetometer_ = config.boolean(
+          {"own_magnetometer",
+           "with `heading`: true if a compass of the same robot is another device; else `check` refuses both together"},
+          false);
+    }
   }
 
   /// What remains of the gyro's bias about the base's z axis: the cascade cannot see it while the robot moves, and it

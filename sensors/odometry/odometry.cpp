@@ -21,10 +21,10 @@ struct Density {
   }
 };
 
-Density read_density(const Config& config, const char* key, const std::vector<double>& fallback) {
+Density read_density(const Config& config, const Config::Key& key, const std::vector<double>& fallback) {
   const auto values = config.numbers(key, static_cast<int>(fallback.size()), fallback);
   for (const double value : values) {
-    if (value < 0.0) config.fail(key, "must be >= 0 in every place");
+    if (value < 0.0) config.fail(key.name, "must be >= 0 in every place");
   }
   return {values[0], values[1], values.size() > 2 ? values[2] : 0.0};
 }
@@ -97,20 +97,46 @@ class Odometry final : public Sensor {
  public:
   explicit Odometry(const Config& config)
       : model_(WheelModel::read(config)),
-        speed_(read_density(config, "speed_noise_m_per_sqrt_s", {0.02, 0.05})),
-        lateral_(read_density(config, "lateral_noise_m_per_sqrt_s", {0.0, 0.1})),
-        yaw_(read_density(config, "yaw_noise_rad_per_sqrt_s", {0.0, 0.01, 0.05})),
-        still_speed_(config.non_negative("still_speed_mps", 0.01)),
-        still_rate_(config.non_negative("still_rate_radps", 0.01)),
-        max_interval_(config.positive("max_interval_s", 0.5)) {
+        speed_(read_density(config,
+                            {"speed_noise_m_per_sqrt_s", "m/√s", "noise density [a, b] of the speed: a + b · speed"},
+                            {0.02, 0.05})),
+        lateral_(
+            read_density(config,
+                         {"lateral_noise_m_per_sqrt_s", "m/√s",
+                          "noise density [a, b] of sideways slip: a + b · speed; zero is wrong for every real vehicle"},
+                         {0.0, 0.1})),
+        yaw_(read_density(
+            config,
+            {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate"},
+            {0.0, 0.01, 0.05})),
+        still_speed_(config.non_negative(
+            {"still_speed_mps", "m/s", "below this speed, and below `still_rate_radps`, the robot counts as standing"},
+            0.01)),
+        still_rate_(config.non_negative(
+            {"still_rate_radps", "rad/s", "below this rate, and below `still_speed_mps`, the robot counts as standing"},
+            0.01)),
+        max_interval_(config.positive(
+            {"max_interval_s", "s",
+             "a sample does not stand for more than this: what a gap in the log means; not of `increment`"},
+            0.5)) {
     if (speed_.floor == 0.0 && speed_.per_speed == 0.0)
       config.fail("speed_noise_m_per_sqrt_s", "a speed without noise is not believable");
-    systematic_.add(Systematic::kSpeedScale, "speed_scale", config.non_negative("speed_scale_sigma", 0.0),
-                    config.non_negative("speed_scale_walk_per_sqrt_m", 0.0));
-    systematic_.add(Systematic::kCurvature, "curvature_per_m", config.non_negative("curvature_sigma_per_m", 0.0),
-                    config.non_negative("curvature_walk_per_m_sqrt_m", 0.0));
-    systematic_.add(Systematic::kYawScale, "yaw_scale", config.non_negative("yaw_scale_sigma", 0.0),
-                    config.non_negative("yaw_scale_walk_per_sqrt_m", 0.0));
+    systematic_.add(
+        Systematic::kSpeedScale, "speed_scale",
+        config.non_negative({"speed_scale_sigma", "scale error of the wheels as a state: its first σ"}, 0.0),
+        config.non_negative({"speed_scale_walk_per_sqrt_m", "1/√m", "walk of the wheels' scale error with distance"},
+                            0.0));
+    systematic_.add(Systematic::kCurvature, "curvature_per_m",
+                    config.non_negative({"curvature_sigma_per_m", "1/m",
+                                         "a steering offset (a robot that pulls to one side) as a state: its first σ"},
+                                        0.0),
+                    config.non_negative(
+                        {"curvature_walk_per_m_sqrt_m", "1/m/√m", "walk of the steering offset with distance"}, 0.0));
+    systematic_.add(
+        Systematic::kYawScale, "yaw_scale",
+        config.non_negative({"yaw_scale_sigma", "scale error of the rotation as a state: its first σ"}, 0.0),
+        config.non_negative({"yaw_scale_walk_per_sqrt_m", "1/√m", "walk of the rotation's scale error with distance"},
+                            0.0));
   }
 
   StateBlock block() const override { return systematic_.block; }

@@ -13,7 +13,8 @@ namespace {
 
 class Differential final : public WheelModel {
  public:
-  explicit Differential(const Config& config) : track_(config.positive("track_m")) {}
+  explicit Differential(const Config& config)
+      : track_(config.positive({"track_m", "m", "differential: distance between the wheels"})) {}
   WheelTwist twist(const Measurement& measurement) const override {
     const auto& wheels = measurement.as<WheelSpeeds>();
     return {0.5 * (wheels.left_mps + wheels.right_mps), 0.0, (wheels.right_mps - wheels.left_mps) / track_};
@@ -29,7 +30,11 @@ class Differential final : public WheelModel {
 class Ackermann final : public WheelModel {
  public:
   explicit Ackermann(const Config& config)
-      : wheelbase_(config.positive("wheelbase_m")), encoder_left_(config.number("encoder_left_m", 0.0)) {}
+      : wheelbase_(config.positive({"wheelbase_m", "m", "ackermann: distance between the axles"})),
+        encoder_left_(
+            config.number({"encoder_left_m", "m",
+                           "ackermann: the wheel with the encoder, left of the rear axle's centre (negative: right)"},
+                          0.0)) {}
   WheelTwist twist(const Measurement& measurement) const override {
     const auto& wheel = measurement.as<WheelSteering>();
     const double curvature = std::tan(wheel.steering_rad) / wheelbase_;
@@ -72,7 +77,10 @@ class Increment final : public WheelModel {
 }  // namespace
 
 std::shared_ptr<const WheelModel> WheelModel::read(const Config& config) {
-  const std::string model = config.choice("model", {"differential", "ackermann", "twist", "increment"});
+  const std::string model = config.choice({"model",
+                                           "`differential` takes `WheelSpeeds`, `ackermann` `WheelSteering`, `twist` "
+                                           "`BodyTwist`, `increment` `PoseIncrement`"},
+                                          {"differential", "ackermann", "twist", "increment"});
   if (model == "differential") return std::make_shared<Differential>(config);
   if (model == "ackermann") return std::make_shared<Ackermann>(config);
   if (model == "increment") return std::make_shared<Increment>();

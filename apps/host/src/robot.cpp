@@ -15,7 +15,9 @@ namespace {
 
 PluginLoader make_loader(const Config& yaml) {
   std::vector<std::filesystem::path> folders;
-  for (const std::string& folder : yaml.texts("plugin_path", std::vector<std::string>{})) {
+  for (const std::string& folder : yaml.texts(
+           {"plugin_path", "", "folder or list of folders with plugins, searched first; relative to the YAML", "none"},
+           std::vector<std::string>{})) {
     const std::filesystem::path path(folder);
     folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
   }
@@ -59,8 +61,9 @@ std::vector<MapSlot> load_maps(const Config& yaml, const PluginLoader& loader, c
                                const std::vector<SensorSlot>& sensors) {
   std::vector<MapSlot> slots;
   std::set<std::string> names;
-  for (const Config& entry : yaml.items_or_empty("maps")) {
-    if (!entry.boolean("enabled", true)) {
+  for (const Config& entry :
+       yaml.items_or_empty({"maps", "", "map modules; without any the host is a plain EKF", "none"})) {
+    if (!entry.boolean({"enabled", "false: the map is left out, its keys are not checked"}, true)) {
       entry.ignore();
       continue;
     }
@@ -101,12 +104,13 @@ std::vector<int> connect(const Source& source, const Config& yaml, const Rig& ri
 
 std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader, const Rig& rig) {
   std::vector<SinkSlot> slots;
-  for (const Config& entry : yaml.items_or_empty("sinks")) {
-    if (!entry.boolean("enabled", true)) {
+  for (const Config& entry :
+       yaml.items_or_empty({"sinks", "", "what is written: `plugin`, `enabled` and the keys of the plugin", "none"})) {
+    if (!entry.boolean({"enabled", "false: the sink is left out, its keys are not checked"}, true)) {
       entry.ignore();
       continue;
     }
-    const std::string plugin = entry.text("plugin");
+    const std::string plugin = entry.text({"plugin", "name of the sink's plugin"});
     slots.push_back({plugin, loader.create<Sink>(plugin, entry, rig)});
   }
   return slots;
@@ -115,7 +119,9 @@ std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader,
 /// Everything but the source.
 Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
   const FusionSettings settings = read_fusion_settings(yaml);
-  const std::vector<Config> entries = yaml.items("sensors");
+  const std::vector<Config> entries = yaml.items({"sensors",
+                                                  "at least one must be a motion source, unless `motion.source` is "
+                                                  "`maps`; equal stamps are processed in the order of this list"});
   if (entries.empty()) yaml.fail("sensors", "the list is empty; a robot needs at least one motion source");
   Rig rig = read_rig(entries);
   std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
@@ -133,8 +139,10 @@ Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::O
 
 Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
   Robot robot = load_parts(yaml, loader, {});
-  const Config source_node = yaml.child("source");
-  robot.source = loader.create<Source>(source_node.text("plugin"), source_node, robot.rig);
+  const Config source_node =
+      yaml.child({"source", "where the measurements come from: `plugin` and the keys of the plugin"});
+  robot.source =
+      loader.create<Source>(source_node.text({"plugin", "name of the source's plugin"}), source_node, robot.rig);
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
   // Only the parts together show whether they fit: a motion source, room for the blocks.

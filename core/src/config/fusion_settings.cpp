@@ -19,8 +19,12 @@ std::vector<double> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()
 
 ProcessNoise read_process_noise(const Config& motion) {
   ProcessNoise noise;
-  const auto velocity = motion.numbers("velocity_noise_mps_per_sqrt_s", 3, list(noise.velocity_per_sqrt_s));
-  const auto rate = motion.numbers("rate_noise_radps_per_sqrt_s", 3, list(noise.rate_per_sqrt_s));
+  const auto velocity = motion.numbers(
+      {"velocity_noise_mps_per_sqrt_s", "m/s/√s", "white acceleration forwards, sideways, up, as a density"}, 3,
+      list(noise.velocity_per_sqrt_s));
+  const auto rate = motion.numbers(
+      {"rate_noise_radps_per_sqrt_s", "rad/s/√s", "white angular acceleration about x, y, z, as a density"}, 3,
+      list(noise.rate_per_sqrt_s));
   for (int i = 0; i < 3; ++i) {
     if (velocity[static_cast<std::size_t>(i)] < 0.0) motion.fail("velocity_noise_mps_per_sqrt_s", "must be >= 0");
     if (rate[static_cast<std::size_t>(i)] < 0.0) motion.fail("rate_noise_radps_per_sqrt_s", "must be >= 0");
@@ -30,29 +34,73 @@ ProcessNoise read_process_noise(const Config& motion) {
   return noise;
 }
 
+void read_motion(const Config& motion, FusionSettings& settings) {
+  const std::string kind = motion.choice({"kind",
+                                          "`planar`: z, roll, pitch, v_z, ω_x, ω_y stay fixed; `spatial`: they are "
+                                          "estimated, which needs a sensor that observes roll and pitch, such as imu"},
+                                         {"planar", "spatial"}, "planar");
+  settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
+  settings.process_noise = read_process_noise(motion);
+  const bool old_name = motion.has("told_by") && !motion.has("source");
+  if (old_name) settings.notices.emplace_back("motion.told_by is an old name: write motion.source");
+  settings.motion_from_maps =
+      motion.choice({old_name ? "told_by" : "source",
+                     "`sensors`: the twist is measured; `maps`: there is no motion sensor (no odometry), the twist is "
+                     "constant up to the noise densities, each match against the map corrects pose and twist, and the "
+                     "first mapping measurement starts the filter; older name of the key: `told_by`"},
+                    {"sensors", "maps"}, "sensors") == "maps";
+  settings.standstill_after = from_seconds(motion.positive(
+      {"standstill_after_s", "s", "all motion sensors report no motion for this time: standstill"}, 0.5));
+}
+
 StartSettings read_start(const Config& initial) {
   StartSettings start;
-  if (initial.has("x_m") || initial.has("y_m"))
-    start.position = Eigen::Vector2d(initial.number("x_m"), initial.number("y_m"));
-  start.height = initial.number("z_m", 0.0);
-  start.position_sigma = initial.non_negative("position_sigma_m", 0.0);
-  if (initial.has("yaw_deg")) start.yaw = kRadPerDeg * initial.number_in("yaw_deg", -360.0, 360.0);
-  start.yaw_sigma = kRadPerDeg * initial.number_in("yaw_sigma_deg", 0.0, 180.0, start.yaw ? 0.0 : 10.0);
-  start.velocity_sigma = initial.positive("speed_sigma_mps", start.velocity_sigma);
-  start.rate_sigma = initial.positive("rate_sigma_radps", start.rate_sigma);
-  start.min_course_distance = initial.positive("min_course_distance_m", start.min_course_distance);
+  if (initial.has("x_m") || initial.has("y_m")) {
+    start.position = Eigen::Vector2d(
+        initial.number({"x_m", "m", "position of the base in the map, towards the east; both `x_m` and `y_m` or none",
+                        "from the sensors"}),
+        initial.number({"y_m", "m", "position of the base in the map, towards the north; both `x_m` and `y_m` or none",
+                        "from the sensors"}));
+  }
+  start.height = initial.number({"z_m", "m", "height of the base in the map"}, 0.0);
+  start.position_sigma = initial.non_negative(
+      {"position_sigma_m", "m", "σ of the position per axis; of a position from a fix at least the fix's own"}, 0.0);
+  if (initial.has("yaw_deg")) {
+    start.yaw =
+        kRadPerDeg *
+        initial.number_in({"yaw_deg", "°", "heading, counter-clockwise from east", "from the sensors"}, -360.0, 360.0);
+  }
+  start.yaw_sigma =
+      kRadPerDeg * initial.number_in({"yaw_sigma_deg", "°", "σ of the heading; of a heading from two fixes the least σ",
+                                      "0 if `yaw_deg` is given, else 10"},
+                                     0.0, 180.0, start.yaw ? 0.0 : 10.0);
+  start.velocity_sigma =
+      initial.positive({"speed_sigma_mps", "m/s", "σ of the unknown first velocity"}, start.velocity_sigma);
+  start.rate_sigma =
+      initial.positive({"rate_sigma_radps", "rad/s", "σ of the unknown first angular rate"}, start.rate_sigma);
+  start.min_course_distance = initial.positive(
+      {"min_course_distance_m", "m",
+       "two fixes of one antenna give a heading if they are this far apart, and at least five of their σ"},
+      start.min_course_distance);
   return start;
 }
 
 FuseRule read_fuse_rule(const Config& entry) {
   FuseRule rule;
-  const std::string mode = entry.choice("fuse", {"all", "start", "alternate", "stretches", "none"}, "all");
+  const std::string mode =
+      entry.choice({"fuse",
+                    "which measurements are fused: `all`; `start` (to find the start only); `alternate`; `stretches` "
+                    "(every second stretch without a gap); `none`; the others are held out for scoring"},
+                   {"all", "start", "alternate", "stretches", "none"}, "all");
   if (mode == "start") rule.mode = FuseRule::Mode::start;
   if (mode == "none") rule.mode = FuseRule::Mode::none;
   // Read whatever the mode is: one file then serves all modes through a variable.
-  rule.on = from_seconds(entry.positive("fuse_on_s", 10.0));
-  rule.off = from_seconds(entry.positive("fuse_off_s", 10.0));
-  rule.gap = from_seconds(entry.positive("fuse_gap_s", 1.0));
+  rule.on = from_seconds(
+      entry.positive({"fuse_on_s", "s", "for `fuse: alternate`: measurements are fused for so long"}, 10.0));
+  rule.off = from_seconds(
+      entry.positive({"fuse_off_s", "s", "for `fuse: alternate`: then they are held out for so long"}, 10.0));
+  rule.gap = from_seconds(
+      entry.positive({"fuse_gap_s", "s", "for `fuse: stretches`: a longer gap begins a new stretch"}, 1.0));
   if (mode == "alternate") rule.mode = FuseRule::Mode::alternate;
   if (mode == "stretches") rule.mode = FuseRule::Mode::stretches;
   return rule;
@@ -60,69 +108,102 @@ FuseRule read_fuse_rule(const Config& entry) {
 
 GeoreferenceSettings read_georeference(const Config& config) {
   GeoreferenceSettings georeference;
-  georeference.enabled = config.boolean("enabled", georeference.enabled);
-  georeference.position_walk_per_sqrt_m =
-      config.non_negative("position_walk_m_per_sqrt_m", georeference.position_walk_per_sqrt_m);
+  georeference.enabled = config.boolean(
+      {"enabled", "false: absolute sensors correct the pose in the map, as in the paper"}, georeference.enabled);
+  georeference.position_walk_per_sqrt_m = config.non_negative(
+      {"position_walk_m_per_sqrt_m", "m/√m", "drift of the map against the Earth, per √metre driven"},
+      georeference.position_walk_per_sqrt_m);
   georeference.yaw_walk_per_sqrt_m =
-      kRadPerDeg * config.non_negative("yaw_walk_deg_per_sqrt_m", georeference.yaw_walk_per_sqrt_m / kRadPerDeg);
+      kRadPerDeg * config.non_negative({"yaw_walk_deg_per_sqrt_m", "°/√m",
+                                        "drift of the map's heading against the Earth, per √metre driven"},
+                                       georeference.yaw_walk_per_sqrt_m / kRadPerDeg);
   return georeference;
+}
+
+Datum read_datum(const Config& datum) {
+  return {datum.number_in({"latitude_deg", "°", "latitude of the origin"}, -90.0, 90.0),
+          datum.number_in({"longitude_deg", "°", "longitude of the origin"}, -180.0, 180.0),
+          datum.number({"height_m", "m", "height of the origin"}, 0.0)};
+}
+
+void read_filter(const Config& filter, bool has_maps, FusionSettings& settings) {
+  settings.filter.particles = static_cast<int>(filter.integer_in(
+      {"particles", "", "number of particles", "25 with `maps`, else 1"}, 1, 1'000'000, has_maps ? 25 : 1));
+  settings.filter.seed = static_cast<std::uint64_t>(
+      filter.integer_in({"seed", "for all random numbers of the filter (the simulator has its own)"}, 0,
+                        std::numeric_limits<std::int64_t>::max(), 1));
+  settings.filter.resample_threshold = filter.number_in(
+      {"resample_threshold", "resample when N_eff falls below this share of the particles"}, 0.0, 1.0, 0.5);
+  settings.filter.sampling_fraction = filter.number_in({"sampling_fraction",
+                                                        "share of the pose's covariance that a mapping step samples; 1 "
+                                                        "is FastSLAM 2.0 as published (docs/math/rbpf.md)"},
+                                                       0.0, 1.0, 0.2);
+  settings.filter.threads =
+      static_cast<int>(filter.integer_in({"threads", "number of threads; results do not depend on it"}, 1, 256, 1));
+  settings.max_latency = from_seconds(filter.non_negative(
+      {"max_latency_s", "s", "measurements up to this late are put in order; the committed result lags by it"}, 0.0));
+  settings.history = from_seconds(filter.number_in(
+      {"history_s", "s",
+       "later measurements up to this age are still processed (docs/math/time.md); 0: they are ignored"},
+      0.0, 600.0, 2.0));
+  settings.smooth = filter.boolean({"smooth", "also write the smoothed trajectory; without `maps` only"}, false);
+  if (settings.smooth && has_maps) filter.fail("smooth", "the smoother works without maps only");
+}
+
+ClockSettings read_clock(const Config& config) {
+  ClockSettings clock;
+  clock.max_ahead =
+      from_seconds(config.non_negative({"max_ahead_s", "s", "a stamp may lie this far after its own arrival"}, 0.1));
+  clock.max_jump = from_seconds(
+      config.positive({"max_jump_s", "s", "a stamp this far from all others is rejected until several agree"}, 3600.0));
+  return clock;
+}
+
+HealthSettings read_health(const Config& config) {
+  HealthSettings health;
+  health.lost_sigma = config.positive(
+      {"lost_sigma_m", "m", "a position less certain than this (σ, larger axis) is reported as lost"}, 10.0);
+  health.unaided_after = from_seconds(
+      config.positive({"unaided_after_s", "s", "dead reckoning for longer than this is reported as degraded"}, 10.0));
+  return health;
 }
 
 }  // namespace
 
 FusionSettings read_fusion_settings(const Config& yaml) {
   FusionSettings settings;
-  const Config motion = yaml.child_or_empty("motion");
-  const std::string kind = motion.choice("kind", {"planar", "spatial"}, "planar");
-  settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
-  settings.process_noise = read_process_noise(motion);
-  const bool old_name = motion.has("told_by") && !motion.has("source");
-  if (old_name) settings.notices.emplace_back("motion.told_by is an old name: write motion.source");
-  settings.motion_from_maps = motion.choice(old_name ? "told_by" : "source", {"sensors", "maps"}, "sensors") == "maps";
-  settings.standstill_after = from_seconds(motion.positive("standstill_after_s", 0.5));
-
-  settings.start = read_start(yaml.child_or_empty("initial"));
+  read_motion(yaml.child_or_empty({"motion", "model of the robot's motion"}), settings);
+  settings.start = read_start(yaml.child_or_empty({"initial", "pose and twist at the start"}));
   if (yaml.has("datum")) {
-    const Config datum = yaml.child("datum");
-    settings.datum = Datum{datum.number_in("latitude_deg", -90.0, 90.0),
-                           datum.number_in("longitude_deg", -180.0, 180.0), datum.number("height_m", 0.0)};
+    settings.datum = read_datum(
+        yaml.child({"datum", "", "the map's origin on the Earth (WGS-84)", "the first plausible geodetic fix"}));
   }
-
-  const Config filter = yaml.child_or_empty("filter");
-  settings.filter.particles = static_cast<int>(filter.integer_in("particles", 1, 1'000'000, yaml.has("maps") ? 25 : 1));
-  settings.filter.seed =
-      static_cast<std::uint64_t>(filter.integer_in("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
-  settings.filter.resample_threshold = filter.number_in("resample_threshold", 0.0, 1.0, 0.5);
-  settings.filter.sampling_fraction = filter.number_in("sampling_fraction", 0.0, 1.0, 0.2);
-  settings.filter.threads = static_cast<int>(filter.integer_in("threads", 1, 256, 1));
-  settings.max_latency = from_seconds(filter.non_negative("max_latency_s", 0.0));
-  settings.history = from_seconds(filter.number_in("history_s", 0.0, 600.0, 2.0));
-  settings.smooth = filter.boolean("smooth", false);
-  if (settings.smooth && yaml.has("maps")) filter.fail("smooth", "the smoother works without maps only");
-  const Config clock = yaml.child_or_empty("clock");
-  settings.clock.max_ahead = from_seconds(clock.non_negative("max_ahead_s", 0.1));
-  settings.clock.max_jump = from_seconds(clock.positive("max_jump_s", 3600.0));
-  const Config health = yaml.child_or_empty("health");
-  settings.health.lost_sigma = health.positive("lost_sigma_m", 10.0);
-  settings.health.unaided_after = from_seconds(health.positive("unaided_after_s", 10.0));
-  settings.georeference = read_georeference(yaml.child_or_empty("georeference"));
+  const Config filter = yaml.child_or_empty({"filter", "particles, and the order of measurements"});
+  read_filter(filter, yaml.has("maps"), settings);
+  settings.clock = read_clock(yaml.child_or_empty({"clock", "which stamps are plausible"}));
+  settings.health = read_health(yaml.child_or_empty({"health", "when the result is reported as lost or degraded"}));
+  settings.georeference =
+      read_georeference(yaml.child_or_empty({"georeference",
+                                             "the map's place on the Earth as states of the filter; used only with "
+                                             "maps and a fused absolute sensor (GNSS, compass)"}));
   return settings;
 }
 
 namespace {
 
 Intrinsics read_intrinsics(const Config& entry) {
-  const auto positive = [&](std::string_view key) {
+  const auto positive = [&](const Config::Key& key) {
     std::vector<double> values = entry.numbers(key, 2);
-    if (!(values[0] > 0.0) || !(values[1] > 0.0)) entry.fail(key, "two numbers > 0 are expected");
+    if (!(values[0] > 0.0) || !(values[1] > 0.0)) entry.fail(key.name, "two numbers > 0 are expected");
     return values;
   };
-  const auto size = positive("size_px");
+  const auto size = positive({"size_px", "px", "[width, height] of the image"});
   if (size[0] != std::floor(size[0]) || size[1] != std::floor(size[1]) || size[0] > 65536 || size[1] > 65536)
     entry.fail("size_px", "two whole numbers up to 65536 are expected: width, height");
-  const auto focal = positive("focal_px");
-  const auto center = entry.numbers("center_px", 2);
-  const auto distortion = entry.numbers("distortion", 5, {0.0, 0.0, 0.0, 0.0, 0.0});
+  const auto focal = positive({"focal_px", "px", "focal lengths [fx, fy]"});
+  const auto center = entry.numbers({"center_px", "px", "principal point [cx, cy]"}, 2);
+  const auto distortion =
+      entry.numbers({"distortion", "", "[k1, k2, p1, p2, k3] of the lens", "none"}, 5, {0.0, 0.0, 0.0, 0.0, 0.0});
   Intrinsics intrinsics{static_cast<int>(size[0]), static_cast<int>(size[1]), focal[0], focal[1], center[0], center[1]};
   std::ranges::copy(distortion, intrinsics.distortion.begin());
   return intrinsics;
@@ -132,40 +213,58 @@ Intrinsics read_intrinsics(const Config& entry) {
 
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
-  mounting.name = entry.text("name");
-  mounting.payload = entry.text("payload", "");
+  mounting.name = entry.text({"name", "unique; the source, `inputs` and `--set` refer to it"});
+  mounting.payload = entry.text(
+      {"payload", "", "payload type, `LaserScan` for `waymark/LaserScan@1`, or a full name", "that of the plugin"}, "");
   if (!mounting.payload.empty() && mounting.payload.find('/') == std::string::npos)
     mounting.payload = "waymark/" + mounting.payload + "@1";
   if (entry.has("base_T_sensor")) {
-    const Config extrinsics = entry.child("base_T_sensor");
-    const auto xyz = extrinsics.numbers("xyz_m", 3, {0.0, 0.0, 0.0});
+    const Config extrinsics = entry.child({"base_T_sensor", "",
+                                           "pose of the sensor in the base frame: x forward, y left, z up, also for a "
+                                           "camera; required if a plugin needs it",
+                                           "none"});
+    const auto xyz =
+        extrinsics.numbers({"xyz_m", "m", "position [x, y, z] of the sensor in the base frame"}, 3, {0.0, 0.0, 0.0});
     mounting.T_base_sensor = Pose{
-        so3::from_rpy(kRadPerDeg * extrinsics.number("roll_deg", 0.0), kRadPerDeg * extrinsics.number("pitch_deg", 0.0),
-                      kRadPerDeg * extrinsics.number("yaw_deg", 0.0)),
+        so3::from_rpy(
+            kRadPerDeg * extrinsics.number({"roll_deg", "°", "rotation about x; R = Rz(yaw) Ry(pitch) Rx(roll)"}, 0.0),
+            kRadPerDeg * extrinsics.number({"pitch_deg", "°", "rotation about y"}, 0.0),
+            kRadPerDeg * extrinsics.number({"yaw_deg", "°", "rotation about z"}, 0.0)),
         {xyz[0], xyz[1], xyz[2]}};
   }
-  if (entry.has("intrinsics")) mounting.intrinsics = read_intrinsics(entry.child("intrinsics"));
+  if (entry.has("intrinsics"))
+    mounting.intrinsics = read_intrinsics(entry.child({"intrinsics", "", "of a camera, in OpenCV's model", "none"}));
   return mounting;
 }
 
 SensorSlot read_sensor_slot(const Config& entry) {
   SensorSlot slot;
   slot.name = entry.text("name");
-  slot.plugin = entry.text("plugin", "");
-  slot.enabled = entry.boolean("enabled", true);
+  slot.plugin = entry.text(
+      {"plugin", "", "name of the sensor's plugin; absent: the sensor is for maps only and needs `payload`", "none"},
+      "");
+  slot.enabled = entry.boolean({"enabled", "false: its measurements are ignored, its keys are not checked"}, true);
   slot.fuse = read_fuse_rule(entry);
-  slot.gate_probability = entry.number_in("gate_probability", 0.5, 1.0 - 1e-12, 0.999);
-  slot.weight_exponent = entry.number_in("weight_exponent", 0.0, 1.0, 1.0);
-  slot.max_consecutive_rejections = static_cast<int>(entry.integer_in("max_consecutive_rejections", 0, 1'000'000, 20));
-  slot.delay = from_seconds(entry.number_in("delay_s", -60.0, 60.0, 0.0));
+  slot.gate_probability = entry.number_in(
+      {"gate_probability", "a measurement is rejected if its NIS exceeds this χ² quantile"}, 0.5, 1.0 - 1e-12, 0.999);
+  slot.weight_exponent = entry.number_in(
+      {"weight_exponent", "exponent of the evidence in the particles' weights; below 1 for correlated errors"}, 0.0,
+      1.0, 1.0);
+  slot.max_consecutive_rejections = static_cast<int>(
+      entry.integer_in({"max_consecutive_rejections",
+                        "after so many in a row the belief is widened and the measurement accepted; 0: never"},
+                       0, 1'000'000, 20));
+  slot.delay =
+      from_seconds(entry.number_in({"delay_s", "s", "delay of the sensor's stamps; subtracted"}, -60.0, 60.0, 0.0));
   return slot;
 }
 
 MapSlot read_map_slot(const Config& entry, const Rig& rig) {
   MapSlot slot;
-  slot.name = entry.text("name");
-  slot.plugin = entry.text("plugin");
-  for (const std::string& input : entry.texts("inputs")) {
+  slot.name = entry.text({"name", "unique"});
+  slot.plugin = entry.text({"plugin", "name of the map module's plugin"});
+  for (const std::string& input :
+       entry.texts({"inputs", "sensors by name; the first triggers, the others contribute their newest measurement"})) {
     const int sensor = rig.find(input);
     if (sensor < 0) {
       std::string names;
@@ -175,9 +274,17 @@ MapSlot read_map_slot(const Config& entry, const Rig& rig) {
     slot.inputs.push_back(sensor);
   }
   if (slot.inputs.empty()) entry.fail("inputs", "needs at least one sensor");
-  slot.pair_max_age = from_seconds(entry.non_negative("pair_max_age_s", 0.15));
-  slot.localize = entry.boolean("localize", true);
-  slot.share = entry.has("information_share") ? entry.number_in("information_share", 0.0, 1.0) : kShareNotGiven;
+  slot.pair_max_age = from_seconds(entry.non_negative(
+      {"pair_max_age_s", "s", "greatest age of another input's newest measurement against the trigger"}, 0.15));
+  slot.localize = entry.boolean({"localize", "false: the module only maps"}, true);
+  slot.share =
+      entry.has("information_share")
+          ? entry.number_in({"information_share", "",
+                             "exponent of the module's likelihood; the sum over the modules that localise with the "
+                             "same trigger may not exceed 1, or the same beams would count twice",
+                             "1/n, if n modules localise with the same trigger"},
+                            0.0, 1.0)
+          : kShareNotGiven;
   return slot;
 }
 

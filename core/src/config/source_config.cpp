@@ -14,7 +14,7 @@
 namespace waymark {
 
 Channel channel_to_sensor(const Config& entry, const Rig& rig, std::string_view payload, std::string_view giver) {
-  const std::string sensor = entry.text("sensor");
+  const std::string sensor = entry.text({"sensor", "name of the sensor under `sensors` that takes the measurements"});
   const int index = rig.find(sensor);
   if (index < 0) {
     std::vector<std::string> names;
@@ -36,7 +36,8 @@ std::filesystem::path readable_file(const Config& config, const Config::Key& key
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored))
     config.fail(key.name, file.string() + " is a folder, a file is expected");
-  if (::access(file.c_str(), R_OK) != 0) config.fail(key.name, file.string() + " cannot be read: " + std::strerror(errno));
+  if (::access(file.c_str(), R_OK) != 0)
+    config.fail(key.name, file.string() + " cannot be read: " + std::strerror(errno));
   return file;
 }
 

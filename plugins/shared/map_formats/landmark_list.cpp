@@ -15,8 +15,12 @@ namespace {
 constexpr double kSurveyedSigma = 0.01;  // m, where no covariance is given
 
 Eigen::Matrix3d read_covariance(const Config& config, bool of_position_only, const Eigen::Matrix3d& fallback) {
-  const char* key = of_position_only ? "covariance_floor_m2" : "covariance_m2";
-  if (!config.has(key)) return fallback;
+  const Config::Key key =
+      of_position_only
+          ? Config::Key{"covariance_floor_m2", "m²", "lower bound of its covariance: ee, en, nn", "1 cm each"}
+          : Config::Key{"covariance_m2", "m²", "covariance of (east, north, radius): ee, en, nn, er, nr, rr",
+                        "1 cm each"};
+  if (!config.has(key.name)) return fallback;
   const std::vector<double> c = config.numbers(key, of_position_only ? 3 : 6);
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   P.topLeftCorner<2, 2>() << c[0], c[1], c[1], c[2];
@@ -27,14 +31,14 @@ Eigen::Matrix3d read_covariance(const Config& config, bool of_position_only, con
   const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(P, Eigen::EigenvaluesOnly).eigenvalues().x();
   constexpr double kRounding = 1e-9;
   if (least < -kRounding * P.trace()) {
-    config.fail(key, fmt::format("is not a covariance: its smallest eigenvalue is {:.3g}", least));
+    config.fail(key.name, fmt::format("is not a covariance: its smallest eigenvalue is {:.3g}", least));
   }
   return P;
 }
 
 std::vector<float> read_signature(const Config& config) {
   if (!config.has("signature")) return {};
-  const std::vector<double> bins = config.numbers("signature");
+  const std::vector<double> bins = config.numbers({"signature", "", "its bins, which add up to 1", "none"});
   if (bins.empty() || bins.size() > LandmarkEntry::kMaxBins) {
     config.fail("signature", fmt::format("{} bins; 1 to {} are possible", bins.size(), LandmarkEntry::kMaxBins));
   }
@@ -53,20 +57,28 @@ LandmarkEntry read_landmark(const Config& config) {
   LandmarkEntry landmark;
   landmark.place = config.place();
   // Not with commas: what they begin must be finished, and reading may throw.
-  landmark.mean =
-      Eigen::Vector3d(config.number("east_m"), config.number("north_m"), config.non_negative("radius_m", 0.0));
+  landmark.mean = Eigen::Vector3d(config.number({"east_m", "m", "its middle in the map, towards the east"}),
+                                  config.number({"north_m", "m", "its middle in the map, towards the north"}),
+                                  config.non_negative({"radius_m", "m", "its radius"}, 0.0));
   const double variance = kSurveyedSigma * kSurveyedSigma;
   landmark.P = read_covariance(config, false, variance * Eigen::Matrix3d::Identity());
   landmark.P_floor =
       read_covariance(config, true, Eigen::Vector3d(variance, variance, 0.0).asDiagonal()).topLeftCorner<2, 2>();
   landmark.signature = read_signature(config);
   constexpr std::int64_t kMost = 1'000'000'000;
-  landmark.signature_views =
-      static_cast<std::int32_t>(config.integer_in("signature_views", 0, kMost, landmark.signature.empty() ? 0 : 1));
-  landmark.identity = static_cast<std::int32_t>(config.integer_in("identity", -1, kMost, -1));
-  if (config.has("log_odds")) landmark.log_odds = static_cast<float>(config.number("log_odds"));
-  if (config.has("sightings"))
-    landmark.sightings = static_cast<std::int32_t>(config.integer_in("sightings", 0, kMost, 0));
+  landmark.signature_views = static_cast<std::int32_t>(
+      config.integer_in({"signature_views", "", "number of views of its signature", "1 with a signature, else 0"}, 0,
+                        kMost, landmark.signature.empty() ? 0 : 1));
+  landmark.identity =
+      static_cast<std::int32_t>(config.integer_in({"identity", "as read by a device; -1: unknown"}, -1, kMost, -1));
+  if (config.has("log_odds")) {
+    landmark.log_odds =
+        static_cast<float>(config.number({"log_odds", "", "log-odds of its existence", "`existence.log_odds_max`"}));
+  }
+  if (config.has("sightings")) {
+    landmark.sightings = static_cast<std::int32_t>(
+        config.integer_in({"sightings", "", "number of sightings", "`existence.min_observations`"}, 0, kMost, 0));
+  }
   return landmark;
 }
 
@@ -74,12 +86,14 @@ LandmarkEntry read_landmark(const Config& config) {
 
 std::vector<LandmarkEntry> read_landmark_list(const std::filesystem::path& file) {
   const Config config = Config::load(file);
-  if (const std::int64_t version = config.integer("version"); version != kLandmarkListVersion) {
+  if (const std::int64_t version = config.integer({"version", "version of the format"});
+      version != kLandmarkListVersion) {
     config.fail("version", fmt::format("{} is not {}, the only one that is known", version, kLandmarkListVersion));
   }
   std::vector<LandmarkEntry> landmarks;
   std::size_t bins = 0;
-  for (const Config& item : config.items("landmarks")) {
+  for (const Config& item :
+       config.items({"landmarks", "one landmark each; only `east_m` and `north_m` are required"})) {
     LandmarkEntry landmark = read_landmark(item);
     if (!landmark.signature.empty()) {
       if (bins == 0) bins = landmark.signature.size();

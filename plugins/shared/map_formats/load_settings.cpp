@@ -7,10 +7,16 @@ namespace waymark::map_formats {
 
 LoadSettings LoadSettings::read(const Config& config) {
   LoadSettings s;
-  const std::string mode = config.choice("mode", {"map", "continue", "localize"}, "map");
+  const std::string mode = config.choice(
+      {"mode", "`map`: a new map; with `load`: `continue` (the map is updated) or `localize` (it stays as it is)"},
+      {"map", "continue", "localize"}, "map");
   s.use = mode == "map" ? MapUse::map : mode == "continue" ? MapUse::continue_map : MapUse::localize;
   if (config.has("load")) {
-    const std::string file = config.text("load");
+    const std::string file =
+        config.text({"load", "",
+                     "file of a prior map, relative to the YAML: a YAML of `map_server` (occupancy_grid), a `.bt` or "
+                     "`.ot` (octomap_grid), a `.landmarks.yaml` (feature_map)",
+                     "none"});
     if (file.empty()) config.fail("load", "is empty; the file of a map is expected");
     s.file = config.file().parent_path() / file;
   }

@@ -51,19 +51,23 @@ char pixel_of(std::uint8_t percent) {
 
 Legend read_legend(const Config& config) {
   Legend legend;
-  legend.image = config.text("image");
-  legend.resolution_m = config.number_in("resolution", 0.005, 10.0);
-  const std::vector<double> origin = config.numbers("origin", 3);
+  legend.image = config.text({"image", "file of the picture, relative to the YAML"});
+  legend.resolution_m = config.number_in({"resolution", "m", "side of a cell"}, 0.005, 10.0);
+  const std::vector<double> origin =
+      config.numbers({"origin", "m, m, rad", "x, y and yaw of the lower left corner of the picture"}, 3);
   constexpr double kFarthest = 1e8;  // beyond, doubles are too coarse for cells
   if (!(std::max(std::abs(origin[0]), std::abs(origin[1])) <= kFarthest)) {
     config.fail("origin", fmt::format("x {:g} m, y {:g} m; from -{:g} to {:g} is expected", origin[0], origin[1],
                                       kFarthest, kFarthest));
   }
   std::ranges::copy(origin, legend.origin_m_rad.begin());
-  legend.negate = config.integer_in("negate", 0, 1, 0) == 1;
-  legend.occupied_above = config.number_in("occupied_thresh", 0.0, 1.0);
-  legend.free_below = config.number_in("free_thresh", 0.0, 1.0);
-  config.choice("mode", {"trinary"}, "trinary");
+  legend.negate =
+      config.integer_in({"negate", "1: the lighter a pixel, the more probably its cell is occupied; 0: the darker"}, 0,
+                        1, 0) == 1;
+  legend.occupied_above =
+      config.number_in({"occupied_thresh", "cells with a higher probability are occupied"}, 0.0, 1.0);
+  legend.free_below = config.number_in({"free_thresh", "cells with a lower probability are free"}, 0.0, 1.0);
+  config.choice({"mode", "`trinary`: cells are occupied, free or unknown"}, {"trinary"}, "trinary");
   if (legend.free_below > legend.occupied_above) config.fail("free_thresh", "must not exceed occupied_thresh");
   config.reject_unread();
   return legend;

@@ -22,7 +22,8 @@ std::string degrees(double value) { return std::isfinite(value) ? fmt::format("{
 /// The GNSS fixes that the YAML keeps out of the filter, as CSV, for scoring.
 class HeldOut : public Sink {
  public:
-  explicit HeldOut(const Config& config) : name_(config.text("file", "held_out.csv")) {}
+  explicit HeldOut(const Config& config)
+      : name_(config.text({"file", "file name in the output folder"}, "held_out.csv")) {}
 
   void start(const RunInfo& info) override {
     path_ = info.out_dir / name_;

@@ -65,15 +65,24 @@ class SpreadBeliefs {
 /// Draws the run as one map when it is over.
 class Plot : public Sink {
  public:
-  explicit Plot(const Config& config) : file_(config.text("file", "map.png")) {
-    style_.width_px = static_cast<int>(config.integer_in("width_px", 480, 10000, style_.width_px));
-    style_.height_px = static_cast<int>(config.integer_in("height_px", 360, 10000, style_.height_px));
-    style_.sigma = config.positive("sigma", style_.sigma);
-    style_.ellipses = config.boolean("ellipses", style_.ellipses);
-    style_.disagreement = config.boolean("disagreement", style_.disagreement);
+  explicit Plot(const Config& config)
+      : file_(config.text({"file", "file name in the output folder, ends in `.png`"}, "map.png")) {
+    style_.width_px =
+        static_cast<int>(config.integer_in({"width_px", "px", "width of the picture"}, 480, 10000, style_.width_px));
+    style_.height_px =
+        static_cast<int>(config.integer_in({"height_px", "px", "height of the picture"}, 360, 10000, style_.height_px));
+    style_.sigma = config.positive({"sigma", "standard deviations of every ellipse"}, style_.sigma);
+    style_.ellipses = config.boolean({"ellipses", "false: no ellipses along the estimate"}, style_.ellipses);
+    style_.disagreement =
+        config.boolean({"disagreement",
+                        "true: of dense maps, all particles' together are drawn (also where the best one knows "
+                        "nothing); cells that some take for occupied and others for free are orange"},
+                       style_.disagreement);
     if (config.has("window_m")) style_.window = read_window(config);
     if (config.has("utm_origin_deg")) origin_ = read_origin(config);
-    const std::string labels = config.choice("landmark_labels", {"auto", "on", "off"}, "auto");
+    const std::string labels =
+        config.choice({"landmark_labels", "`auto`: up to 60 landmarks are labelled, and none over another"},
+                      {"auto", "on", "off"}, "auto");
     style_.landmark_labels = labels == "on"    ? Style::Labels::on
                              : labels == "off" ? Style::Labels::off
                                                : Style::Labels::automatic;
@@ -128,14 +137,22 @@ class Plot : public Sink {
 
  private:
   static Style::Window read_window(const Config& config) {
-    const std::vector<double> corners = config.numbers("window_m", 4);
+    const std::vector<double> corners = config.numbers(
+        {"window_m", "m",
+         "east_min, north_min, east_max, north_max: the part that is shown, counted from the map's origin",
+         "everything"},
+        4);
     if (!(corners[0] < corners[2] && corners[1] < corners[3]))
       config.fail("window_m", "east_min, north_min, east_max, north_max are expected, each minimum below its maximum");
     return {{corners[0], corners[1]}, {corners[2], corners[3]}};
   }
 
   static Origin read_origin(const Config& config) {
-    const std::vector<double> origin = config.numbers("utm_origin_deg", 2);
+    const std::vector<double> origin = config.numbers({"utm_origin_deg", "°",
+                                                       "latitude and longitude of the map's origin: the picture is in "
+                                                       "UTM then, and so is the window, counted from the origin",
+                                                       "none"},
+                                                      2);
     // Beyond, the Earth is mapped by UPS.
     if (!(origin[0] > -80.0 && origin[0] < 84.0 && std::abs(origin[1]) <= 180.0))
       config.fail("utm_origin_deg", "latitude (-80 to 84) and longitude (-180 to 180) are expected");

@@ -37,10 +37,13 @@ bool was_taken_in(Fate fate) {
 class Tum : public Sink {
  public:
   explicit Tum(const Config& config)
-      : trajectory_name_(config.text("trajectory", "trajectory.txt")),
-        path_name_(config.text("path", "path.txt")),
-        reference_name_(config.text("reference", "reference.txt")),
-        covariance_name_(config.text("covariance", "covariance.csv")) {
+      : trajectory_name_(
+            config.text({"trajectory", "file name of the online estimate in the output folder"}, "trajectory.txt")),
+        path_name_(config.text({"path", "file name of the best particle's path in the output folder"}, "path.txt")),
+        reference_name_(
+            config.text({"reference", "file name of the source's reference in the output folder"}, "reference.txt")),
+        covariance_name_(config.text({"covariance", "file name of the covariance of (x, y, yaw) in the output folder"},
+                                     "covariance.csv")) {
     if (path_name_ == trajectory_name_)
       config.fail("path", fmt::format("'{}' is also the trajectory's file", path_name_));
     if (reference_name_ == trajectory_name_ || reference_name_ == path_name_) {

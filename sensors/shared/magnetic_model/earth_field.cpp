@@ -26,7 +26,10 @@ std::string year_text(double year) {
 
 std::filesystem::path find_model(const Config& config) {
   if (config.has("magnetic_model")) {
-    const std::filesystem::path file = config.text("magnetic_model");
+    const std::filesystem::path file = config.text({"magnetic_model", "",
+                                                    "for `declination: auto`: a `.wmm` file beside its `.wmm.cof`, for "
+                                                    "another time than the shipped model's; relative to the YAML",
+                                                    "the one shipped"});
     return file.is_absolute() ? file : config.file().parent_path() / file;
   }
   std::string tried;
@@ -68,19 +71,26 @@ class EarthField::Model {
 };
 
 EarthField::EarthField(const Config& config, std::optional<double> fallback) {
-  if (config.has("declination_deg")) {
-    if (config.has("declination")) config.fail("declination", "give this or declination_deg, not both");
-    field_.declination = kDegree * config.number_in("declination_deg", -180.0, 180.0);
-    return;
-  }
-  if (!config.has("declination")) {
-    if (!fallback) {
+  const Config::Key degrees{
+      "declination_deg", "°",
+      "declination of the magnetic field, east positive: magnetic north lies so far east of true north",
+      fallback ? "" : "from `declination`"};
+  const bool in_degrees = config.has(degrees.name);
+  const bool in_words = config.has("declination");
+  if (in_degrees && in_words) config.fail("declination", "give this or declination_deg, not both");
+  if (!in_words) {
+    if (!in_degrees && !fallback) {
       config.fail("declination", "a compass shows magnetic north: give declination_deg, or auto, or none");
     }
-    field_.declination = kDegree * config.number_in("declination_deg", -180.0, 180.0, *fallback);
+    field_.declination = kDegree * (fallback ? config.number_in(degrees, -180.0, 180.0, *fallback)
+                                             : config.number_in(degrees, -180.0, 180.0));
     return;
   }
-  if (config.choice("declination", {"auto", "none"}) == "none") {
+  if (config.choice({"declination", "",
+                     "`auto`: from the World Magnetic Model, by the measurement's stamp (UTC) and the datum; `none`: "
+                     "headings count from true north already",
+                     "from `declination_deg`"},
+                    {"auto", "none"}) == "none") {
     from_true_north_ = true;
     return;
   }
