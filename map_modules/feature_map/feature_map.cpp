@@ -55,8 +55,8 @@ class FeatureMap final : public MapModule {
   void describe(std::span<const ParticleMap* const>, std::vector<MapFigure>& figures) const override {
     counts_.describe(camera_.has_value(), figures);
   }
-  void save(OutArchive& out) const override { counts_.save(out); }
-  void load(InArchive& in) override { counts_.load(in); }
+  void save(OutArchive& out) const override { out(counts_); }
+  void load(InArchive& in) override { in(counts_); }
 
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
     auto map = std::make_unique<ParticleFeatureMap>(settings_);

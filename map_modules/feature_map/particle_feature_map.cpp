@@ -217,39 +217,18 @@ std::vector<MapFile> ParticleFeatureMap::files(const Pose& T_enu_map) const {
   return {{".landmarks.yaml", landmark_file(landmarks_, T_enu_map)}};
 }
 
-void ParticleFeatureMap::save(OutArchive& out) const {
-  out.section("feature_map", 3);
-  for (const std::uint64_t count :
-       {figures_.born, figures_.deleted, figures_.merged, figures_.associated, figures_.ambiguous})
-    out.value(count);
-  out.value(signature_distance_sum_);
-  out.value(signature_distance_count_);
-  landmarks_.save(out);
-  sightings_.save(out, [](const Sighting& sighting, OutArchive& to) {
-    to.value(sighting.stamp);
-    to.value(sighting.p_base);
-    to.value(sighting.landmark);
-    to.value(sighting.is_first);
+template <class Archive>
+void ParticleFeatureMap::serialize(Archive& archive) {
+  const std::uint32_t version = archive.section("feature_map", 3);
+  if (version >= 2) archive(figures_.born, figures_.deleted, figures_.merged, figures_.associated, figures_.ambiguous);
+  archive(signature_distance_sum_, signature_distance_count_, landmarks_);
+  if (version < 3) return;
+  sightings_.serialize(archive, [](auto& each, Sighting& sighting) {
+    each(sighting.stamp, sighting.p_base, sighting.landmark, sighting.is_first);
   });
 }
 
-void ParticleFeatureMap::load(InArchive& in) {
-  const std::uint32_t version = in.section("feature_map", 3);
-  if (version >= 2) {
-    for (std::uint64_t* count :
-         {&figures_.born, &figures_.deleted, &figures_.merged, &figures_.associated, &figures_.ambiguous})
-      in.value(*count);
-  }
-  in.value(signature_distance_sum_);
-  in.value(signature_distance_count_);
-  landmarks_.load(in);
-  if (version < 3) return;
-  sightings_.load(in, [](Sighting& sighting, InArchive& from) {
-    from.value(sighting.stamp);
-    from.value(sighting.p_base);
-    from.value(sighting.landmark);
-    from.value(sighting.is_first);
-  });
-}
+void ParticleFeatureMap::save(OutArchive& out) const { out(*this); }
+void ParticleFeatureMap::load(InArchive& in) { in(*this); }
 
 }  // namespace waymark::feature_map

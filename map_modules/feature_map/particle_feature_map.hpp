@@ -26,6 +26,8 @@ class ParticleFeatureMap final : public ParticleMap {
   std::vector<MapFile> files(const Pose& T_enu_map) const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive);
 
   const LandmarkStore& landmarks() const { return landmarks_; }
 

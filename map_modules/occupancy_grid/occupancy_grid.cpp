@@ -43,8 +43,8 @@ class OccupancyGrid final : public MapModule {
     for (const ParticleMap* map : of_all_particles) trees.push_back(&static_cast<const ParticleGrid*>(map)->tiles());
     TileTree::describe_memory(trees, out);
   }
-  void save(OutArchive& out) const override { spacing_.save(out); }
-  void load(InArchive& in) override { spacing_.load(in); }
+  void save(OutArchive& out) const override { out(spacing_); }
+  void load(InArchive& in) override { in(spacing_); }
 
  private:
   static std::string scanner_of(const Config& config) {

@@ -82,20 +82,16 @@ std::optional<GridView> ParticleGrid::grid() const {
   return view;
 }
 
-void ParticleGrid::save(OutArchive& out) const {
-  out.section("occupancy_grid", 1);
-  out.value(model_->settings.resolution);
-  record_.save(out);
-  tiles_.save(out);
+template <class Archive>
+void ParticleGrid::serialize(Archive& archive) {
+  archive.section("occupancy_grid", 1);
+  double resolution = model_->settings.resolution;
+  archive(resolution);
+  if constexpr (Archive::kReads) scan_matching::require_resolution(resolution, model_->settings.resolution);
+  archive(record_, tiles_);
 }
 
-void ParticleGrid::load(InArchive& in) {
-  in.section("occupancy_grid", 1);
-  double resolution = 0.0;
-  in.value(resolution);
-  scan_matching::require_resolution(resolution, model_->settings.resolution);
-  record_.load(in);
-  tiles_.load(in);
-}
+void ParticleGrid::save(OutArchive& out) const { out(*this); }
+void ParticleGrid::load(InArchive& in) { in(*this); }
 
 }  // namespace waymark::occupancy_grid

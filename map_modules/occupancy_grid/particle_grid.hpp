@@ -37,6 +37,8 @@ class ParticleGrid final : public ParticleMap {
   std::optional<GridView> grid() const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive);
 
   const TileTree& tiles() const { return tiles_; }
 

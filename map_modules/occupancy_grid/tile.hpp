@@ -48,13 +48,10 @@ struct Tile {
   static double probability(std::int8_t odds) { return 1.0 / (1.0 + std::exp(-odds / kOddsSteps)); }
 
   std::size_t bytes(std::set<const void*>&) const { return sizeof(Tile); }
-  void save(OutArchive& out) const {
-    out.bytes(odds.data(), kCells);
-    out.bytes(distance.data(), kCells);
-  }
-  void load(InArchive& in) {
-    in.bytes(odds.data(), kCells);
-    in.bytes(distance.data(), kCells);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.bytes(odds.data(), kCells);
+    archive.bytes(distance.data(), kCells);
   }
 };
 

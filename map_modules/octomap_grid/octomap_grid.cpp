@@ -47,8 +47,8 @@ class OctomapGrid final : public MapModule {
     for (const ParticleMap* map : of_all_particles) maps.push_back(&static_cast<const ParticleOctomap*>(map)->voxels());
     VoxelMap::describe_memory(maps, out);
   }
-  void save(OutArchive& out) const override { spacing_.save(out); }
-  void load(InArchive& in) override { spacing_.load(in); }
+  void save(OutArchive& out) const override { out(spacing_); }
+  void load(InArchive& in) override { in(spacing_); }
 
  private:
   static std::string scanner_of(const Config& config) {

@@ -75,21 +75,17 @@ std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const {
   return octomap_files(voxels_, model_->settings.resolution);
 }
 
-void ParticleOctomap::save(OutArchive& out) const {
-  out.section("octomap_grid", 2);
-  out.value(model_->settings.resolution);
-  record_.save(out);
-  voxels_.save(out);
+template <class Archive>
+void ParticleOctomap::serialize(Archive& archive) {
+  const std::uint32_t version = archive.section("octomap_grid", 2);
+  if (version < 2) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
+  double resolution = model_->settings.resolution;
+  archive(resolution);
+  if constexpr (Archive::kReads) scan_matching::require_resolution(resolution, model_->settings.resolution);
+  archive(record_, voxels_);
 }
 
-void ParticleOctomap::load(InArchive& in) {
-  if (in.section("octomap_grid", 2) < 2)
-    throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
-  double resolution = 0.0;
-  in.value(resolution);
-  scan_matching::require_resolution(resolution, model_->settings.resolution);
-  record_.load(in);
-  voxels_.load(in);
-}
+void ParticleOctomap::save(OutArchive& out) const { out(*this); }
+void ParticleOctomap::load(InArchive& in) { in(*this); }
 
 }  // namespace waymark::octomap_grid

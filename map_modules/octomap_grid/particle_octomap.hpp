@@ -37,6 +37,8 @@ class ParticleOctomap final : public ParticleMap {
   std::vector<MapFile> files(const Pose& T_enu_map) const override;
   void save(OutArchive& out) const override;
   void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive);
 
   const VoxelMap& voxels() const { return voxels_; }
 

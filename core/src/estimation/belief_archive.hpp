@@ -6,8 +6,15 @@
 
 namespace waymark::estimation {
 
+/// Throws DataError if a belief that was read has other states than `layout`.
+void require_layout(const Belief& belief, const StateLayout& layout);
+
 /// One belief on a checkpoint. Reading throws DataError if it has other states than `layout`.
-void save_belief(const Belief& belief, OutArchive& out);
-void load_belief(Belief& belief, InArchive& in, const StateLayout& layout);
+template <class Archive>
+void serialize_belief(Archive& archive, Belief& belief, const StateLayout& layout) {
+  NavState& mean = belief.mean;
+  archive(belief.stamp, mean.T_map_base.p, mean.T_map_base.q, mean.v_base, mean.w_base, mean.block, belief.P);
+  if constexpr (Archive::kReads) require_layout(belief, layout);
+}
 
 }  // namespace waymark::estimation

@@ -27,36 +27,27 @@ void Smoother::amend(const Belief& posterior, bool standing) {
   nodes_.back().standing = standing;
 }
 
-void Smoother::save(std::size_t size, OutArchive& out) const {
-  out.section("smoother", 2);
-  out.value(cut_next_);
-  out.value(static_cast<std::uint64_t>(size));
-  for (std::size_t i = 0; i < size; ++i) {
-    save_belief(belief_of(nodes_[i]), out);
-    out.value(nodes_[i].standing);
-    out.value(nodes_[i].cut_before);
-    out.value(nodes_[i].forgot_twist);
-  }
-}
-
-void Smoother::load(InArchive& in) {
-  if (in.section("smoother", 2) < 2) throw DataError("the checkpoint is of an older kind");
-  in.value(cut_next_);
-  std::uint64_t size = 0;
-  in.value(size);
-  nodes_.clear();
-  for (std::uint64_t i = 0; i < size; ++i) {
+template <class Archive>
+void Smoother::serialize(Archive& archive, std::size_t size) {
+  if (archive.section("smoother", 2) < 2) throw DataError("the checkpoint is of an older kind");
+  std::uint64_t steps = size;
+  archive(cut_next_, steps);
+  if constexpr (Archive::kReads) nodes_.clear();
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    Node& node = i < nodes_.size() ? nodes_[i] : nodes_.emplace_back();
     Belief belief;
-    load_belief(belief, in, process_.layout());
-    Node& node = nodes_.emplace_back();
-    node.stamp = belief.stamp;
-    node.mean = belief.mean;
-    node.P = belief.P;
-    in.value(node.standing);
-    in.value(node.cut_before);
-    in.value(node.forgot_twist);
+    if constexpr (!Archive::kReads) belief = belief_of(node);
+    serialize_belief(archive, belief, process_.layout());
+    if constexpr (Archive::kReads) {
+      node.stamp = belief.stamp;
+      node.mean = belief.mean;
+      node.P = belief.P;
+    }
+    archive(node.standing, node.cut_before, node.forgot_twist);
   }
 }
+template void Smoother::serialize(OutArchive& archive, std::size_t size);
+template void Smoother::serialize(InArchive& archive, std::size_t size);
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
 

@@ -29,9 +29,9 @@ class WAYMARK_API Smoother {
   std::size_t size() const { return nodes_.size(); }
   /// Forgets all but the first `size` steps.
   void truncate(std::size_t size) { nodes_.resize(size); }
-  /// The first `size` steps.
-  void save(std::size_t size, OutArchive& out) const;
-  void load(InArchive& in);
+  /// The first `size` steps; all that are read.
+  template <class Archive>
+  void serialize(Archive& archive, std::size_t size);
 
   /// All steps, from the first to the last.
   std::vector<SmoothedPose> smooth() const;

@@ -96,15 +96,14 @@ void Fusion::save(OutArchive& out) const {
 
   if (p.history.marks().empty()) {
     p.committed.filter.save(out);
-    out(p.committed.mark(0));
-    p.committed.smoother.save(p.committed.smoother.size(), out);
+    out(p.committed.mark_without_filter());
+    p.committed.smoother.serialize(out, p.committed.smoother.size());
   } else {
-    const fusion::Mark& mark = p.history.marks().front();
-    out.value(mark.at);
-    out.value(mark.stamp);
-    p.committed.filter.save(mark.filter, out);
+    fusion::Mark& mark = p.history.oldest_mark();
+    out(mark.at, mark.stamp);
+    p.committed.filter.serialize(out, mark.filter);
     out(mark);
-    p.committed.smoother.save(mark.smoothed, out);
+    p.committed.smoother.serialize(out, mark.smoothed);
   }
 }
 
@@ -144,17 +143,16 @@ void Fusion::resume(InArchive& in, const Next& next) {
   in(needed);
   in.value(fate);
 
-  fusion::Mark mark = p.committed.mark(0);
+  fusion::Mark mark = p.committed.mark_without_filter();
   const bool has_marks = p.maps.empty() && p.history.keeps();
   if (has_marks) {
-    in.value(mark.at);
-    in.value(mark.stamp);
-    mark.filter = p.committed.filter.load_state(in);
+    in(mark.at, mark.stamp);
+    p.committed.filter.serialize(in, mark.filter);
   } else {
     p.committed.filter.load(in);
   }
   in(mark);
-  p.committed.smoother.load(in);
+  p.committed.smoother.serialize(in, 0);
 
   // The log again, through the clocks and the queue only: what was processed is in the checkpoint.
   for (; p.arrived < arrived; ++p.arrived) {

@@ -72,7 +72,14 @@ void Committed::judge_health(Time now) {
 }
 
 Mark Committed::mark(std::uint64_t at) const {
-  Mark mark{at, filter.stamp(), filter.state(), {}, standstill, health, events.size(), smoother.size(), last_stamp};
+  Mark mark = mark_without_filter();
+  mark.at = at;
+  mark.filter = filter.state();
+  return mark;
+}
+
+Mark Committed::mark_without_filter() const {
+  Mark mark{0, filter.stamp(), {}, {}, standstill, health, events.size(), smoother.size(), last_stamp};
   mark.sensors.reserve(sensors.size());
   for (const SensorRecord& sensor : sensors) mark.sensors.push_back(sensor.state.clone());
   return mark;

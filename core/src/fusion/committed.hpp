@@ -67,6 +67,8 @@ struct Committed {
 
   /// `at`: the number of the measurement that comes next.
   Mark mark(std::uint64_t at) const;
+  /// The same for a checkpoint, which has the particles beside it.
+  Mark mark_without_filter() const;
   void roll_back(const Mark& mark);
   /// Takes over everything but the filter and the events, out of a checkpoint.
   void take(Mark&& mark);

@@ -35,6 +35,8 @@ class History {
   /// Begins with a mark out of a checkpoint.
   void begin(Mark&& mark);
   const std::deque<Mark>& marks() const { return marks_; }
+  /// For a checkpoint, which lists fields for writing and reading alike; there must be one.
+  Mark& oldest_mark() { return marks_.front(); }
   /// The measurements from the oldest mark on, in order.
   const std::deque<Measurement>& log() const { return log_; }
 

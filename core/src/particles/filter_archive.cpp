@@ -19,63 +19,65 @@ void ParticleFilter::restore(const State& state) {
   mixture_is_current_ = false;
 }
 
-void ParticleFilter::save(const State& state, OutArchive& out) const {
-  out.section("particle_filter", 2);
-  out.value(static_cast<std::uint64_t>(state.particles.size()));
-  out.value(state.resamplings);
-  out.value(state.mapping_steps);
-  for (const Particle& particle : state.particles) {
-    estimation::save_belief(particle.belief, out);
-    out.value(particle.log_weight);
-    particle.path.save(out);
-    for (const auto& map : particle.maps) {
-      out.value(map != nullptr);
-      if (map) map->save(out);
-    }
-  }
+namespace {
+
+/// A map that may be out of service, of the module that made it.
+void serialize_map(OutArchive& out, const std::unique_ptr<ParticleMap>& map, const MapModule* /*module*/) {
+  out.value(map != nullptr);
+  if (map) map->save(out);
+}
+void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapModule* module) {
+  bool present = false;
+  in.value(present);
+  if (present && module == nullptr)
+    throw DataError("the checkpoint has a map in service that the configuration lacks");
+  map = present ? module->load_map(in) : nullptr;
 }
 
-ParticleFilter::State ParticleFilter::load_state(InArchive& in) const {
-  in.section("particle_filter", 2);
-  std::uint64_t count = 0;
-  in.value(count);
+}  // namespace
+
+template <class Archive>
+void ParticleFilter::serialize(Archive& archive, State& state) const {
+  archive.section("particle_filter", 2);
+  std::uint64_t count = state.particles.size();
+  archive(count);
   if (count != set_.size()) {
     throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
                     std::to_string(set_.size()));
   }
-  State state;
-  in.value(state.resamplings);
-  in.value(state.mapping_steps);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    Particle& particle = state.particles.emplace_back();
-    estimation::load_belief(particle.belief, in, layout());
-    in.value(particle.log_weight);
-    particle.path.load(in);
-    for (const auto& module : modules_) {
-      bool present = false;
-      in.value(present);
-      if (present && !module) throw DataError("the checkpoint has a map in service that the configuration lacks");
-      particle.maps.push_back(present ? module->load_map(in) : nullptr);
-    }
+  archive(state.resamplings, state.mapping_steps);
+  state.particles.resize(set_.size());
+  for (Particle& particle : state.particles) {
+    estimation::serialize_belief(archive, particle.belief, layout());
+    archive(particle.log_weight, particle.path);
+    particle.maps.resize(modules_.size());
+    for (std::size_t i = 0; i < modules_.size(); ++i) serialize_map(archive, particle.maps[i], modules_[i].get());
   }
-  return state;
+}
+template void ParticleFilter::serialize(OutArchive& archive, State& state) const;
+template void ParticleFilter::serialize(InArchive& archive, State& state) const;
+
+template <class Archive>
+void ParticleFilter::serialize_rest(Archive& archive) {
+  recollection_.past().serialize(archive, set_.size(), layout());
+  archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
+  if (mixture_is_current_) estimation::serialize_belief(archive, mixture_, layout());
 }
 
 void ParticleFilter::save(OutArchive& out) const {
-  save(state(), out);
-  recollection_.past().save(out);
-  out.value(mixture_is_current_);
-  if (mixture_is_current_) estimation::save_belief(mixture_, out);
+  State now = state();
+  serialize(out, now);
+  // One list for both directions; writing changes nothing.
+  const_cast<ParticleFilter&>(*this).serialize_rest(out);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
 }
 
 void ParticleFilter::load(InArchive& in) {
-  State state = load_state(in);
-  set_.replace(std::move(state.particles));
-  resamplings_ = state.resamplings;
-  mapping_steps_ = state.mapping_steps;
-  recollection_.past().load(in, set_.size(), layout());
-  in.value(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
-  if (mixture_is_current_) estimation::load_belief(mixture_, in, layout());
+  State now;
+  serialize(in, now);
+  set_.replace(std::move(now.particles));
+  resamplings_ = now.resamplings;
+  mapping_steps_ = now.mapping_steps;
+  serialize_rest(in);
 }
 
 }  // namespace waymark::particles

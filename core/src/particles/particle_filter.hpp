@@ -107,13 +107,17 @@ class WAYMARK_API ParticleFilter {
   };
   State state() const;
   void restore(const State& state);
+  /// The filter on a checkpoint. Reading throws DataError if it is of another configuration.
   void save(OutArchive& out) const;
   void load(InArchive& in);
-  void save(const State& state, OutArchive& out) const;
-  /// Throws DataError if it is of another configuration.
-  State load_state(InArchive& in) const;
+  /// A state to roll back to on a checkpoint; the same.
+  template <class Archive>
+  void serialize(Archive& archive, State& state) const;
 
  private:
+  template <class Archive>
+  void serialize_rest(Archive& archive);
+
   class Present;
 
   const estimation::ProcessModel& process_;

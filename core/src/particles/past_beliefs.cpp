@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particles/past_beliefs.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
-#include "estimation/belief_archive.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::particles {
@@ -50,35 +47,11 @@ void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>
   }
 }
 
-void PastBeliefs::save(OutArchive& out) const {
-  out.section("past_beliefs", 1);
-  out.value(static_cast<std::uint64_t>(records_.size()));
-  for (const Record& record : records_) {
-    out.value(record.stamp);
-    out.values(record.ancestors);
-    out.value(static_cast<std::uint64_t>(record.beliefs.size()));
-    for (const Belief& belief : record.beliefs) estimation::save_belief(belief, out);
-  }
-}
-
-void PastBeliefs::load(InArchive& in, std::size_t slots, const StateLayout& layout) {
-  in.section("past_beliefs", 1);
-  std::uint64_t records = 0;
-  in.value(records);
-  records_.clear();
-  for (std::uint64_t i = 0; i < records; ++i) {
-    Record& record = records_.emplace_back();
-    in.value(record.stamp);
-    in.values(record.ancestors);
-    std::uint64_t beliefs = 0;
-    in.value(beliefs);
-    const auto is_slot = [&](int slot) { return slot >= 0 && static_cast<std::size_t>(slot) < slots; };
-    if (beliefs != slots || !(record.ancestors.empty() || record.ancestors.size() == slots) ||
-        !std::ranges::all_of(record.ancestors, is_slot)) {
-      throw DataError("the checkpoint's earlier beliefs are not those of its particles");
-    }
-    for (std::uint64_t k = 0; k < beliefs; ++k) estimation::load_belief(record.beliefs.emplace_back(), in, layout);
-  }
+void PastBeliefs::require_slots(const Record& record, std::size_t slots) {
+  const auto is_slot = [&](int slot) { return slot >= 0 && static_cast<std::size_t>(slot) < slots; };
+  const bool fits = record.beliefs.size() == slots && (record.ancestors.empty() || record.ancestors.size() == slots) &&
+                    std::ranges::all_of(record.ancestors, is_slot);
+  if (!fits) throw DataError("the checkpoint's earlier beliefs are not those of its particles");
 }
 
 }  // namespace waymark::particles

@@ -5,6 +5,7 @@
 #include <deque>
 #include <vector>
 
+#include "estimation/belief_archive.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/io/archive.hpp"
@@ -34,9 +35,17 @@ class WAYMARK_API PastBeliefs {
   /// `out[i]` points into this object.
   void find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const;
 
-  void save(OutArchive& out) const;
-  /// Throws DataError if what is read does not belong to so many particles with such states.
-  void load(InArchive& in, std::size_t slots, const StateLayout& layout);
+  /// Reading throws DataError if it does not belong to so many particles with such states.
+  template <class Archive>
+  void serialize(Archive& archive, std::size_t slots, const StateLayout& layout) {
+    archive.section("past_beliefs", 1);
+    archive.each(records_, [&](auto& each, Record& record) {
+      each(record.stamp, record.ancestors);
+      each.each(record.beliefs,
+                [&](auto& inner, Belief& belief) { estimation::serialize_belief(inner, belief, layout); });
+      if constexpr (Archive::kReads) require_slots(record, slots);
+    });
+  }
 
  private:
   /// Prediction bridges what lies between records: a few centimetres at walking pace.
@@ -46,6 +55,9 @@ class WAYMARK_API PastBeliefs {
     std::vector<Belief> beliefs;
     std::vector<int> ancestors;  // of the next record's slots, or of now's; empty: each its own
   };
+
+  /// Throws DataError if a record that was read is not of so many slots.
+  static void require_slots(const Record& record, std::size_t slots);
 
   Duration span_;
   Duration spacing_;

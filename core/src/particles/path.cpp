@@ -11,20 +11,6 @@ double motion(const Pose& a, const Pose& b) {
   return (b.p - a.p).norm() + kArm * so3::log(b.q * a.q.conjugate()).norm();
 }
 
-void save_pose(const StampedPose& pose, OutArchive& to) {
-  to.value(pose.stamp);
-  to.value(pose.T_map_base.p);
-  to.value(Eigen::Vector4d(pose.T_map_base.q.coeffs()));
-}
-
-void load_pose(StampedPose& pose, InArchive& from) {
-  Eigen::Vector4d q;
-  from.value(pose.stamp);
-  from.value(pose.T_map_base.p);
-  from.value(q);
-  pose.T_map_base.q = Eigen::Quaterniond(q);
-}
-
 }  // namespace
 
 void Path::settle(const Pose& predicted, const Pose& found) {
@@ -57,27 +43,6 @@ std::vector<StampedPose> Path::poses() const {
   std::vector<StampedPose> all = poses_.items();
   all.insert(all.end(), tentative_.begin(), tentative_.end());
   return all;
-}
-
-void Path::save(OutArchive& out) const {
-  out.section("path", 2);
-  poses_.save(out, save_pose);
-  out.value(static_cast<std::uint64_t>(tentative_.size()));
-  for (const StampedPose& pose : tentative_) save_pose(pose, out);
-}
-
-void Path::load(InArchive& in) {
-  const std::uint32_t version = in.section("path", 2);
-  poses_.load(in, load_pose);
-  tentative_.clear();
-  if (version < 2) return;
-  std::uint64_t count = 0;
-  in.value(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    StampedPose pose{};
-    load_pose(pose, in);
-    tentative_.push_back(pose);
-  }
 }
 
 }  // namespace waymark::particles

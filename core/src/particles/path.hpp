@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "waymark/base/api.hpp"
@@ -24,10 +25,18 @@ class WAYMARK_API Path {
   std::vector<StampedPose> poses() const;
   bool empty() const { return poses_.empty() && tentative_.empty(); }
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    const std::uint32_t version = archive.section("path", 2);
+    poses_.serialize(archive, fields_of_pose);
+    if (version >= 2) archive.each(tentative_, fields_of_pose);
+  }
 
  private:
+  static constexpr auto fields_of_pose = [](auto& archive, StampedPose& pose) {
+    archive(pose.stamp, pose.T_map_base.p, pose.T_map_base.q);
+  };
+
   Lineage<StampedPose> poses_;
   std::vector<StampedPose> tentative_;
 };

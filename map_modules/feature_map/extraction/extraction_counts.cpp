@@ -43,18 +43,4 @@ void ExtractionCounts::describe(bool with_camera, std::vector<MapFigure>& figure
   for (std::size_t i = 0; i < kImageStates; ++i) figures.push_back({kImageNames[i], static_cast<double>(images_[i])});
 }
 
-void ExtractionCounts::save(OutArchive& out) const {
-  out.section("extraction_counts", 1);
-  for (const std::uint64_t count : candidates_) out.value(count);
-  for (const std::uint64_t count : images_) out.value(count);
-  out.value(not_shown_);
-}
-
-void ExtractionCounts::load(InArchive& in) {
-  in.section("extraction_counts", 1);
-  for (std::uint64_t& count : candidates_) in.value(count);
-  for (std::uint64_t& count : images_) in.value(count);
-  in.value(not_shown_);
-}
-
 }  // namespace waymark::feature_map

@@ -19,8 +19,11 @@ class ExtractionCounts {
 
   /// `candidates_accepted`, `candidates_too_wide`, …; of images only if there is a camera.
   void describe(bool with_camera, std::vector<MapFigure>& figures) const;
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("extraction_counts", 1);
+    archive(candidates_, images_, not_shown_);
+  }
 
  private:
   std::array<std::uint64_t, kVerdicts> candidates_{};

@@ -38,20 +38,6 @@ void MatchRecord::describe(std::vector<MapFigure>& out) const {
   out.push_back({"mean_score", score_sum_ / std::max(1.0, static_cast<double>(matches_))});
 }
 
-void MatchRecord::save(OutArchive& out) const {
-  out.value(matches_);
-  out.value(failed_);
-  out.value(searches_);
-  out.value(score_sum_);
-}
-
-void MatchRecord::load(InArchive& in) {
-  in.value(matches_);
-  in.value(failed_);
-  in.value(searches_);
-  in.value(score_sum_);
-}
-
 MatchPrior planar_prior(const PoseGaussian& prior, const Pose& start) {
   const auto planar = [](const Pose& pose) { return Eigen::Vector3d(pose.p.x(), pose.p.y(), pose.yaw()); };
   MatchPrior own{planar(prior.T_map_base), prior.P, planar(start)};

@@ -28,8 +28,10 @@ class MatchRecord {
  public:
   void count(const MatchAssociation& how);
   void describe(std::vector<MapFigure>& out) const;
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(matches_, failed_, searches_, score_sum_);
+  }
 
  private:
   std::uint64_t matches_ = 0;

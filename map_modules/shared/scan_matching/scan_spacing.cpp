@@ -21,20 +21,4 @@ void ScanSpacing::take(Time stamp) {
   distance_ = angle_ = 0.0;
 }
 
-void ScanSpacing::save(OutArchive& out) const {
-  out.section("scan_spacing", 1);
-  out.value(last_);
-  out.value(taken_);
-  out.value(distance_);
-  out.value(angle_);
-}
-
-void ScanSpacing::load(InArchive& in) {
-  in.section("scan_spacing", 1);
-  in.value(last_);
-  in.value(taken_);
-  in.value(distance_);
-  in.value(angle_);
-}
-
 }  // namespace waymark::scan_matching

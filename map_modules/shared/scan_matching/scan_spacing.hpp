@@ -16,8 +16,11 @@ class ScanSpacing {
   /// It was: the next one is due a distance, an angle or a time from here. Not for a scan of no use.
   void take(Time stamp);
 
-  void save(OutArchive& out) const;
-  void load(InArchive& in);
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("scan_spacing", 1);
+    archive(last_, taken_, distance_, angle_);
+  }
 
  private:
   std::optional<Time> last_;   // scan, taken or not

@@ -47,7 +47,7 @@ void SharedTree<Tile>::save_slot(const Slot& slot, OutArchive& out) {
   out.value(tile != nullptr ? Kind::kTile : Kind::kNode);
   save_shared(identity(slot), out, [&] {
     if (tile != nullptr) {
-      tile->read().save(out);
+      out(tile->read());
       return;
     }
     for (const Slot& child : std::get<Cow<Node>>(slot)->children) save_slot(child, out);
@@ -76,7 +76,7 @@ typename SharedTree<Tile>::Loaded SharedTree<Tile>::load_slot(InArchive& in, int
   Loaded loaded = load_shared<Loaded>(in, [&]() -> Loaded {
     if (height == 0) {
       Cow<Tile> tile;
-      tile.write().load(in);
+      in(tile.write());
       return {std::move(tile), height};
     }
     Node node;

@@ -49,6 +49,13 @@ class WAYMARK_API OutArchive {
     (field(fields), ...);
   }
 
+  /// A list whose elements `fields(archive, element)` lists, for both directions.
+  template <class Objects, class Fields>
+  void each(Objects& objects, const Fields& fields) {
+    value(static_cast<std::uint64_t>(objects.size()));
+    for (auto& object : objects) fields(*this, object);
+  }
+
   /// Opens a section: what follows belongs to `name` in this version, which is returned.
   std::uint32_t section(std::string_view name, std::uint32_t version);
   void bytes(const void* data, std::size_t size);
@@ -130,6 +137,14 @@ class WAYMARK_API InArchive {
   template <class... Fields>
   void operator()(Fields&... fields) {
     (field(fields), ...);
+  }
+
+  /// As `OutArchive::each`. Element by element, so that a damaged count takes no more memory than the stream has content.
+  template <class Objects, class Fields>
+  void each(Objects& objects, const Fields& fields) {
+    const std::size_t size = count(1);
+    objects.clear();
+    for (std::size_t i = 0; i < size; ++i) fields(*this, objects.emplace_back());
   }
 
   /// Checks the section's name and returns its version; throws if the version is newer than `newest`.

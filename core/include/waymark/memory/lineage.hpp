@@ -50,20 +50,21 @@ class Lineage {
     return result;
   }
 
-  /// Leaf first, down to the first item that another lineage has already written; `write(item, out)` writes one.
-  template <class Write>
-  void save(OutArchive& out, const Write& write) const {
-    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) {
+  /// Writes the items, leaf first, down to the first that another lineage has already written. `fields(archive, item)`
+  /// lists an item's fields, for both directions.
+  template <class Fields>
+  void serialize(OutArchive& out, const Fields& fields) {
+    for (Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) {
       out.value(true);
       if (!out.first_sight(node)) return;
-      write(node->item, out);
+      fields(out, node->item);
     }
     out.value(false);
   }
 
-  /// Reads what `save` wrote; `read(item, in)` reads one.
-  template <class Read>
-  void load(InArchive& in, const Read& read) {
+  /// Reads what that wrote.
+  template <class Fields>
+  void serialize(InArchive& in, const Fields& fields) {
     release(std::move(leaf_));
     std::shared_ptr<Node>* slot = &leaf_;
     while (true) {
@@ -77,7 +78,7 @@ class Lineage {
       }
       auto node = std::make_shared<Node>();
       in.remember(number, node);
-      read(node->item, in);
+      fields(in, node->item);
       *slot = node;
       slot = &node->parent;
     }
