@@ -66,6 +66,57 @@ struct Needed {
   }
 };
 
+Measurement next_again(const Fusion::Next& next) {
+  auto m = next();
+  if (!m) throw DataError("the log ends before the checkpoint: it is another log");
+  return std::move(*m);
+}
+
+/// The log again, through the clocks and the queue only: what was processed is in the checkpoint.
+template <class Parts>
+void repeat_arrivals(Parts& p, const Progress& progress, Needed& needed, const Fusion::Next& next) {
+  const auto turn = [&](const Measurement& taken, bool) {
+    ++p.turns;
+    needed.offer(taken);
+  };
+  for (; p.arrived < progress.arrived; ++p.arrived) {
+    Measurement m = next_again(next);
+    fusion::SensorRecord& sensor = p.committed.record(m);
+    m.stamp -= sensor.slot.delay;
+    if (p.intake.admit(m, turn)) ++sensor.mistimed;
+  }
+  if (p.turns != progress.turns)
+    throw DataError("the log gives other measurements than the checkpoint's: it is another log");
+  needed.check();
+}
+
+template <class Parts>
+void resume_started(InArchive& in, Parts& p, Progress& progress, const Fusion::Next& next) {
+  Needed needed;
+  Fate fate{};
+  in(needed, fate);
+  fusion::Mark mark = p.committed.mark_without_filter();
+  const bool has_marks = p.maps.empty() && p.history.keeps();
+  serialize_committed(in, p.committed, mark, has_marks);
+  repeat_arrivals(p, progress, needed, next);
+
+  p.started = true;
+  for (Measurement& m : needed.newest.found()) p.committed.record(m).newest = std::move(m);
+  if (has_marks) {
+    p.history.begin(std::move(mark));
+    p.committed.events = std::move(progress.events);
+    p.committed.roll_back(p.history.marks().front());
+    for (const Measurement& m : needed.after_mark.found()) p.predict_and_process(m);
+  } else {
+    p.committed.take(std::move(mark));
+    p.committed.events = std::move(progress.events);
+  }
+  for (std::size_t i = 0; i < progress.processed_late.size(); ++i)
+    p.committed.sensors[i].state.counters.processed_late = progress.processed_late[i];
+  p.committed.judge_health(p.committed.filter.stamp());
+  if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};
+}
+
 }  // namespace
 
 void Fusion::save(OutArchive& out) const {
@@ -109,81 +160,14 @@ void Fusion::save(OutArchive& out) const {
 
 void Fusion::resume(InArchive& in, const Next& next) {
   Parts& p = *parts_;
-  if (in.section("fusion", 4) < 4) throw DataError("the checkpoint is of an older kind");
-  check_sensor_names(p.committed.sensors, in);
-  std::uint64_t arrived = 0;
-  bool started = false;
-  in.value(arrived);
-  in.value(started);
-  const auto next_again = [&] {
-    auto m = next();
-    if (!m) throw DataError("the log ends before the checkpoint: it is another log");
-    return std::move(*m);
-  };
+  Progress progress;
+  serialize_progress(in, p, progress);
   p.repeating = true;
-  if (!started) {
-    for (std::uint64_t i = 0; i < arrived; ++i) add(next_again());
-    p.repeating = false;
-    return;
-  }
-  std::uint64_t turns = 0;
-  in.value(turns);
-  serialize(p.datum, in);
-  std::vector<Event> events;
-  serialize(events, in);
-  serialize(p.arrival_events, in);
-  std::vector<std::uint64_t> processed_late(p.committed.sensors.size());
-  for (std::size_t i = 0; i < processed_late.size(); ++i) {
-    in.value(p.committed.sensors[i].too_late_noted);
-    in.value(processed_late[i]);
-  }
-  p.maps.load(in, p.committed.filter);
-  Needed needed;
-  Fate fate{};
-  in(needed);
-  in.value(fate);
-
-  fusion::Mark mark = p.committed.mark_without_filter();
-  const bool has_marks = p.maps.empty() && p.history.keeps();
-  if (has_marks) {
-    in(mark.at, mark.stamp);
-    p.committed.filter.serialize(in, mark.filter);
+  if (progress.started) {
+    resume_started(in, p, progress, next);
   } else {
-    p.committed.filter.load(in);
+    for (std::uint64_t i = 0; i < progress.arrived; ++i) add(next_again(next));
   }
-  in(mark);
-  p.committed.smoother.serialize(in, 0);
-
-  // The log again, through the clocks and the queue only: what was processed is in the checkpoint.
-  for (; p.arrived < arrived; ++p.arrived) {
-    Measurement m = next_again();
-    fusion::SensorRecord& sensor = p.committed.record(m);
-    m.stamp -= sensor.slot.delay;
-    const auto turn = [&](const Measurement& taken, bool) {
-      ++p.turns;
-      needed.offer(taken);
-    };
-    if (p.intake.admit(m, turn)) ++sensor.mistimed;
-  }
-  if (p.turns != turns) throw DataError("the log gives other measurements than the checkpoint's: it is another log");
-  needed.check();
-
-  p.started = true;
-  for (Measurement& m : needed.newest.found()) p.committed.record(m).newest = std::move(m);
-  if (has_marks) {
-    p.history.begin(std::move(mark));
-    p.committed.events = std::move(events);
-    p.committed.roll_back(p.history.marks().front());
-    for (const Measurement& m : needed.after_mark.found()) p.predict_and_process(m);
-  } else {
-    p.committed.take(std::move(mark));
-    p.committed.events = std::move(events);
-  }
-  for (std::size_t i = 0; i < processed_late.size(); ++i) {
-    p.committed.sensors[i].state.counters.processed_late = processed_late[i];
-  }
-  p.committed.judge_health(p.committed.filter.stamp());
-  if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};
   p.repeating = false;
 }
 

@@ -69,37 +69,36 @@ void MapExtraction::report(Time stamp, std::vector<Event>& events) const {
   }
 }
 
-void MapExtraction::save(OutArchive& out) const {
-  out.value(static_cast<std::uint64_t>(maps_.size()));
-  for (std::size_t i = 0; i < maps_.size(); ++i) {
-    out.value(std::string_view(maps_[i].name));
-    out.value(unusable_[i]);
-    out.value(maps_[i].module != nullptr);
-    if (maps_[i].module) maps_[i].module->save(out);
-  }
-}
+namespace {
 
-void MapExtraction::load(InArchive& in, particles::ParticleFilter& filter) {
-  std::uint64_t count = 0;
-  in.value(count);
+void serialize_module(OutArchive& out, const MapModule& module) { module.save(out); }
+void serialize_module(InArchive& in, MapModule& module) { module.load(in); }
+
+}  // namespace
+
+template <class Archive>
+void MapExtraction::serialize(Archive& archive, particles::ParticleFilter& filter) {
+  std::uint64_t count = maps_.size();
+  archive(count);
   if (count != maps_.size())
     throw DataError(fmt::format("the checkpoint has {} maps, the configuration {}", count, maps_.size()));
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     MapSlot& map = maps_[i];
-    std::string name;
-    in.value(name);
+    std::string name = map.name;
+    archive(name);
     if (name != map.name)
       throw DataError(fmt::format("the checkpoint was made with a map \"{}\" where now \"{}\" stands", name, map.name));
-    in.value(unusable_[i]);
-    bool in_service = false;
-    in.value(in_service);
+    bool in_service = map.module != nullptr;
+    archive(unusable_[i], in_service);
     if (in_service) {
-      map.module->load(in);
-    } else {
+      serialize_module(archive, *map.module);
+    } else if (map.module) {
       map.module = nullptr;
       filter.drop_module(static_cast<int>(i));
     }
   }
 }
+template void MapExtraction::serialize(OutArchive& archive, particles::ParticleFilter& filter);
+template void MapExtraction::serialize(InArchive& archive, particles::ParticleFilter& filter);
 
 }  // namespace waymark::fusion

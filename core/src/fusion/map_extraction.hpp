@@ -40,10 +40,10 @@ class MapExtraction {
   /// Adds how many measurements each map could not read.
   void report(Time stamp, std::vector<Event>& events) const;
 
-  /// The modules; their maps are the particles'.
-  void save(OutArchive& out) const;
-  /// Throws DataError if it is of another configuration.
-  void load(InArchive& in, particles::ParticleFilter& filter);
+  /// The modules; their maps are the particles'. Reading throws DataError if it is of another configuration, and drops
+  /// from the filter what was out of service.
+  template <class Archive>
+  void serialize(Archive& archive, particles::ParticleFilter& filter);
 
  private:
   std::vector<Companion> companions_of(const MapSlot& map, const Measurement& m, const Committed& committed) const;

@@ -29,8 +29,7 @@ void serialize_map(OutArchive& out, const std::unique_ptr<ParticleMap>& map, con
 void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapModule* module) {
   bool present = false;
   in.value(present);
-  if (present && module == nullptr)
-    throw DataError("the checkpoint has a map in service that the configuration lacks");
+  if (present && module == nullptr) throw DataError("the checkpoint has a map in service that the configuration lacks");
   map = present ? module->load_map(in) : nullptr;
 }
 

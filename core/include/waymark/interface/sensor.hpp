@@ -18,6 +18,11 @@ struct Datum {
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
   double height_m = 0.0;
+
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(latitude_deg, longitude_deg, height_m);
+  }
 };
 
 /// How far a measurement lies from what the mixture expects.

@@ -116,6 +116,11 @@ struct Event {
   std::string text;
   double stamp_s = 0.0;
   bool is_failure = false;  ///< a plugin was taken out of service
+
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(text, stamp_s, is_failure);
+  }
 };
 
 /// What a run ends with.
