@@ -68,8 +68,12 @@ class FeatureMap final : public MapModule {
   FeatureMap(const Config& config, const Rig& rig, const std::string& camera)
       : settings_(std::make_shared<FeatureMapSettings>(FeatureMapSettings::read(config, !camera.empty()))),
         T_base_sensor_(rig.T_base_sensor(config.texts("inputs").at(0))),
-        pictures_(config.child_or_empty("extraction_pictures")),
-        table_(config, "extraction_table") {
+        pictures_(
+            config.child_or_empty({"extraction_pictures", "scans as pictures, with the verdict on every candidate"})),
+        table_(config, {"extraction_table", "",
+                        "CSV file, relative to the working directory: every candidate of every scan with its verdict, "
+                        "place, radius and signature (columns: `extraction/extraction_table.hpp`)",
+                        "none"}) {
     if (has_prior_map()) initial_ = read_landmark_file(settings_->load.file, *settings_);
     if (camera.empty()) return;
     camera_.emplace(rig.intrinsics(camera), rig.T_base_sensor(camera), *settings_->camera, settings_->noise.range);
@@ -77,7 +81,10 @@ class FeatureMap final : public MapModule {
 
   /// Name of the second input, which must be a camera; empty if there is none.
   static std::string camera_of(const Config& config, const Rig& rig) {
-    const std::vector<std::string> inputs = config.texts("inputs");
+    const std::vector<std::string> inputs =
+        config.texts({"inputs",
+                      "a scanner (`LaserScan` or `LandmarkObservations`) with `base_T_sensor`; second, at most one "
+                      "camera (`payload: Image`) with `intrinsics`"});
     if (inputs.size() < 2) return {};
     const int index = rig.find(inputs[1]);
     const bool is_camera = index >= 0 && rig.mountings()[static_cast<std::size_t>(index)].payload == Image::kType;

@@ -48,7 +48,7 @@ class OccupancyGrid final : public MapModule {
 
  private:
   static std::string scanner_of(const Config& config) {
-    const std::vector<std::string> inputs = config.texts("inputs");
+    const std::vector<std::string> inputs = config.texts({"inputs", "one scanner (`LaserScan`), with `base_T_sensor`"});
     if (inputs.size() != 1) config.fail("inputs", "an occupancy grid takes one scanner");
     return inputs.front();
   }

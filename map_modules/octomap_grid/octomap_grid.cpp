@@ -52,7 +52,8 @@ class OctomapGrid final : public MapModule {
 
  private:
   static std::string scanner_of(const Config& config) {
-    const std::vector<std::string> inputs = config.texts("inputs");
+    const std::vector<std::string> inputs =
+        config.texts({"inputs", "one scanner (`LaserScan` or `PointCloud`), with `base_T_sensor`"});
     if (inputs.size() != 1) config.fail("inputs", "an octomap grid takes one scanner");
     return inputs.front();
   }

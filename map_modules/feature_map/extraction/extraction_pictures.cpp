@@ -174,8 +174,13 @@ std::string draw_extraction(const ScanView& view, const std::vector<Candidate>& 
   return painter.png();
 }
 
-ExtractionPictures::ExtractionPictures(const Config& config) : times_s_(config.numbers("times_s", -1, {})) {
-  folder_ = config.text("folder", "extraction");
+ExtractionPictures::ExtractionPictures(const Config& config)
+    : times_s_(config.numbers(
+          {"times_s", "s",
+           "scans to draw, counted from the first scan: `scan_Ts.png`, and with a camera `camera_Ts.png`"},
+          -1, {})) {
+  folder_ =
+      config.text({"folder", "where the pictures are written to, relative to the working directory"}, "extraction");
   if (!std::is_sorted(times_s_.begin(), times_s_.end())) config.fail("times_s", "must ascend");
   if (times_s_.empty()) return;
   std::error_code failure;

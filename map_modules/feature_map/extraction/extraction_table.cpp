@@ -12,11 +12,11 @@
 
 namespace waymark::feature_map {
 
-ExtractionTable::ExtractionTable(const Config& config, std::string_view key) : path_(config.text(key, "")) {
+ExtractionTable::ExtractionTable(const Config& config, const Config::Key& key) : path_(config.text(key, "")) {
   if (!path_.has_parent_path()) return;
   std::error_code failure;
   std::filesystem::create_directories(path_.parent_path(), failure);
-  if (failure) config.fail(key, "cannot make the folder of \"" + path_.string() + "\": " + failure.message());
+  if (failure) config.fail(key.name, "cannot make the folder of \"" + path_.string() + "\": " + failure.message());
 }
 
 ExtractionTable::~ExtractionTable() {

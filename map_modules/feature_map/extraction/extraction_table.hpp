@@ -19,9 +19,9 @@ namespace waymark::feature_map {
 /// semicolons. An empty field is unknown.
 class ExtractionTable {
  public:
-  /// `file`, relative to the working directory, may be empty: no table. Its folder is made if it is not there. Throws
-  /// ConfigError.
-  ExtractionTable(const Config& config, std::string_view key);
+  /// The file that `key` names, relative to the working directory; none if it is absent: no table. Its folder is made
+  /// if it is not there. Throws ConfigError.
+  ExtractionTable(const Config& config, const Config::Key& key);
   /// The file gets its name. An error of the disk at this last moment is lost.
   ~ExtractionTable();
   ExtractionTable(const ExtractionTable&) = delete;

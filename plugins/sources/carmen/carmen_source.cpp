@@ -73,31 +73,48 @@ class CarmenSource final : public Source {
 };
 
 CarmenSource::CarmenSource(const Config& config, const Rig& rig)
-    : file_(readable_file(config, "file")),
+    : file_(readable_file(config, {"file", "the log, plain or gzip; relative to the YAML"})),
       bad_(static_cast<std::uint64_t>(
-               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+               config.integer_in({"max_bad_records", "lines and steps that may be bad before the run stops"}, 0,
+                                 std::numeric_limits<std::int64_t>::max(), 0)),
            {"record", "max_bad_records", "skips such ones"}) {
-  const std::string times = config.choice("times", {"ipc", "logger", "lines"}, "ipc");
+  const std::string times =
+      config.choice({"times",
+                     "which time of a message is its stamp: `ipc`: when it was made; `logger`: when it was written; "
+                     "`lines`: none, message n is at n times `line_interval_s`"},
+                    {"ipc", "logger", "lines"}, "ipc");
   wanted_.clock = times == "ipc"      ? Wanted::Clock::ipc
                   : times == "logger" ? Wanted::Clock::logger
                                       : Wanted::Clock::lines;
-  wanted_.line_interval = from_seconds(config.number_in("line_interval_s", 1e-6, 3600.0, 0.1));
-  for (const Config& entry : config.items_or_empty("lasers")) add_laser(entry, rig);
+  wanted_.line_interval = from_seconds(
+      config.number_in({"line_interval_s", "s", "time from message to message, of `times: lines`"}, 1e-6, 3600.0, 0.1));
+  const std::vector<Config> lasers =
+      config.items_or_empty({"lasers", "scanners; one of `lasers`, `wheels` and `gnss` is required"});
+  for (const Config& entry : lasers) add_laser(entry, rig);
   if (config.has("wheels")) {
-    const Config wheels = config.child("wheels");
+    const Config wheels = config.child(
+        {"wheels", "its `sensor`, of the plugin `odometry` with `model: increment`, gets the steps of odometry"});
     wheels_ = add_channel(wheels, rig, PoseIncrement::kType);
-    const std::string poses = wheels.choice("poses", {"scans", "odom", "all"}, "scans");
+    const std::string poses = wheels.choice(
+        {"poses", "whose poses: `scans`: of the first entry of `lasers`; `odom`: of `ODOM`; `all`: of both"},
+        {"scans", "odom", "all"}, "scans");
     wanted_.poses = poses == "scans"  ? Wanted::Poses::scans
                     : poses == "odom" ? Wanted::Poses::odom
                                       : Wanted::Poses::all;
     if (lasers_.empty() && wanted_.poses != Wanted::Poses::odom)
       wheels.fail("poses", "\"" + poses + "\" needs an entry of lasers, whose messages hold the poses; or: odom");
-    step_options_.repair_reversals = wheels.choice("reversals", {"repair", "as_logged"}, "repair") == "repair";
-    step_options_.max_speed_mps = wheels.positive("max_speed_mps", 20.0);
+    step_options_.repair_reversals = wheels.choice({"reversals",
+                                                    "`repair`: steps that go forward while `tv` of `ODOM` is negative "
+                                                    "are turned round; `as_logged`: nothing is changed"},
+                                                   {"repair", "as_logged"}, "repair") == "repair";
+    step_options_.max_speed_mps = wheels.positive({"max_speed_mps", "m/s",
+                                                   "a faster step is a jump (odometry was set anew) and is left out as "
+                                                   "a bad record; intervals below 0.1 s count as 0.1 s"},
+                                                  20.0);
     wheels.reject_unread();
   }
   if (config.has("gnss")) {
-    gnss_ = add_channel(config.child("gnss"), rig, GnssFix::kType);
+    gnss_ = add_channel(config.child({"gnss", "its `sensor` gets `NMEAGGA`"}), rig, GnssFix::kType);
     config.child("gnss").reject_unread();
     wanted_.fixes = true;
   }
@@ -115,11 +132,17 @@ std::uint32_t CarmenSource::add_channel(const Config& entry, const Rig& rig, std
 void CarmenSource::add_laser(const Config& entry, const Rig& rig) {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   Wanted::Laser laser;
-  laser.message = entry.choice("message", {"FLASER", "RLASER", "ROBOTLASER1", "ROBOTLASER2"});
+  laser.message =
+      entry.choice({"message", "which messages are the scans"}, {"FLASER", "RLASER", "ROBOTLASER1", "ROBOTLASER2"});
   if (std::ranges::find(wanted_.lasers, laser.message, &Wanted::Laser::message) != wanted_.lasers.end())
     entry.fail("message", laser.message + " is given twice");
   if (entry.has("start_deg") || entry.has("step_deg")) {
-    laser.beams = BeamRule{kRadPerDeg * entry.number("start_deg"), kRadPerDeg * entry.number("step_deg")};
+    const double start_deg = entry.number(
+        {"start_deg", "°", "first beam, counter-clockwise; with `step_deg`, instead of what the message says",
+         "from the message"});
+    const double step_deg =
+        entry.number({"step_deg", "°", "from beam to beam, counter-clockwise; with `start_deg`", "from the message"});
+    laser.beams = BeamRule{kRadPerDeg * start_deg, kRadPerDeg * step_deg};
     if (laser.beams->step_rad == 0.0) entry.fail("step_deg", "0 is not a step");
   }
   lasers_.push_back(add_channel(entry, rig, LaserScan::kType));

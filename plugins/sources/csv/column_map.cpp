@@ -8,6 +8,7 @@
 
 #include "number_text.hpp"
 #include "waymark/config/nearest_name.hpp"
+#include "waymark/config/source_config.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -33,11 +34,19 @@ double finite_number(std::string_view field, const std::string& label) {
   return value;
 }
 
+/// The key `column` of a mapping that says more about one.
+Column read_column(const Config& settings, std::string_view field, ColumnFinder& finder) {
+  return finder.find(settings, {"column", "a number, counted from 0, or a name from the header"}, field);
+}
+
 double non_zero_scale(const Config& config) {
-  const double scale = config.number("scale", 1.0);
+  const double scale = config.number(
+      {"scale", "value = raw · scale + offset: radians of degrees by 0.0174532925199433, metres of ticks"}, 1.0);
   if (scale == 0.0) config.fail("scale", "0 would make every value the same; a number other than 0 is expected");
   return scale;
 }
+
+double read_offset(const Config& config) { return config.number({"offset", "value = raw · scale + offset"}, 0.0); }
 
 std::optional<int> power_of_ten(double value) {
   for (int exponent = -12; exponent <= 6; ++exponent) {
@@ -51,8 +60,8 @@ std::optional<int> power_of_ten(double value) {
 
 }  // namespace
 
-Column ColumnFinder::find(const Config& config, std::string_view key, std::string_view field) {
-  return find(config, key, config.text(key), field);
+Column ColumnFinder::find(const Config& config, const Config::Key& key, std::string_view field) {
+  return find(config, key.name, config.text(key), field);
 }
 
 Column ColumnFinder::find(const Config& config, std::string_view key, const std::string& name, std::string_view field) {
@@ -88,15 +97,15 @@ std::string ColumnFinder::signature() const {
   return result;
 }
 
-NumberColumn::NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder)
+NumberColumn::NumberColumn(const Config& columns, const Config::Key& key, ColumnFinder& finder)
     : may_be_empty_(finder.allows_empty_required()) {
   if (columns.is_mapping(key)) {
     const Config settings = columns.child(key);
-    column_ = finder.find(settings, "column", key);
+    column_ = read_column(settings, key.name, finder);
     scale_ = non_zero_scale(settings);
-    offset_ = settings.number("offset", 0.0);
+    offset_ = read_offset(settings);
   } else {
-    column_ = finder.find(columns, key, key);
+    column_ = finder.find(columns, key, key.name);
   }
 }
 
@@ -121,31 +130,33 @@ int NumberColumn::read_integer(Row row) const {
   return static_cast<int>(value);
 }
 
-std::optional<NumberColumn> optional_number_column(const Config& columns, std::string_view key, ColumnFinder& finder) {
+std::optional<NumberColumn> optional_number_column(const Config& columns, const Config::Key& key,
+                                                   ColumnFinder& finder) {
   if (!columns.has(key)) return std::nullopt;
   NumberColumn column(columns, key, finder);
   if (finder.allows_empty()) column.allow_empty();
   return column;
 }
 
-ColumnRange::ColumnRange(const Config& columns, std::string_view key, ColumnFinder& finder) : field_(key) {
+ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder) : field_(key.name) {
   const Config settings = columns.child(key);
-  first_ = finder.find(settings, "first", key).index;
+  first_ = finder.find(settings, {"first", "first column: a number, counted from 0, or a name from the header"}, field_)
+               .index;
   if (settings.has("count") == settings.has("last")) settings.fail("give either count or last");
   if (settings.has("count")) {
-    const std::int64_t count = settings.integer("count");
+    const std::int64_t count = settings.integer({"count", "how many columns; instead of `last`"});
     if (count < 1 || count > static_cast<std::int64_t>(kMostColumns)) {
       settings.fail("count", std::to_string(count) + " is not a number of columns (1 to 1000000)");
     }
     count_ = static_cast<std::size_t>(count);
   } else {
-    const std::size_t last = finder.find(settings, "last", key).index;
+    const std::size_t last = finder.find(settings, {"last", "last column; instead of `count`"}, field_).index;
     if (last < first_) settings.fail("last", "the last column lies before the first");
     count_ = last - first_ + 1;
   }
-  finder.use(first_, count_, key);
+  finder.use(first_, count_, field_);
   scale_ = non_zero_scale(settings);
-  offset_ = settings.number("offset", 0.0);
+  offset_ = read_offset(settings);
 }
 
 std::string ColumnRange::label(std::size_t beam) const {
@@ -169,17 +180,20 @@ void ColumnRange::read(Row row, std::vector<float>& values, std::optional<float>
   }
 }
 
-TimeColumn::TimeColumn(const Config& config, std::string_view key, ColumnFinder& finder) {
+TimeColumn::TimeColumn(const Config& config, const Config::Key& key, ColumnFinder& finder) {
   if (!config.is_mapping(key)) {
-    column_ = finder.find(config, key, key);
+    column_ = finder.find(config, key, key.name);
     exponent_ = 0;
     return;
   }
   const Config settings = config.child(key);
-  column_ = finder.find(settings, "column", key);
-  scale_ = settings.positive("scale", 1.0);
+  column_ = read_column(settings, key.name, finder);
+  scale_ = settings.positive({"scale",
+                              "turns the column into seconds: `1e-3` for milliseconds, `1e-9` for nanoseconds; with a "
+                              "power of ten every decimal digit is kept down to the nanosecond"},
+                             1.0);
   exponent_ = power_of_ten(scale_);
-  const std::string offset = settings.text("offset_s", "0");
+  const std::string offset = settings.text({"offset_s", "s", "is added"}, "0");
   if (parse_nanoseconds(offset, 0, offset_ns_) != NumberText::ok) {
     settings.fail("offset_s", in_quotes(offset) + " is not a number of seconds");
   }
@@ -206,17 +220,21 @@ Time TimeColumn::read(Row row) const {
 }
 
 RowFilter::RowFilter(const Config& config, ColumnFinder& finder) {
-  for (const Config& item : config.items_or_empty("where")) {
+  const std::vector<Config> items = config.items_or_empty(
+      {"where", "conditions that a row must satisfy, all of them; other rows are passed over without being bad"});
+  for (const Config& item : items) {
     Condition condition;
-    condition.column = finder.find(item, "column", "where");
-    if (item.has("equals")) condition.in = {item.number("equals")};
+    condition.column = read_column(item, "where", finder);
+    if (item.has("equals"))
+      condition.in = {item.number({"equals", "", "the number in the column; instead of `in`", "any"})};
     if (item.has("in")) {
       if (condition.in) item.fail("in", "give either equals or in");
-      condition.in = item.numbers("in");
+      condition.in = item.numbers({"in", "", "the number in the column is one of these", "any"});
     }
-    if (item.has("not_in")) condition.not_in = item.numbers("not_in");
-    if (item.has("min")) condition.min = item.number("min");
-    if (item.has("max")) condition.max = item.number("max");
+    if (item.has("not_in"))
+      condition.not_in = item.numbers({"not_in", "", "the number in the column is none of these", "none"});
+    if (item.has("min")) condition.min = item.number({"min", "", "the number in the column is not below this", "none"});
+    if (item.has("max")) condition.max = item.number({"max", "", "the number in the column is not above this", "none"});
     const bool says_something = condition.in || !condition.not_in.empty() || item.has("min") || item.has("max");
     if (!says_something) item.fail("a condition needs equals, in, not_in, min or max");
 
@@ -265,10 +283,22 @@ void check_fields(const Config& columns, const std::vector<std::string_view>& va
   }
 }
 
+std::filesystem::path text_file(const Config& config) {
+  return readable_file(
+      config, {"path", "plain text or gzip, told apart by content; relative paths count from the folder of the YAML"});
+}
+
+bool empty_is_unknown(const Config& config) {
+  return config.boolean({"empty_is_unknown", "an empty field of an optional column is an unknown value, not a fault"},
+                        false);
+}
+
 Format read_format(const Config& config) {
   Format format;
   if (config.has("delimiter")) {
-    const std::string word = config.text("delimiter");
+    const std::string word = config.text(
+        {"delimiter", "",
+         "`\",\"`, `\";\"`, `\"|\"`, `\":\"`, `tab`, or `space` (runs of spaces and tabs count as one)", "guessed"});
     if (word == "tab" || word == "\t") {
       format.delimiter = '\t';
     } else if (word == "space" || word == " ") {
@@ -280,9 +310,13 @@ Format read_format(const Config& config) {
                   in_quotes(word) + R"( is not a delimiter; one of "," ";" "|" ":" tab space is expected)");
     }
   }
-  format.comment = config.text("comment", "#");
+  format.comment = config.text({"comment", "lines that start with it are skipped; `\"\"`: there are none"}, "#");
   if (config.has("header_rows")) {
-    format.header_rows = static_cast<int>(config.integer_in("header_rows", 0, 1000, 0));
+    format.header_rows = static_cast<int>(config.integer_in(
+        {"header_rows", "",
+         "rows before the data, the first one names the columns; guessed: one if no field of the first row is a number",
+         "guessed"},
+        0, 1000, 0));
   }
   return format;
 }

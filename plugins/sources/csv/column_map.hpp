@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -35,7 +36,7 @@ class ColumnFinder {
   explicit ColumnFinder(std::vector<std::string> header) : header_(std::move(header)) {}
 
   /// The column that scalar `key` of `config` names, for the payload field `field`. Throws ConfigError (no such name).
-  Column find(const Config& config, std::string_view key, std::string_view field);
+  Column find(const Config& config, const Config::Key& key, std::string_view field);
   /// The same for a column whose name was read already.
   Column find(const Config& config, std::string_view key, const std::string& name, std::string_view field);
   /// Counts `count` columns from `first` as used by `field`.
@@ -65,7 +66,7 @@ class ColumnFinder {
 class NumberColumn {
  public:
   /// Reads `key` of `columns`: a column, or {column, scale, offset}. Throws ConfigError.
-  NumberColumn(const Config& columns, std::string_view key, ColumnFinder& finder);
+  NumberColumn(const Config& columns, const Config::Key& key, ColumnFinder& finder);
 
   /// Throws BadRow if the field is not a finite number. NaN if it is unknown.
   double read(Row row) const;
@@ -87,13 +88,13 @@ class NumberColumn {
 };
 
 /// Reads `key` if it is there; its fields may be empty if the finder allows that.
-std::optional<NumberColumn> optional_number_column(const Config& columns, std::string_view key, ColumnFinder& finder);
+std::optional<NumberColumn> optional_number_column(const Config& columns, const Config::Key& key, ColumnFinder& finder);
 
 /// Neighbouring columns that form one list.
 class ColumnRange {
  public:
   /// Reads `key` of `columns`: {first, count or last, scale, offset}. Throws ConfigError.
-  ColumnRange(const Config& columns, std::string_view key, ColumnFinder& finder);
+  ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder);
 
   std::size_t count() const { return count_; }
   /// Fills `values` with `count()` numbers. A field that is not finite is a BadRow, or becomes `non_finite` if that is
@@ -114,7 +115,7 @@ class ColumnRange {
 class TimeColumn {
  public:
   /// Reads `key`: a column in seconds, or {column, scale, offset_s}. Throws ConfigError.
-  TimeColumn(const Config& config, std::string_view key, ColumnFinder& finder);
+  TimeColumn(const Config& config, const Config::Key& key, ColumnFinder& finder);
 
   /// Throws BadRow if the field is not a time.
   Time read(Row row) const;
@@ -157,6 +158,12 @@ void check_fields(const Config& columns, const std::vector<std::string_view>& va
 
 /// "; did you mean "x"? (valid: x, y)", for messages about a name that is not in `names`.
 std::string suggestion(std::string_view name, const std::vector<std::string_view>& names);
+
+/// The file that `path` names. Throws ConfigError if it cannot be read.
+std::filesystem::path text_file(const Config& config);
+
+/// The key `empty_is_unknown`.
+bool empty_is_unknown(const Config& config);
 
 /// The keys `delimiter`, `comment` and `header_rows`. Throws ConfigError.
 Format read_format(const Config& config);

@@ -3,8 +3,6 @@
 
 #include <utility>
 
-#include "waymark/config/source_config.hpp"
-
 namespace waymark::csv {
 namespace {
 
@@ -17,35 +15,61 @@ std::string seconds_text(Duration duration) {
 
 ColumnFinder make_finder(const Config& entry, const std::vector<std::string>& header) {
   ColumnFinder finder(header);
-  if (entry.boolean("empty_is_unknown", false)) finder.allow_empty();
-  if (entry.boolean("required_may_be_empty", false)) finder.allow_empty_required();
+  if (empty_is_unknown(entry)) finder.allow_empty();
+  const bool required_may_be_empty =
+      entry.boolean({"required_may_be_empty",
+                     "an empty field of a required column is not a fault either: the measurement is read with NaN in "
+                     "it, for the host to refuse, as the one in the log was"},
+                    false);
+  if (required_may_be_empty) finder.allow_empty_required();
   return finder;
 }
 
 }  // namespace
 
 CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead)
-    : sensor_(entry.text("sensor")),
+    : sensor_(entry.text(
+          {"sensor",
+           "a name under `sensors`; several files may feed one sensor, but two sensors may not share one input"})),
       type_(csv::payload_type(entry)),
-      reader_(readable_file(entry, "path"), read_format(entry)),
+      reader_(text_file(entry), read_format(entry)),
       finder_(make_finder(entry, reader_.header())),
-      time_(entry, "time", finder_),
+      time_(entry,
+            {"time", "s", "when the measurement was true: a column in seconds, or `{ column, scale, offset_s }`"},
+            finder_),
       filter_(entry, finder_),
       builder_(make_payload_builder(type_, entry, finder_)),
-      group_by_time_(entry.boolean("group_by_time", false)),
+      group_by_time_(entry.boolean(
+          {"group_by_time",
+           "`LandmarkObservations` only: rows of equal stamp form one observation set; otherwise each row is a set"},
+          false)),
       max_time_jump_(max_time_jump),
       max_ahead_(max_ahead) {
-  if (entry.has("arrival")) arrival_.emplace(entry, "arrival", finder_);
+  if (entry.has("arrival")) {
+    const Config::Key key("arrival", "s",
+                          "when it became known, same shape; it orders the file instead of `time`, and may not be "
+                          "earlier than that by more than `max_ahead_s`",
+                          "as time");
+    arrival_.emplace(entry, key, finder_);
+  }
   if (group_by_time_ && !builder_->can_append()) {
     entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
   }
-  min_step_ = from_seconds(entry.non_negative("min_step_s", 0.0));
-  for (const std::string& name : entry.texts("only_changes_of", std::vector<std::string>{}))
+  min_step_ = from_seconds(entry.non_negative(
+      {"min_step_s", "s",
+       "thins out a file: a row whose stamp lies less than this after the last one taken is passed over"},
+      0.0));
+  const std::vector<std::string> names =
+      entry.texts({"only_changes_of",
+                   "column or list of columns: a row that has the same in them as the row before is passed over, as a "
+                   "fast log repeats a slow receiver's last fix"},
+                  std::vector<std::string>{});
+  for (const std::string& name : names)
     changing_.push_back(finder_.find(entry, "only_changes_of", name, "only_changes_of"));
   if (group_by_time_ && !changing_.empty()) entry.fail("only_changes_of", "cannot be combined with group_by_time");
   if (group_by_time_ && min_step_ > Duration{}) entry.fail("min_step_s", "cannot be combined with group_by_time");
   is_cumulative_ = holds_totals(entry);
-  if (is_cumulative_ && entry.is_mapping("cumulative")) wraps_at_ = entry.child("cumulative").positive("wraps_at");
+  if (is_cumulative_) wraps_at_ = totals_wrap_at(entry);
   if (is_cumulative_ && builder_->totals() == PayloadBuilder::Totals::none) {
     entry.fail("cumulative", "this payload has no totals; only WheelSpeeds, BodyTwist and PoseIncrement have");
   }

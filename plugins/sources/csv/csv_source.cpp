@@ -49,16 +49,25 @@ class CsvSource final : public Source {
 };
 
 CsvSource::CsvSource(const Config& config, const Rig& rig)
-    : bad_rows_(
-          static_cast<std::uint64_t>(config.integer_in("max_bad_rows", 0, std::numeric_limits<std::int64_t>::max(), 0)),
-          {"row", "max_bad_rows", "skips such rows"}) {
-  const double jump_s = config.positive("max_time_jump_s", 3600.0);
+    : bad_rows_(static_cast<std::uint64_t>(config.integer_in(
+                    {"max_bad_rows", "rows, over all files, that may be skipped before the run stops with an error"}, 0,
+                    std::numeric_limits<std::int64_t>::max(), 0)),
+                {"row", "max_bad_rows", "skips such rows"}) {
+  const double jump_s =
+      config.positive({"max_time_jump_s", "s", "a larger step forward within a file makes the row a bad row"}, 3600.0);
   if (jump_s > 9e9) config.fail("max_time_jump_s", "at most 9e9 s are expected");
-  const Duration max_ahead = from_seconds(config.number_in("max_ahead_s", 0.0, 9e9, 0.0));
-  const std::vector<Config> entries = config.items("files");
+  const Duration max_ahead = from_seconds(config.number_in(
+      {"max_ahead_s", "s",
+       "a stamp may lie this long after its `arrival`; the host has its own opinion about such ones (`clock`)"},
+      0.0, 9e9, 0.0));
+  const std::vector<Config> entries =
+      config.items({"files", "text files; rows of equal time come in the order of this list"});
   if (entries.empty()) config.fail("files", "the list is empty, at least one file is expected");
   for (const Config& entry : entries) add_input(entry, rig, from_seconds(jump_s), max_ahead);
-  if (config.has("reference")) reference_ = read_reference(config.child("reference"));
+  if (config.has("reference")) {
+    reference_ = read_reference(config.child(
+        {"reference", "truth for pictures and scores, never seen by a filter; a bad row here is an error"}));
+  }
 }
 
 void CsvSource::add_input(const Config& entry, const Rig& rig, Duration max_time_jump, Duration max_ahead) {

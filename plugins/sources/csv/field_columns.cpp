@@ -50,8 +50,12 @@ std::vector<NumberColumn> all_or_none(const Config& columns, const FieldInfo& in
   const auto names =
       std::span(info.names)
           .first(static_cast<std::size_t>(std::ranges::find(info.names, std::string_view()) - info.names.begin()));
+  FieldInfo described = info;
+  const std::string meaning = std::string(info.meaning) + "; all " + std::to_string(names.size()) + " or none";
+  described.meaning = meaning;
   for (const std::string_view name : names) {
-    if (auto column = optional_number_column(columns, name, finder)) found.push_back(std::move(*column));
+    if (auto column = optional_number_column(columns, key_of(described, name), finder))
+      found.push_back(std::move(*column));
   }
   if (found.empty() || found.size() == names.size()) return found;
   std::string list;
@@ -63,7 +67,9 @@ std::vector<NumberColumn> all_or_none(const Config& columns, const FieldInfo& in
   columns.fail(std::string(owner) + " needs " + list + ", or none of them");
 }
 
-FlagColumn::FlagColumn(const Config& columns, std::string_view key, ColumnFinder& finder) {
+FlagColumn::FlagColumn(const Config& columns, const FieldInfo& info, ColumnFinder& finder) {
+  const std::string meaning = std::string(info.meaning) + "; a column of 0 and 1, or `true` for all rows";
+  const Config::Key key(info.name(), info.unit, meaning, "optional");
   const std::string word = columns.is_mapping(key) ? "" : columns.text(key);
   if (word == "true" || word == "false") {
     always_ = word == "true";
@@ -83,8 +89,10 @@ bool FlagColumn::read(Row row) const {
 }
 
 WordColumn::WordColumn(const Config& columns, const FieldInfo& info, ColumnFinder& finder)
-    : column_(with_map(columns, info.name()), info.name(), finder) {
-  const Config map = columns.child(info.name()).child("map");
+    : column_(with_map(columns, info.name()), key_of(info, info.name()), finder) {
+  const std::string meaning =
+      "the word for each number, one of " + listed(info.words) + "; other numbers count as unknown";
+  const Config map = columns.child(info.name()).child({"map", meaning});
   for (const std::string& key : map.keys()) {
     double code = 0.0;
     if (parse_number(key, code) != NumberText::ok || code != std::floor(code) || std::abs(code) > 1e6) {

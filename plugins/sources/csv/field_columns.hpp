@@ -17,6 +17,11 @@
 
 namespace waymark::csv {
 
+/// The key of a field's column, one of `info.names`.
+inline Config::Key key_of(const FieldInfo& info, std::string_view name) {
+  return {name, info.unit, info.meaning, info.required ? "" : "optional"};
+}
+
 /// Throws BadRow if the value is beyond what the field allows.
 void check_limit(Row row, const Column& column, const FieldInfo& info, double value);
 
@@ -32,7 +37,7 @@ std::vector<NumberColumn> all_or_none(const Config& columns, const FieldInfo& in
 class FlagColumn {
  public:
   /// Throws ConfigError.
-  FlagColumn(const Config& columns, std::string_view key, ColumnFinder& finder);
+  FlagColumn(const Config& columns, const FieldInfo& info, ColumnFinder& finder);
   /// Throws BadRow.
   bool read(Row row) const;
 
@@ -140,7 +145,8 @@ class FieldColumns {
 
   static std::optional<NumberColumn> column(const Config& columns, const FieldInfo& info, std::string_view name,
                                             ColumnFinder& finder) {
-    return info.required ? NumberColumn(columns, name, finder) : optional_number_column(columns, name, finder);
+    return info.required ? NumberColumn(columns, key_of(info, name), finder)
+                         : optional_number_column(columns, key_of(info, name), finder);
   }
 
   void add(const Config& columns, std::string_view, double T::*member, const FieldInfo& info, ColumnFinder& finder) {
@@ -163,14 +169,17 @@ class FieldColumns {
   }
   void add(const Config& columns, std::string_view owner, Eigen::Quaterniond T::*member, const FieldInfo& info,
            ColumnFinder& finder) {
-    auto wxyz = all_or_none(columns, info, owner, finder);
+    const std::string meaning = std::string(info.meaning) + "; four zeros: unknown";
+    FieldInfo described = info;
+    described.meaning = meaning;
+    auto wxyz = all_or_none(columns, described, owner, finder);
     if (!wxyz.empty()) fields_.push_back(Quaternion{member, std::move(wxyz), info});
   }
   void add(const Config& columns, std::string_view, int T::*member, const FieldInfo& info, ColumnFinder& finder) {
     if (auto found = column(columns, info, info.name(), finder)) fields_.push_back(Integer{member, std::move(*found)});
   }
   void add(const Config& columns, std::string_view, bool T::*member, const FieldInfo& info, ColumnFinder& finder) {
-    if (columns.has(info.name())) fields_.push_back(Flag{member, FlagColumn(columns, info.name(), finder)});
+    if (columns.has(info.name())) fields_.push_back(Flag{member, FlagColumn(columns, info, finder)});
   }
   template <class Member>
   void add(const Config& columns, std::string_view, Member member, const FieldInfo& info, ColumnFinder& finder) {

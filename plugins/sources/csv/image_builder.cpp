@@ -20,7 +20,8 @@ constexpr std::uintmax_t kLargestImage = std::uintmax_t{1} << 28;
 ImageBuilder::ImageBuilder(const Config& columns, std::filesystem::path folder, ColumnFinder& finder)
     : folder_(std::move(folder)) {
   check_fields(columns, {"file"}, {"file"}, "Image");
-  file_ = finder.find(columns, "file", "file");
+  file_ =
+      finder.find(columns, {"file", "a JPEG or PNG, relative to the folder of the CSV; delivered as it is"}, "file");
 }
 
 std::shared_ptr<Payload> ImageBuilder::build(Row row) const {

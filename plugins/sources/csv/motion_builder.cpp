@@ -31,12 +31,22 @@ PoseIncrement by_wheels(double left_m, double right_m, double track_m, double in
 }  // namespace
 
 MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
-  using Names = std::vector<std::string_view>;
+  using Keys = std::vector<Config::Key>;
   const bool by_wheels = columns.has("left_m") || columns.has("right_m");
-  const Names names = by_wheels ? Names{"left_m", "right_m"} : Names{"x_m", "y_m", "yaw_rad"};
+  const Keys keys = by_wheels
+                        ? Keys{{"left_m", "m", "way of the left wheel since the start; `scale` makes metres of ticks"},
+                               {"right_m", "m", "way of the right wheel since the start"}}
+                        : Keys{{"x_m", "m", "where odometry has the robot"},
+                               {"y_m", "m", "where odometry has the robot"},
+                               {"yaw_rad", "rad", "where odometry has the robot"}};
+  std::vector<std::string_view> names;
+  for (const Config::Key& key : keys) names.push_back(key.name);
   check_fields(columns, names, names, "PoseIncrement out of totals");
-  for (const std::string_view name : names) columns_.emplace_back(columns, name, finder);
-  if (by_wheels) track_m_ = entry.positive("track_m");
+  for (const Config::Key& key : keys) columns_.emplace_back(columns, key, finder);
+  if (by_wheels) {
+    track_m_ =
+        entry.positive({"track_m", "m", "of totals of two wheels as `PoseIncrement`: the distance between them"});
+  }
   if (!by_wheels && entry.is_mapping("cumulative"))
     entry.fail("cumulative", "poses do not start over, ticks do; true is expected");
 }

@@ -65,23 +65,33 @@ class ScanBuilder final : public PayloadBuilder {
  public:
   ScanBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
     check_fields(columns, {"ranges_m", "intensities"}, {"ranges_m"}, "LaserScan");
-    ranges_.emplace(columns, "ranges_m", finder);
+    ranges_.emplace(columns, Config::Key("ranges_m", "m", "a range of columns: one for each beam"), finder);
     if (columns.has("intensities")) {
-      intensities_.emplace(columns, "intensities", finder);
+      intensities_.emplace(columns, Config::Key("intensities", "", "a range of columns, as many as ranges", "none"),
+                           finder);
       if (intensities_->count() != ranges_->count()) {
         columns.fail("intensities", std::to_string(intensities_->count()) + " columns for " +
                                         std::to_string(ranges_->count()) + " ranges; as many are expected");
       }
     }
-    const Config scan = entry.child("scan");
-    start_rad_ = read_angle(scan, "start_deg", "start_rad");
-    step_rad_ = read_angle(scan, "step_deg", "step_rad");
+    const Config scan = entry.child({"scan", "of `LaserScan`: where its beams point"});
+    start_rad_ = read_angle(scan, {"start_deg", "°", "first beam, counter-clockwise from the sensor's x axis"},
+                            {"start_rad", "rad", "the same, instead of `start_deg`"});
+    step_rad_ = read_angle(scan, {"step_deg", "°", "from beam to beam: beam k points at start + k · step"},
+                           {"step_rad", "rad", "the same, instead of `step_deg`"});
     if (step_rad_ == 0.0) {
       scan.fail(scan.has("step_rad") ? "step_rad" : "step_deg",
                 "0 lets all beams point the same way; a number other than 0 is expected");
     }
-    beam_interval_s_ = scan.number_in("beam_interval_s", -1.0, 1.0, 0.0);
-    allow_non_finite_ = scan.boolean("allow_non_finite", false);
+    beam_interval_s_ =
+        scan.number_in({"beam_interval_s", "s",
+                        "time from one beam to the next, if the scanner turns and beam 0 is measured at the stamp: "
+                        "maps then see the scan as from one place; negative: the later beams are the older ones"},
+                       -1.0, 1.0, 0.0);
+    allow_non_finite_ = scan.boolean(
+        {"allow_non_finite",
+         "a range of NaN or infinity is not a return (+infinity), and such an intensity 0; otherwise the row is bad"},
+        false);
   }
 
   std::shared_ptr<Payload> build(Row row) const override {
@@ -99,9 +109,9 @@ class ScanBuilder final : public PayloadBuilder {
 
  private:
   /// An angle in degrees, as people write it, or in radians, as it is used.
-  static double read_angle(const Config& scan, std::string_view degrees, std::string_view radians) {
-    if (!scan.has(radians)) return scan.number_in(degrees, -360.0, 360.0) * kRadPerDeg;
-    if (scan.has(degrees)) scan.fail(radians, "give it in degrees or in radians, not both");
+  static double read_angle(const Config& scan, const Config::Key& degrees, const Config::Key& radians) {
+    if (!scan.has(radians.name)) return scan.number_in(degrees, -360.0, 360.0) * kRadPerDeg;
+    if (scan.has(degrees.name)) scan.fail(radians.name, "give it in degrees or in radians, not both");
     return scan.number_in(radians, -360.0 * kRadPerDeg, 360.0 * kRadPerDeg);
   }
 
@@ -139,6 +149,13 @@ class LandmarksBuilder final : public PayloadBuilder {
   bool sets_may_be_empty_;
 };
 
+/// A truth value, or a mapping for totals that begin anew.
+Config::Key cumulative_key() {
+  return {"cumulative",
+          "the columns hold totals since the start, of `PoseIncrement`, `WheelSpeeds` or `BodyTwist`; `{ wraps_at: "
+          "65536 }`: raw totals begin anew there"};
+}
+
 }  // namespace
 
 void PayloadBuilder::append(Row, Payload&) const { assert(false && "only a builder with can_append() forms sets"); }
@@ -149,19 +166,32 @@ std::shared_ptr<Payload> PayloadBuilder::growth(const Payload&, const Payload&, 
 }
 
 std::string_view payload_type(const Config& entry) {
-  const std::string name = entry.text("payload");
   std::vector<std::string_view> names;
+  std::string meaning = "what the rows hold: ";
+  for (const std::string_view type : kTypes) {
+    meaning.append(names.empty() ? "`" : ", `").append(short_type_name(type)).append("`");
+    names.push_back(short_type_name(type));
+  }
+  const std::string name = entry.text({"payload", meaning});
   for (const std::string_view type : kTypes) {
     if (name == type || name == short_type_name(type)) return type;
-    names.push_back(short_type_name(type));
   }
   entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
 }
 
-bool holds_totals(const Config& entry) { return entry.is_mapping("cumulative") || entry.boolean("cumulative", false); }
+bool holds_totals(const Config& entry) {
+  return entry.is_mapping("cumulative") || entry.boolean(cumulative_key(), false);
+}
+
+double totals_wrap_at(const Config& entry) {
+  if (!entry.is_mapping("cumulative")) return 0.0;
+  return entry.child(cumulative_key()).positive({"wraps_at", "raw totals begin anew there"});
+}
 
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder) {
-  const Config columns = entry.child("columns");
+  const Config columns = entry.child({"columns",
+                                      "which column goes to which field of the payload: a number, counted from 0, or a "
+                                      "name from the header; or `{ column, scale, offset }`"});
   if (type == WheelSpeeds::kType) return std::make_unique<FieldsBuilder<WheelSpeeds>>(columns, finder, true);
   if (type == WheelSteering::kType) return std::make_unique<FieldsBuilder<WheelSteering>>(columns, finder);
   if (type == BodyTwist::kType) return std::make_unique<FieldsBuilder<BodyTwist>>(columns, finder, true);

@@ -40,6 +40,8 @@ std::string_view payload_type(const Config& entry);
 
 /// The key `cumulative`: its columns hold totals. Throws ConfigError.
 bool holds_totals(const Config& entry);
+/// Its key `wraps_at`: where raw totals begin anew; 0: they do not. Throws ConfigError.
+double totals_wrap_at(const Config& entry);
 
 /// The builder for that type from `columns` (and `scan`) of the entry. Throws ConfigError.
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder);

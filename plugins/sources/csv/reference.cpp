@@ -6,7 +6,6 @@
 
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
-#include "waymark/config/source_config.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -30,16 +29,17 @@ void for_each_row(DelimitedReader& reader, const ColumnFinder& finder, const Row
 }
 
 std::vector<Reference::Point> read_trajectory(const Config& config) {
-  DelimitedReader reader(readable_file(config, "path"), read_format(config));
+  DelimitedReader reader(text_file(config), read_format(config));
   ColumnFinder finder(reader.header());
-  if (config.boolean("empty_is_unknown", false)) finder.allow_empty();
+  if (empty_is_unknown(config)) finder.allow_empty();
   const RowFilter filter(config, finder);
-  const Config columns = config.child("columns");
+  const Config columns =
+      config.child({"columns", "which column goes to which field: a column, or `{ column, scale, offset }`"});
   check_fields(columns, {"time", "x_m", "y_m", "yaw_rad"}, {"time", "x_m", "y_m"}, "the reference trajectory");
-  const TimeColumn time(columns, "time", finder);
-  const NumberColumn x(columns, "x_m", finder);
-  const NumberColumn y(columns, "y_m", finder);
-  const auto yaw = optional_number_column(columns, "yaw_rad", finder);
+  const TimeColumn time(columns, {"time", "s", "a column in seconds, or `{ column, scale, offset_s }`"}, finder);
+  const NumberColumn x(columns, {"x_m", "m", "position of the base in the map"}, finder);
+  const NumberColumn y(columns, {"y_m", "m", "position of the base in the map"}, finder);
+  const auto yaw = optional_number_column(columns, {"yaw_rad", "rad", "yaw of the base in the map", "none"}, finder);
   config.reject_unread();
 
   std::vector<Reference::Point> points;
@@ -57,17 +57,19 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
 }
 
 std::vector<Reference::Landmark> read_landmarks(const Config& config) {
-  DelimitedReader reader(readable_file(config, "path"), read_format(config));
+  DelimitedReader reader(text_file(config), read_format(config));
   ColumnFinder finder(reader.header());
-  if (config.boolean("empty_is_unknown", false)) finder.allow_empty();
+  if (empty_is_unknown(config)) finder.allow_empty();
   const RowFilter filter(config, finder);
-  const Config columns = config.child("columns");
+  const Config columns =
+      config.child({"columns", "which column goes to which field: a column, or `{ column, scale, offset }`"});
   check_fields(columns, {"name", "x_m", "y_m", "radius_m"}, {"x_m", "y_m"}, "the reference landmarks");
   std::optional<Column> name;
-  if (columns.has("name")) name = finder.find(columns, "name", "name");
-  const NumberColumn x(columns, "x_m", finder);
-  const NumberColumn y(columns, "y_m", finder);
-  const auto radius = optional_number_column(columns, "radius_m", finder);
+  if (columns.has("name"))
+    name = finder.find(columns, {"name", "", "name of the landmark", "number of the row, from 0"}, "name");
+  const NumberColumn x(columns, {"x_m", "m", "position of the centre in the map"}, finder);
+  const NumberColumn y(columns, {"y_m", "m", "position of the centre in the map"}, finder);
+  const auto radius = optional_number_column(columns, {"radius_m", "m", "radius of the landmark", "unknown"}, finder);
   config.reject_unread();
 
   std::vector<Reference::Landmark> landmarks;
@@ -85,8 +87,8 @@ std::vector<Reference::Landmark> read_landmarks(const Config& config) {
 
 std::shared_ptr<const Reference> read_reference(const Config& config) {
   auto reference = std::make_shared<Reference>();
-  if (config.has("trajectory")) reference->trajectory = read_trajectory(config.child("trajectory"));
-  if (config.has("landmarks")) reference->landmarks = read_landmarks(config.child("landmarks"));
+  if (config.has("trajectory")) reference->trajectory = read_trajectory(config.child({"trajectory", "the true poses"}));
+  if (config.has("landmarks")) reference->landmarks = read_landmarks(config.child({"landmarks", "the true landmarks"}));
   config.reject_unread();
   return reference;
 }

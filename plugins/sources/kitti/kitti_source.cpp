@@ -46,11 +46,16 @@ class KittiSource final : public Source {
   std::vector<float> points_;  // of one scan, kept for its storage
 };
 
-std::filesystem::path folder_of(const Config& config) {
-  std::filesystem::path folder = config.file().parent_path() / config.text("folder");
+Duration period_of(const Config& config) {
+  const double period_s =
+      config.positive({"frame_period_s", "s", "frame N is at N times this where there is no `timestamps.txt`"}, 0.1);
+  if (period_s < 1e-6 || period_s > 3600.0) config.fail("frame_period_s", "1e-6 to 3600 s are expected");
+  return from_seconds(period_s);
+}
+
+void require_folder(const Config& config, const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored)) config.fail("folder", folder.string() + " is not a folder");
-  return folder;
 }
 
 Stream open_stream(const Config& config, const std::filesystem::path& folder, const std::vector<std::string>& endings) {
@@ -61,9 +66,9 @@ Stream open_stream(const Config& config, const std::filesystem::path& folder, co
   }
 }
 
-/// The folder with the calibration, or nothing if it is not to be checked.
-std::optional<std::filesystem::path> calibration_of(const Config& config, const std::filesystem::path& folder) {
-  const std::string given = config.text("calibration", "auto");
+/// The folder with the calibration, as the key says; nothing if it is not to be checked.
+std::optional<std::filesystem::path> calibration_of(const Config& config, const std::string& given,
+                                                    const std::filesystem::path& folder) {
   if (given == "none") return std::nullopt;
   if (given != "auto") return config.file().parent_path() / given;
   // As in the excerpt, and as KITTI's archives unpack: in the folder of the day.
@@ -80,38 +85,48 @@ std::optional<std::filesystem::path> calibration_of(const Config& config, const 
 
 KittiSource::KittiSource(const Config& config, const Rig& rig)
     : bad_(static_cast<std::uint64_t>(
-               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+               config.integer_in({"max_bad_records", "files that may be bad before the run stops"}, 0,
+                                 std::numeric_limits<std::int64_t>::max(), 0)),
            {"record", "max_bad_records", "goes on after such ones"}) {
-  const std::filesystem::path folder = folder_of(config);
-  const double period_s = config.positive("frame_period_s", 0.1);
-  if (period_s < 1e-6 || period_s > 3600.0) config.fail("frame_period_s", "1e-6 to 3600 s are expected");
-  const Duration period = from_seconds(period_s);
-
-  const Config lidar = config.child("lidar");
-  const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
+  const std::filesystem::path folder =
+      config.file().parent_path() / config.text({"folder", "folder of one drive; relative to the YAML"});
+  const Duration period = period_of(config);
+  const Config lidar = config.child({"lidar", "the scanner; its `sensor` needs `base_T_sensor`"});
   if (!config.has("camera")) {
     const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
     cut_.emplace(lidar, rig.T_base_sensor(scanner.name));
+    require_folder(config, folder);
+    const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
     entries_ = schedule({{&clouds, &clouds}}, period);
     return;
   }
 
   // The camera comes first: an image belongs to the scan of the same stamp.
-  const Config camera = config.child("camera");
+  const Config camera =
+      config.child({"camera", "without it there are no images; its `sensor` needs `base_T_sensor` and `intrinsics`"});
   const Mounting& eye = add_channel(camera, rig, Image::kType);
   const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
   const Pose& T_base_lidar = rig.T_base_sensor(scanner.name);
   cut_.emplace(lidar, T_base_lidar);
-  const int number = static_cast<int>(camera.integer_in("number", 0, 3, 2));
+  const int number = static_cast<int>(camera.integer_in({"number", "N of the folder `image_0N`"}, 0, 3, 2));
+  const bool own = camera.choice({"stamp", "`scan`: that of the scan of the same frame; `own`: its own"},
+                                 {"scan", "own"}, "scan") == "own";
+  const std::string calibration_key =
+      config.text({"calibration",
+                   "folder with `calib_cam_to_cam.txt` and `calib_velo_to_cam.txt`; `auto`: `calib` in `folder`, "
+                   "`folder` or the one above; `none`: the camera is not checked"},
+                  "auto");
+
+  require_folder(config, folder);
+  const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
   const Stream images = open_stream(config, folder / fmt::format("image_{:02}", number), {".png", ".jpg"});
-  if (const auto calibration = calibration_of(config, folder)) {
+  if (const auto calibration = calibration_of(config, calibration_key, folder)) {
     try {
       check_calibration(read_calibration(*calibration, number), T_base_lidar, eye, camera);
     } catch (const DataError& error) {
       config.fail("calibration", error.what());
     }
   }
-  const bool own = camera.choice("stamp", {"scan", "own"}, "scan") == "own";
   if (own && images.has_stamps() != clouds.has_stamps()) {
     camera.fail("stamp", "own needs a timestamps.txt in both folders, or in none");
   }

@@ -14,13 +14,19 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 }  // namespace
 
 PlanarCut::PlanarCut(const Config& config, const Pose& T_base_sensor)
-    : start_(kDegree * config.number_in("start_deg", -360.0, 360.0, -180.0)),
-      step_(kDegree * config.number_in("step_deg", 0.01, 90.0, 0.2)),
-      beams_(static_cast<int>(config.integer_in("beams", 1, 36'000, std::lround(std::floor(kTurn / step_ + 1e-9))))),
-      range_min_(config.non_negative("range_min_m", 2.0)),
-      range_max_(config.positive("range_max_m", 100.0)),
+    : start_(kDegree * config.number_in({"start_deg", "°", "first beam, counter-clockwise from the scanner's x axis"},
+                                        -360.0, 360.0, -180.0)),
+      step_(kDegree * config.number_in({"step_deg", "°", "from beam to beam, counter-clockwise"}, 0.01, 90.0, 0.2)),
+      beams_(static_cast<int>(config.integer_in({"beams", "", "number of beams", "a turn"}, 1, 36'000,
+                                                std::lround(std::floor(kTurn / step_ + 1e-9))))),
+      range_min_(config.non_negative({"range_min_m", "m", "nearer points are left out; horizontal"}, 2.0)),
+      range_max_(config.positive({"range_max_m", "m",
+                                  "farther points are left out; horizontal. A beam without a point shows this + 1: "
+                                  "that is the `no_return_m` for a map module"},
+                                 100.0)),
       sensor_height_(T_base_sensor.p.z()) {
-  const std::vector<double> height = config.numbers("height_m", 2);
+  const std::vector<double> height =
+      config.numbers({"height_m", "m", "lowest, highest point of the cut, in the **base's** frame"}, 2);
   height_low_ = height[0];
   height_high_ = height[1];
   if (!(height_low_ < height_high_)) config.fail("height_m", "the lower bound first, then the upper one, are expected");

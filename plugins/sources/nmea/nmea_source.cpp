@@ -33,7 +33,7 @@ class NmeaSource final : public Source {
   const std::vector<BadRecord>& bad_records() const override { return bad_.records(); }
 
  private:
-  std::optional<std::uint32_t> add_channel(const Config& config, const Rig& rig, std::string_view key,
+  std::optional<std::uint32_t> add_channel(const Config& config, const Rig& rig, const Config::Key& key,
                                            std::string_view payload);
   void take(const std::string& line);
   void take_heading(const Sentence& sentence);
@@ -58,12 +58,13 @@ class NmeaSource final : public Source {
 };
 
 std::filesystem::path file_of(const Config& config) {
-  if (config.text("file") == "-") return "-";
+  if (config.text({"file", "a file, a FIFO, or `-`: the standard input; relative to the YAML"}) == "-") return "-";
   return readable_file(config, "file");
 }
 
 std::optional<std::chrono::sys_days> start_date_of(const Config& config) {
-  const std::string text = config.text("start_date", "none");
+  const std::string text =
+      config.text({"start_date", "date of the first sentence, as `2024-12-31`, where none has the date"}, "none");
   if (text == "none") return std::nullopt;
   int year = 0;
   unsigned month = 0;
@@ -79,24 +80,39 @@ std::optional<std::chrono::sys_days> start_date_of(const Config& config) {
 }
 
 NmeaSource::NmeaSource(const Config& config, const Rig& rig)
-    : bad_(static_cast<std::uint64_t>(
-               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 100)),
+    : bad_(static_cast<std::uint64_t>(config.integer_in(
+               {"max_bad_records",
+                "lines and fixes that are skipped before the run stops: a serial line loses a byte now and then"},
+               0, std::numeric_limits<std::int64_t>::max(), 100)),
            {"record", "max_bad_records", "goes on after such ones"}),
-      lines_(file_of(config), from_seconds(config.number_in("follow_s", 0.0, 1e6, 0.0))),
-      delay_(from_seconds(config.number_in("delay_s", 0.0, 3600.0, 0.0))),
-      needs_checksum_(config.boolean("require_checksum", true)),
-      clock_(start_date_of(config), from_seconds(config.number_in("max_time_jump_s", 1e-3, 9e9, 3600.0))) {
-  gnss_ = add_channel(config, rig, "gnss", GnssFix::kType);
-  heading_ = add_channel(config, rig, "heading", CompassHeading::kType);
+      lines_(
+          file_of(config),
+          from_seconds(config.number_in(
+              {"follow_s", "s", "how long at the end of a file that grows more lines are waited for"}, 0.0, 1e6, 0.0))),
+      delay_(from_seconds(config.number_in(
+          {"delay_s", "s", "how long after its time a fix becomes known; arrival = stamp + delay"}, 0.0, 3600.0, 0.0))),
+      needs_checksum_(config.boolean(
+          {"require_checksum", "false: a sentence without a checksum is taken; a wrong one never is"}, true)),
+      clock_(start_date_of(config),
+             from_seconds(
+                 config.number_in({"max_time_jump_s", "s", "a larger step forward is a fault"}, 1e-3, 9e9, 3600.0))) {
+  gnss_ = add_channel(config, rig, {"gnss", "its `sensor` gets the fixes; `gnss` or `heading` is required"},
+                      GnssFix::kType);
+  heading_ = add_channel(config, rig, {"heading", "its `sensor` gets the headings from true north of `HDT`"},
+                         CompassHeading::kType);
   if (!gnss_ && !heading_) config.fail("neither gnss nor heading is given; at least one of them is expected");
   if (heading_) {
-    heading_of_next_ = config.child("heading").choice("time", {"previous", "next"}, "previous") == "next";
+    heading_of_next_ = config.child("heading").choice(
+                           {"time",
+                            "`HDT` has no time: it is that of the sentence before it (`previous`) or of the `next` "
+                            "one; look into the log; of several headings of one time the last one counts"},
+                           {"previous", "next"}, "previous") == "next";
     config.child("heading").reject_unread();
   }
   if (gnss_) config.child("gnss").reject_unread();
 }
 
-std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const Rig& rig, std::string_view key,
+std::optional<std::uint32_t> NmeaSource::add_channel(const Config& config, const Rig& rig, const Config::Key& key,
                                                      std::string_view payload) {
   if (!config.has(key)) return std::nullopt;
   channels_.push_back(channel_to_sensor(config.child(key), rig, payload));

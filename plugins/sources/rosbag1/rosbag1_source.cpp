@@ -38,6 +38,8 @@ class Rosbag1Source final : public Source {
   /// An entry of `channels` in the YAML.
   struct Route {
     std::string topic;
+    std::string sensor;
+    std::string payload;  // that is asked for; empty: the usual one
     const MessageKind* kind = nullptr;
     std::uint32_t channel = 0;
     bool stamp_recorded = false;
@@ -49,9 +51,10 @@ class Rosbag1Source final : public Source {
     }
   };
 
-  void open_bags(const Config& config);
-  void add_route(const Config& entry, const Rig& rig);
-  const MessageKind& kind_for(const Config& entry, const std::string& topic) const;
+  void open_bags(const Config& config, const std::vector<std::string>& names);
+  static Route read_route(const Config& entry);
+  void add_route(Route route, const Config& entry, const Rig& rig);
+  const MessageKind& kind_for(const Config& entry, const Route& route) const;
   std::string topics_with_counts() const;
   std::set<std::pair<std::size_t, std::uint32_t>> wanted_connections() const;
   void take(const RawMessage& message);
@@ -75,21 +78,35 @@ class Rosbag1Source final : public Source {
 };
 
 Rosbag1Source::Rosbag1Source(const Config& config, const Rig& rig)
-    : bad_(static_cast<std::uint64_t>(
-               config.integer_in("max_bad_records", 0, std::numeric_limits<std::int64_t>::max(), 0)),
+    : bad_(static_cast<std::uint64_t>(config.integer_in(
+               {"max_bad_records",
+                "bad messages, damaged chunks and missing ends that are skipped before the run stops"},
+               0, std::numeric_limits<std::int64_t>::max(), 0)),
            {"record", "max_bad_records", "goes on after such ones"}) {
-  arrival_recorded_ = config.choice("arrival", {"recorded", "stamp"}, "recorded") == "recorded";
-  if (!arrival_recorded_) reorder_window_ = from_seconds(config.number_in("reorder_window_s", 0.0, 3600.0, 1.0));
-  open_bags(config);
-  const std::vector<Config> entries = config.items("channels");
+  arrival_recorded_ = config.choice({"arrival",
+                                     "when a measurement became known: `recorded`: the time of recording; `stamp`: as "
+                                     "if nothing took time; the order is that of the arrivals"},
+                                    {"recorded", "stamp"}, "recorded") == "recorded";
+  if (!arrival_recorded_) {
+    reorder_window_ = from_seconds(config.number_in({"reorder_window_s", "s",
+                                                     "with `arrival: stamp`: how much later than the next one a "
+                                                     "message may have been recorded and still be put in order"},
+                                                    0.0, 3600.0, 1.0));
+  }
+  const std::vector<std::string> names = config.texts(
+      {"file", "a bag, or a list of bags that are read as one (`rosbag record --split`); relative to the YAML"});
+  if (names.empty()) config.fail("file", "the list is empty, at least one bag is expected");
+  const std::vector<Config> entries = config.items({"channels", "which sensor gets which topic"});
   if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
-  for (const Config& entry : entries) add_route(entry, rig);
+  std::vector<Route> routes;
+  for (const Config& entry : entries) routes.push_back(read_route(entry));
+
+  open_bags(config, names);
+  for (std::size_t i = 0; i < entries.size(); ++i) add_route(std::move(routes[i]), entries[i], rig);
   stream_.emplace(bags_, wanted_connections());
 }
 
-void Rosbag1Source::open_bags(const Config& config) {
-  const std::vector<std::string> names = config.texts("file");
-  if (names.empty()) config.fail("file", "the list is empty, at least one bag is expected");
+void Rosbag1Source::open_bags(const Config& config, const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     try {
       bags_.emplace_back(config.file().parent_path() / name);
@@ -112,7 +129,8 @@ std::string Rosbag1Source::topics_with_counts() const {
   return "topics in the bag, with type and number of messages: " + text;
 }
 
-const MessageKind& Rosbag1Source::kind_for(const Config& entry, const std::string& topic) const {
+const MessageKind& Rosbag1Source::kind_for(const Config& entry, const Route& route) const {
+  const std::string& topic = route.topic;
   std::set<std::pair<std::string, std::string>> types;  // with their md5
   std::vector<std::string> topics;
   for (const Bag& bag : bags_) {
@@ -132,7 +150,7 @@ const MessageKind& Rosbag1Source::kind_for(const Config& entry, const std::strin
                                     types.size(), topics_with_counts()));
   }
   const auto& [type, md5] = *types.begin();
-  const std::string asked = entry.text("payload", "");
+  const std::string& asked = route.payload;
   const MessageKind* usual = nullptr;
   std::string readable;
   std::string payloads;
@@ -156,18 +174,33 @@ const MessageKind& Rosbag1Source::kind_for(const Config& entry, const std::strin
   return *usual;
 }
 
-void Rosbag1Source::add_route(const Config& entry, const Rig& rig) {
+Rosbag1Source::Route Rosbag1Source::read_route(const Config& entry) {
   Route route;
-  route.topic = entry.text("topic");
-  route.kind = &kind_for(entry, route.topic);
-  route.stamp_recorded = entry.choice("stamp", {"header", "recorded"}, "header") == "recorded";
-  route.stamp_offset = from_seconds(entry.number_in("stamp_offset_s", -3600.0, 3600.0, 0.0));
+  route.topic = entry.text({"topic", "its messages are read; several topics may feed one sensor"});
+  route.sensor =
+      entry.text({"sensor", "a name under `sensors`; one topic may feed several sensors with different payloads"});
+  route.payload = entry.text({"payload", "",
+                              "what to make of a message that more than one payload can be made of (of "
+                              "`nav_msgs/Odometry`: `BodyTwist` or `Height`)",
+                              "the first of them"},
+                             "");
+  route.stamp_recorded = entry.choice({"stamp",
+                                       "when a measurement was true: `header`: the stamp of the message's `header`; "
+                                       "`recorded`: the time of recording"},
+                                      {"header", "recorded"}, "header") == "recorded";
+  route.stamp_offset = from_seconds(
+      entry.number_in({"stamp_offset_s", "s", "is added to the stamp: −0.02 for a device that stamps 20 ms too late"},
+                      -3600.0, 3600.0, 0.0));
+  return route;
+}
+
+void Rosbag1Source::add_route(Route route, const Config& entry, const Rig& rig) {
+  route.kind = &kind_for(entry, route);
   const Channel wanted = channel_to_sensor(entry, rig, route.kind->payload, route.topic);
   for (const Route& other : routes_) {
     if (other.topic == route.topic && other.kind == route.kind) {
-      entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
-                                       channels_[other.channel].sensor, wanted.sensor,
-                                       short_type_name(wanted.payload_type), route.topic));
+      entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}", other.sensor,
+                                       route.sensor, short_type_name(wanted.payload_type), route.topic));
     }
   }
   const auto channel = std::ranges::find_if(channels_, [&](const Channel& one) {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string_view>
 #include <vector>
 
 #include "streams.hpp"
@@ -32,8 +31,10 @@ class Placing {
         path_(path),
         seed_(seed),
         area_(read_area(config)),
-        clear_m_(config.non_negative("course_clearance_m", 0.7)),
-        apart_m_(config.non_negative("min_distance_m", 0.5)),
+        clear_m_(config.non_negative(
+            {"course_clearance_m", "m", "least distance between the driven line and a footprint"}, 0.7)),
+        apart_m_(config.non_negative(
+            {"min_distance_m", "m", "least distance to landmarks and to each other, between footprints"}, 0.5)),
         walls_(world.walls) {
     for (const Cylinder& landmark : world.landmarks) taken_.push_back({landmark.center, landmark.radius_m});
     for (const Box& box : world.boxes) taken_.push_back({box.center, box.half_m.norm()});
@@ -42,7 +43,7 @@ class Placing {
   /// Calls `draw(random)`, which returns the radius of a footprint, until it fits; `put(center, random)` then puts the
   /// thing there.
   template <class DrawRadius, class Put>
-  void place(std::string_view key, Kind kind, const DrawRadius& draw, const Put& put) {
+  void place(const Config::Key& key, Kind kind, const DrawRadius& draw, const Put& put) {
     const auto count = config_.integer_in(key, 0, 10000, 0);
     for (std::int64_t i = 0; i < count; ++i) {
       Random random = stream(seed_, Draw::obstacles, Duration{static_cast<std::int64_t>(kind) * kNumbersPerKind + i});
@@ -56,8 +57,9 @@ class Placing {
         break;
       }
       if (tries == kTriesPerThing) {
-        config_.fail(key, fmt::format("only {} of {} fit; enlarge area_m or lower min_distance_m or course_clearance_m",
-                                      i, count));
+        config_.fail(
+            key.name,
+            fmt::format("only {} of {} fit; enlarge area_m or lower min_distance_m or course_clearance_m", i, count));
       }
     }
   }
@@ -86,24 +88,29 @@ class Placing {
 
 void add_clutter(const Config& config, const Path& path, double wall_height_m, std::uint64_t default_seed,
                  World& world) {
-  const auto seed = static_cast<std::uint64_t>(config.integer("seed", static_cast<std::int64_t>(default_seed)));
-  const Range stone_radius = read_range(config, "stone_radius_m", {0.1, 0.3});
-  const Range stone_height = read_range(config, "stone_height_m", {0.35, 0.5});
-  const Range box_size = read_range(config, "box_size_m", {0.2, 0.6});
-  const Range box_height = read_range(config, "box_height_m", {0.35, 0.8});
-  const Range corner_size = read_range(config, "corner_size_m", {0.5, 1.5});
+  const auto seed = static_cast<std::uint64_t>(
+      config.integer({"seed", "", "of the clutter", "landmarks.seed"}, static_cast<std::int64_t>(default_seed)));
+  const Range stone_radius =
+      read_range(config, {"stone_radius_m", "m", "radius of a stone: smallest, largest"}, {0.1, 0.3});
+  const Range stone_height =
+      read_range(config, {"stone_height_m", "m", "height of a stone: smallest, largest"}, {0.35, 0.5});
+  const Range box_size = read_range(config, {"box_size_m", "m", "both sides of a box: smallest, largest"}, {0.2, 0.6});
+  const Range box_height = read_range(config, {"box_height_m", "m", "height of a box: smallest, largest"}, {0.35, 0.8});
+  const Range corner_size =
+      read_range(config, {"corner_size_m", "m", "length of both walls of a corner: smallest, largest"}, {0.5, 1.5});
 
   Placing placing(config, path, seed, world);
   double radius = 0.0;
   placing.place(
-      "stones", Kind::stone, [&](Random& random) { return radius = stone_radius.draw(random); },
+      {"stones", "how many low cylinders"}, Kind::stone,
+      [&](Random& random) { return radius = stone_radius.draw(random); },
       [&](const Eigen::Vector2d& center, Random& random) {
         world.stones.push_back({center, radius, stone_height.draw(random)});
       });
 
   Eigen::Vector2d half(0.0, 0.0);
   placing.place(
-      "boxes", Kind::box,
+      {"boxes", "how many boxes"}, Kind::box,
       [&](Random& random) {
         half.x() = 0.5 * box_size.draw(random);
         half.y() = 0.5 * box_size.draw(random);
@@ -116,7 +123,8 @@ void add_clutter(const Config& config, const Path& path, double wall_height_m, s
 
   double leg = 0.0;
   placing.place(
-      "corners", Kind::corner, [&](Random& random) { return leg = corner_size.draw(random); },
+      {"corners", "how many pairs of walls at a right angle"}, Kind::corner,
+      [&](Random& random) { return leg = corner_size.draw(random); },
       [&](const Eigen::Vector2d& center, Random& random) {
         const double yaw = 2.0 * std::numbers::pi * random.uniform();
         const Eigen::Vector2d along(std::cos(yaw), std::sin(yaw));

@@ -34,13 +34,16 @@ Motion advance(const Motion& from, double dt) {
 
 }  // namespace
 
-Course::Course(const Config& config) : laps_(static_cast<int>(config.integer_in("laps", 1, 10000, 1))) {
-  const std::vector<double> numbers = config.numbers("waypoints_m");
+Course::Course(const Config& config)
+    : laps_(static_cast<int>(config.integer_in({"laps", "how often the course is driven"}, 1, 10000, 1))) {
+  const std::vector<double> numbers =
+      config.numbers({"waypoints_m", "m", "x, y of one way point after the other, one flat list"});
   if (numbers.size() < 4 || numbers.size() % 2 != 0) {
     config.fail("waypoints_m", fmt::format("{} numbers; x, y of at least two way points are expected", numbers.size()));
   }
   for (std::size_t i = 0; i < numbers.size(); i += 2) corners_.emplace_back(numbers[i], numbers[i + 1]);
-  const bool closed = config.boolean("closed", corners_.size() > 2);
+  const bool closed = config.boolean(
+      {"closed", "", "the course leads back to the first way point", "true from three points on"}, corners_.size() > 2);
   if (closed && (corners_.front() - corners_.back()).norm() >= kShortestLeg) corners_.push_back(corners_.front());
   if (!closed && laps_ > 1) config.fail("laps", fmt::format("{} laps of a course that is not closed", laps_));
 

@@ -38,13 +38,26 @@ void spoil(Payload& payload) {
 
 Faults::Faults(const Config& config, std::string_view payload_type, std::uint32_t kind)
     : kind_(kind),
-      delay_(from_seconds(config.number_in("delay_s", 0.0, 60.0, 0.0))),
-      jitter_s_(config.number_in("delay_jitter_s", 0.0, 60.0, 0.0)),
-      exponential_(config.choice("delay_jitter_law", {"uniform", "exponential"}, "uniform") == "exponential"),
-      stamp_offset_(from_seconds(config.number_in("stamp_offset_s", -60.0, 60.0, 0.0))),
-      dead_(config, "dead_s"),
-      nan_(payload_type == Image::kType ? Windows() : Windows(config, "nan_s")) {
-  if (payload_type != Image::kType) nan_probability_ = config.number_in("nan_probability", 0.0, 1.0, 0.0);
+      delay_(from_seconds(config.number_in(
+          {"delay_s", "s", "least time from a measurement to its arrival: a receiver's latency"}, 0.0, 60.0, 0.0))),
+      jitter_s_(config.number_in({"delay_jitter_s", "s",
+                                  "each measurement's own extra delay, up to this (`uniform`) or this on the average "
+                                  "(`exponential`); so measurements overtake each other"},
+                                 0.0, 60.0, 0.0)),
+      exponential_(config.choice({"delay_jitter_law", "distribution of that extra delay"}, {"uniform", "exponential"},
+                                 "uniform") == "exponential"),
+      stamp_offset_(from_seconds(config.number_in({"stamp_offset_s", "s",
+                                                   "a wrong clock: stamp = time of the measurement + offset; arrival "
+                                                   "is not changed, so a stamp can lie in the future"},
+                                                  -60.0, 60.0, 0.0))),
+      dead_(config, {"dead_s", "s", "begin, end of spans in which the sensor is silent; it dies and comes back"}),
+      nan_(payload_type == Image::kType
+               ? Windows()
+               : Windows(config, {"nan_s", "s", "begin, end of spans in which all its numbers are NaN"})) {
+  if (payload_type != Image::kType) {
+    nan_probability_ =
+        config.number_in({"nan_probability", "share of its measurements whose numbers are all NaN"}, 0.0, 1.0, 0.0);
+  }
 }
 
 Duration Faults::arrival(std::uint64_t seed, Duration time) const {

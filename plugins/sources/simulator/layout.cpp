@@ -16,7 +16,10 @@ namespace {
 constexpr int kClassless = 1;  // textures when the YAML asks for none
 
 std::vector<Cylinder> listed(const Config& config, const Path& path) {
-  const std::vector<double> numbers = config.numbers("list_m");
+  const std::vector<double> numbers =
+      config.numbers({"list_m", "m",
+                      "instead of `count`, `area_m`, `radius_m`, `min_distance_m` and `course_clearance_m`: x, y, "
+                      "radius of one cylinder after the other, one flat list"});
   if (numbers.size() % 3 != 0) {
     config.fail("list_m", fmt::format("{} numbers; x, y, radius of each landmark are expected", numbers.size()));
   }
@@ -37,11 +40,12 @@ std::vector<Cylinder> listed(const Config& config, const Path& path) {
 }
 
 std::vector<Cylinder> drawn(const Config& config, const Path& path, std::uint64_t seed) {
-  const auto count = config.integer_in("count", 0, 100000, 24);
+  const auto count = config.integer_in({"count", "cylinders drawn at random"}, 0, 100000, 24);
   const Area area = read_area(config);
-  const Range radius = read_range(config, "radius_m", {0.1, 0.3});
-  const double apart = config.non_negative("min_distance_m", 2.0);
-  const double clear = config.non_negative("course_clearance_m", 1.0);
+  const Range radius = read_range(config, {"radius_m", "m", "smallest, largest radius"}, {0.1, 0.3});
+  const double apart = config.non_negative({"min_distance_m", "m", "least distance between centres"}, 2.0);
+  const double clear =
+      config.non_negative({"course_clearance_m", "m", "least distance between the driven line and a surface"}, 1.0);
 
   std::vector<Cylinder> cylinders;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -71,7 +75,9 @@ std::vector<Cylinder> drawn(const Config& config, const Path& path, std::uint64_
 /// Which texture each landmark of an explicit list has: as the YAML says, else -1.
 std::vector<int> listed_textures(const Config& config, std::size_t landmarks, int textures) {
   if (!config.has("list_m")) return std::vector<int>(landmarks, -1);
-  const std::vector<double> numbers = config.numbers("list_texture", -1, std::vector<double>{});
+  const std::vector<double> numbers =
+      config.numbers({"list_texture", "", "with `list_m`: the texture of each, counted from 0", "at random"}, -1,
+                     std::vector<double>{});
   if (numbers.empty()) return std::vector<int>(landmarks, -1);
   if (numbers.size() != landmarks) {
     config.fail("list_texture", fmt::format("{} textures for {} landmarks", numbers.size(), landmarks));
@@ -88,11 +94,13 @@ std::vector<int> listed_textures(const Config& config, std::size_t landmarks, in
 
 /// Heights and textures have their own random numbers, so they move no landmark.
 void dress(const Config& config, std::uint64_t seed, World& world) {
-  const Range height = read_range(config, "height_m", {3.0, 3.0});
-  const auto count = static_cast<int>(config.integer_in("textures", 1, 1000, kClassless));
+  const Range height = read_range(config, {"height_m", "m", "smallest, largest height"}, {3.0, 3.0});
+  const auto count = static_cast<int>(config.integer_in(
+      {"textures", "number of textures (hue, stripes, grain), each landmark has one of them"}, 1, 1000, kClassless));
   world.textures = draw_textures(count, seed);
   world.metal.assign(world.textures.size(), false);
-  for (const double number : config.numbers("metal_textures", -1, std::vector<double>{})) {
+  for (const double number :
+       config.numbers({"metal_textures", "landmarks with these textures are magnetic"}, -1, std::vector<double>{})) {
     if (number != std::floor(number) || number < 0.0 || number >= count) {
       config.fail("metal_textures", fmt::format("{} is not a texture; 0 to {} are expected", number, count - 1));
     }
@@ -108,7 +116,8 @@ void dress(const Config& config, std::uint64_t seed, World& world) {
 }
 
 std::vector<Wall> read_walls(const Config& config, const Path& path, double height_m) {
-  const std::vector<double> numbers = config.numbers("walls_m", -1, std::vector<double>{});
+  const std::vector<double> numbers = config.numbers(
+      {"walls_m", "m", "x1, y1, x2, y2 of one wall after the other, one flat list"}, -1, std::vector<double>{});
   if (numbers.size() % 4 != 0) {
     config.fail("walls_m", fmt::format("{} numbers; x1, y1, x2, y2 of each wall are expected", numbers.size()));
   }
@@ -128,7 +137,10 @@ std::vector<Wall> read_walls(const Config& config, const Path& path, double heig
 
 std::vector<Box> read_boxes(const Config& config, const Path& path) {
   constexpr std::size_t kNumbers = 5;
-  const std::vector<double> numbers = config.numbers("boxes_m", -1, std::vector<double>{});
+  const std::vector<double> numbers = config.numbers(
+      {"boxes_m", "m",
+       "x, y of the middle, length along x, width along y, height of one box after the other, one flat list"},
+      -1, std::vector<double>{});
   if (numbers.size() % kNumbers != 0) {
     config.fail("boxes_m",
                 fmt::format("{} numbers; x, y, length along x, width along y, height of each box are expected",
@@ -175,21 +187,30 @@ World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path,
   World world;
   std::uint64_t seed = default_seed;
   if (config.has("landmarks")) {
-    const Config landmarks = config.child("landmarks");
+    const Config landmarks = config.child({"landmarks", "vertical cylinders"});
     if (landmarks.has("list_m") && landmarks.has("count")) {
       landmarks.fail("count", "either count or list_m is expected, not both");
     }
-    seed = static_cast<std::uint64_t>(landmarks.integer("seed", static_cast<std::int64_t>(default_seed)));
+    seed = static_cast<std::uint64_t>(
+        landmarks.integer({"seed", "", "of positions, radii, heights and textures", "seed of the source"},
+                          static_cast<std::int64_t>(default_seed)));
     world.landmarks = landmarks.has("list_m") ? listed(landmarks, path) : drawn(landmarks, path, seed);
     dress(landmarks, seed, world);
   }
-  const double wall_height_m = config.positive("wall_height_m", 2.5);
+  const double wall_height_m = config.positive({"wall_height_m", "m", "height of walls and corners"}, 2.5);
   world.walls = read_walls(config, path, wall_height_m);
   world.boxes = read_boxes(config, path);
-  if (config.has("clutter")) add_clutter(config.child("clutter"), path, wall_height_m, seed, world);
+  if (config.has("clutter")) {
+    add_clutter(config.child({"clutter", "things that are no landmarks"}), path, wall_height_m, seed, world);
+  }
   dress_surroundings(world, seed);
-  world.has_ground = config.boolean("ground", true);
-  if (config.has("ceiling_m")) world.ceiling_m = config.positive("ceiling_m");
+  world.has_ground =
+      config.boolean({"ground", "false: the 3-D scanner sees no ground, as if it were open below"}, true);
+  if (config.has("ceiling_m")) {
+    world.ceiling_m = config.positive(
+        {"ceiling_m", "m",
+         "height of a ceiling over all of the world, for the 3-D scanner; the camera does not draw it", "none"});
+  }
   return world;
 }
 

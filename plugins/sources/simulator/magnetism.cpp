@@ -27,20 +27,26 @@ Eigen::Vector3d random_direction(std::uint64_t seed, std::size_t index) {
 }  // namespace
 
 Magnetism::Magnetism(const Config& config, const World& world, std::uint64_t seed)
-    : disturbances_(config, "disturbances_s") {
-  const std::vector<double> earth = config.numbers("earth_field_t", 3, {0.0, 2.0e-5, -4.4e-5});
+    : disturbances_(
+          config,
+          {"disturbances_s", "s",
+           "begin, end of spans with one more constant field: a motor's current, a steel plate under the robot"}) {
+  const std::vector<double> earth = config.numbers(
+      {"earth_field_t", "T", "east, north, up; declination is atan2(east, north)"}, 3, {0.0, 2.0e-5, -4.4e-5});
   earth_field_t_ = Eigen::Vector3d::Map(earth.data());
   const double horizontal = earth_field_t_.head<2>().norm();
   if (!(horizontal > 1e-7 && earth_field_t_.norm() < 1e-3)) {
     config.fail("earth_field_t", "about 5e-5 T is expected: east, north, up, with a horizontal part");
   }
-  const double moment = config.non_negative("metal_moment_am2", 20.0);
+  const double moment = config.non_negative(
+      {"metal_moment_am2", "A·m²", "dipole moment of a metal landmark, in a random direction"}, 20.0);
   for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
     const Cylinder& landmark = world.landmarks[i];
     if (!world.metal[landmark.texture]) continue;
     disturbers_.push_back({landmark.center, landmark.radius_m, moment * random_direction(seed, i)});
   }
-  const std::vector<double> listed = config.numbers("disturbers", -1, {});
+  const std::vector<double> listed = config.numbers(
+      {"disturbers", "m, m, A·m²", "x, y, moment of one more dipole after the other, one flat list"}, -1, {});
   if (listed.size() % 3 != 0) {
     config.fail("disturbers",
                 fmt::format("{} numbers; x [m], y [m], moment [A·m²] of each disturber are expected", listed.size()));
@@ -49,8 +55,11 @@ Magnetism::Magnetism(const Config& config, const World& world, std::uint64_t see
     const std::size_t number = world.landmarks.size() + i / 3;
     disturbers_.push_back({{listed[i], listed[i + 1]}, kListedNearest, listed[i + 2] * random_direction(seed, number)});
   }
-  disturbance_t_ = Eigen::Vector3d::Map(config.numbers("disturbance_t", 3, {2.0e-5, 1.0e-5, 0.0}).data());
-  disturbance_of_robot_ = config.choice("disturbance_frame", {"base", "map"}, "base") == "base";
+  disturbance_t_ = Eigen::Vector3d::Map(
+      config.numbers({"disturbance_t", "T", "the field of `disturbances_s`"}, 3, {2.0e-5, 1.0e-5, 0.0}).data());
+  disturbance_of_robot_ =
+      config.choice({"disturbance_frame", "`base`: that field turns with the robot; `map`: it does not"},
+                    {"base", "map"}, "base") == "base";
   if (!(disturbance_t_.norm() < 1e-2)) config.fail("disturbance_t", "less than 1e-2 T is expected");
 }
 

@@ -14,16 +14,16 @@ Eigen::Vector2d Area::draw(Random& random) const {
   return {x, y};
 }
 
-Range read_range(const Config& config, std::string_view key, const Range& fallback) {
+Range read_range(const Config& config, const Config::Key& key, const Range& fallback) {
   const std::vector<double> range = config.numbers(key, 2, {fallback.smallest, fallback.largest});
   if (!(range[0] > 0.0) || range[1] < range[0]) {
-    config.fail(key, fmt::format("[{}, {}] is not a range of positive sizes", range[0], range[1]));
+    config.fail(key.name, fmt::format("[{}, {}] is not a range of positive sizes", range[0], range[1]));
   }
   return {range[0], range[1]};
 }
 
 Area read_area(const Config& config) {
-  const std::vector<double> area = config.numbers("area_m", 4);
+  const std::vector<double> area = config.numbers({"area_m", "m", "x_min, y_min, x_max, y_max of the centres"}, 4);
   if (area[0] >= area[2] || area[1] >= area[3]) config.fail("area_m", "x_min, y_min, x_max, y_max are expected");
   return {{area[0], area[1]}, {area[2], area[3]}};
 }

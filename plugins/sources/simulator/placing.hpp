@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string_view>
 #include <vector>
 
 #include "waymark/config/config.hpp"
@@ -34,7 +33,7 @@ struct Area {
 };
 
 /// Reads [smallest, largest], both positive. Throws ConfigError.
-Range read_range(const Config& config, std::string_view key, const Range& fallback);
+Range read_range(const Config& config, const Config::Key& key, const Range& fallback);
 
 /// Reads `area_m`: x_min, y_min, x_max, y_max. Throws ConfigError.
 Area read_area(const Config& config);

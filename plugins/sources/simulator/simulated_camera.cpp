@@ -34,20 +34,29 @@ SimulatedCamera::SimulatedCamera(const Config& config, const Rig& rig, const Wor
     : SimulatedSensor(config, Image::kType, 10.0, kCameraPhase),
       T_base_camera_(rig.T_base_sensor(channel().sensor)),
       intrinsics_(rig.intrinsics(channel().sensor)),
-      noise_sigma_(config.number_in("noise_sigma", 0.0, 100.0, 2.0)),
-      outages_(config, "outages_s"),
-      black_(config, "black_s"),
-      overexposed_(config, "overexposed_s") {
-  const Config lighting = config.child_or_empty("lighting");
-  brightness_sigma_ = lighting.number_in("brightness_sigma", 0.0, 3.0, 0.15);
-  colour_sigma_ = lighting.number_in("colour_sigma", 0.0, 1.0, 0.05);
-  lighting_time_s_ = lighting.positive("time_s", 60.0);
-  sun_azimuth_rad_ = lighting.number_in("sun_azimuth_deg", -360.0, 360.0, -120.0) * kDegree;
-  shading_ = lighting.number_in("shading", 0.0, 1.0, 0.4);
-  const Config exposure = config.child_or_empty("exposure");
-  exposure_gain_ = exposure.positive("gain", 1.0);
-  exposure_sigma_ = exposure.number_in("sigma", 0.0, 1.0, 0.02);
-  exposure_compensation_ = exposure.number_in("compensation", 0.0, 1.0, 0.5);
+      noise_sigma_(config.number_in({"noise_sigma", "of 255", "σ of each channel of each pixel"}, 0.0, 100.0, 2.0)),
+      outages_(config, {"outages_s", "s", "begin, end of spans without image"}),
+      black_(config, {"black_s", "s", "begin, end of spans with a black image"}),
+      overexposed_(config, {"overexposed_s", "s", "begin, end of spans with a white image"}) {
+  const Config lighting = config.child_or_empty({"lighting", "daylight"});
+  brightness_sigma_ = lighting.number_in(
+      {"brightness_sigma", "σ of the logarithm of daylight, which changes slowly: the next visit has another"}, 0.0,
+      3.0, 0.15);
+  colour_sigma_ = lighting.number_in(
+      {"colour_sigma", "σ of the logarithm of red against green and of green against blue"}, 0.0, 1.0, 0.05);
+  lighting_time_s_ =
+      lighting.positive({"time_s", "s", "time after which the light has nothing to do with what it was"}, 60.0);
+  sun_azimuth_rad_ =
+      lighting.number_in({"sun_azimuth_deg", "°", "where the light comes from, counter-clockwise from east"}, -360.0,
+                         360.0, -120.0) *
+      kDegree;
+  shading_ =
+      lighting.number_in({"shading", "how much darker a surface is that faces away from the sun"}, 0.0, 1.0, 0.4);
+  const Config exposure = config.child_or_empty({"exposure", "how the camera answers to the light"});
+  exposure_gain_ = exposure.positive({"gain", "constant factor"}, 1.0);
+  exposure_sigma_ = exposure.number_in({"sigma", "σ of the logarithm of each image's own factor"}, 0.0, 1.0, 0.02);
+  exposure_compensation_ = exposure.number_in(
+      {"compensation", "share of the changes of daylight that the exposure takes back"}, 0.0, 1.0, 0.5);
   if (T_base_camera_.p.z() <= 0.0) {
     config.fail("sensor", "base_T_sensor of '" + channel().sensor + "' is not above the ground, z = 0");
   }

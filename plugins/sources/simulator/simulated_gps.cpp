@@ -21,20 +21,37 @@ constexpr double kHdopOfOneSpare = 4.0;  // of the fewest satellites; it falls a
 
 SimulatedGps::SimulatedGps(const Config& config)
     : SimulatedSensor(config, GnssFix::kType, 5.0, kGpsPhase),
-      p_base_antenna_(Eigen::Vector3d::Map(config.numbers("base_p_antenna_m", 3, {0.0, 0.0, 0.0}).data())),
-      sigma_m_(config.positive("sigma_m", 0.3)),
-      sigma_up_m_(config.positive("sigma_up_m", 2.0 * sigma_m_)),
-      correlated_sigma_m_(config.non_negative("correlated_sigma_m", 0.0)),
-      correlation_time_s_(config.positive("correlation_time_s", 60.0)),
-      satellite_change_mean_s_(config.non_negative("satellite_change_mean_s", 0.0)),
-      jump_sigma_m_(config.non_negative("jump_sigma_m", 0.5)),
-      speed_sigma_mps_(config.has("speed_sigma_mps") ? config.positive("speed_sigma_mps") : 0.0),
-      outlier_probability_(config.number_in("outlier_probability", 0.0, 1.0, 0.0)),
-      outlier_max_m_(config.positive("outlier_max_m", 800.0)),
-      drift_mps_(config.positive("drift_mps", 0.5)),
-      outages_(config, "outages_s"),
-      frozen_(config, "frozen_s"),
-      drifts_(config, "drift_s") {
+      p_base_antenna_(Eigen::Vector3d::Map(
+          config.numbers({"base_p_antenna_m", "m", "antenna in the base frame"}, 3, {0.0, 0.0, 0.0}).data())),
+      sigma_m_(config.positive({"sigma_m", "m", "white noise of east and north; the fix reports it"}, 0.3)),
+      sigma_up_m_(config.positive({"sigma_up_m", "m", "white noise of the height", "2 × sigma_m"}, 2.0 * sigma_m_)),
+      correlated_sigma_m_(config.non_negative(
+          {"correlated_sigma_m", "m", "slowly varying offset (first-order Gauss–Markov), each axis; 0: none"}, 0.0)),
+      correlation_time_s_(config.positive({"correlation_time_s", "s", "correlation time of that offset"}, 60.0)),
+      satellite_change_mean_s_(
+          config.non_negative({"satellite_change_mean_s", "s",
+                               "mean time until the satellites change; 0: never, and the fix reports no satellites"},
+                              0.0)),
+      jump_sigma_m_(config.non_negative(
+          {"jump_sigma_m", "m", "each change draws a new constant offset of this σ, each axis"}, 0.5)),
+      speed_sigma_mps_(config.has("speed_sigma_mps")
+                           ? config.positive({"speed_sigma_mps", "m/s",
+                                              "white noise of the velocity over ground, east and north; with this key "
+                                              "the fix reports speed and course of the antenna",
+                                              "none"})
+                           : 0.0),
+      outlier_probability_(config.number_in({"outlier_probability",
+                                             "share of gross outliers: off in any direction, the distance uniform up "
+                                             "to `outlier_max_m`; the fix reports its usual σ"},
+                                            0.0, 1.0, 0.0)),
+      outlier_max_m_(config.positive({"outlier_max_m", "m", "largest distance of a gross outlier"}, 800.0)),
+      drift_mps_(config.positive({"drift_mps", "m/s", "how fast the fix creeps away"}, 0.5)),
+      outages_(config, {"outages_s", "s", "begin, end of one outage after the other, one flat list"}),
+      frozen_(config,
+              {"frozen_s", "s",
+               "begin, end of spans in which the receiver repeats its last fix, velocity and all, with new stamps"}),
+      drifts_(config,
+              {"drift_s", "s", "begin, end of spans in which the fix creeps away, in each into another direction"}) {
   last_.type = GnssFix::Type::none;
 }
 

@@ -45,14 +45,20 @@ SimulatedImu::SimulatedImu(const Config& config, const Rig& rig, const Magnetism
     : SimulatedSensor(config, ImuSample::kType, 100.0, kImuPhase),
       T_base_sensor_(rig.T_base_sensor(channel().sensor)),
       magnetism_(magnetism),
-      gyroscope_{config.non_negative("gyroscope_noise_radps_per_sqrt_hz", 2e-4),
-                 config.non_negative("gyroscope_bias_sigma_radps", 2e-3),
-                 config.non_negative("gyroscope_bias_walk_radps_per_sqrt_s", 2e-5)},
-      accelerometer_{config.non_negative("accelerometer_noise_mps2_per_sqrt_hz", 2e-3),
-                     config.non_negative("accelerometer_bias_sigma_mps2", 0.03),
-                     config.non_negative("accelerometer_bias_walk_mps2_per_sqrt_s", 3e-4)},
-      has_magnetometer_(config.boolean("magnetometer", true)),
-      magnetometer_noise_t_(config.non_negative("magnetometer_noise_t", 3e-7)) {}
+      gyroscope_{
+          config.non_negative(
+              {"gyroscope_noise_radps_per_sqrt_hz", "rad/s/√Hz", "white noise; σ of one sample is this times √rate"},
+              2e-4),
+          config.non_negative({"gyroscope_bias_sigma_radps", "rad/s", "σ of the bias at the start, each axis"}, 2e-3),
+          config.non_negative({"gyroscope_bias_walk_radps_per_sqrt_s", "rad/s/√s", "random walk of the bias"}, 2e-5)},
+      accelerometer_{
+          config.non_negative(
+              {"accelerometer_noise_mps2_per_sqrt_hz", "m/s²/√Hz", "white noise; σ of one sample is this times √rate"},
+              2e-3),
+          config.non_negative({"accelerometer_bias_sigma_mps2", "m/s²", "σ of the bias at the start, each axis"}, 0.03),
+          config.non_negative({"accelerometer_bias_walk_mps2_per_sqrt_s", "m/s²/√s", "random walk of the bias"}, 3e-4)},
+      has_magnetometer_(config.boolean({"magnetometer", "false: six axes, the field is NaN"}, true)),
+      magnetometer_noise_t_(config.non_negative({"magnetometer_noise_t", "T", "σ of one sample"}, 3e-7)) {}
 
 std::shared_ptr<Payload> SimulatedImu::sample(const Truth& truth, Duration time) {
   const bool first = time < from_seconds(period_s());
@@ -80,8 +86,9 @@ SimulatedCompass::SimulatedCompass(const Config& config, const Rig& rig, const M
     : SimulatedSensor(config, CompassHeading::kType, 10.0, kCompassPhase),
       T_base_sensor_(rig.T_base_sensor(channel().sensor)),
       magnetism_(magnetism),
-      sigma_rad_(kDegree * config.non_negative("sigma_deg", 1.0)),
-      offset_rad_(kDegree * config.number_in("offset_deg", -180.0, 180.0, 0.0)) {}
+      sigma_rad_(kDegree * config.non_negative({"sigma_deg", "°", "white noise"}, 1.0)),
+      offset_rad_(kDegree *
+                  config.number_in({"offset_deg", "°", "constant, as from a careless mounting"}, -180.0, 180.0, 0.0)) {}
 
 std::shared_ptr<Payload> SimulatedCompass::sample(const Truth& truth, Duration time) {
   const Motion motion = truth.trajectory.at(time);

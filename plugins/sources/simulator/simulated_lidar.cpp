@@ -22,17 +22,34 @@ constexpr int kSubRays = 7;  // that stand for one beam of finite width
 SimulatedLidar::SimulatedLidar(const Config& config, const Rig& rig)
     : SimulatedSensor(config, LaserScan::kType, 5.0, kLidarPhase),
       T_base_sensor_(rig.T_base_sensor(channel().sensor)),
-      range_max_m_(config.positive("range_max_m", 30.0)),
-      start_rad_(kDegree * config.number_in("start_deg", -360.0, 360.0, -135.0)),
-      step_rad_(kDegree * config.positive("step_deg", 0.5)),
-      beams_(static_cast<int>(config.integer_in("beams", 1, 100000, 541))),
-      beam_interval_s_(config.number_in("sweep_s", 0.0, 10.0, 0.0) / beams_),
-      sigma_m_(config.positive("sigma_m", 0.02)),
-      miss_probability_(config.number_in("miss_probability", 0.0, 1.0, 0.0)),
-      clutter_per_scan_(config.number_in("clutter_per_scan", 0.0, 1000.0, 0.0)),
-      beam_width_rad_(kDegree * config.number_in("beam_width_deg", 0.0, 10.0, 0.0)),
-      mixed_probability_(config.number_in("mixed_probability", 0.0, 1.0, 0.5)),
-      edge_m_(config.positive("edge_m", 0.3)) {
+      range_max_m_(config.positive(
+          {"range_max_m", "m", "a beam without return shows this + 1: that is the `no_return_m` for a map module"},
+          30.0)),
+      start_rad_(kDegree *
+                 config.number_in({"start_deg", "°", "first beam, counter-clockwise from the sensor's x axis"}, -360.0,
+                                  360.0, -135.0)),
+      step_rad_(kDegree * config.positive({"step_deg", "°", "from beam to beam, counter-clockwise"}, 0.5)),
+      beams_(static_cast<int>(config.integer_in({"beams", "number of beams"}, 1, 100000, 541))),
+      beam_interval_s_(config.number_in({"sweep_s", "s",
+                                         "how long one scan takes: its beams then carry their own times after the "
+                                         "stamp, and are seen from where the robot was; 0: all at the stamp"},
+                                        0.0, 10.0, 0.0) /
+                       beams_),
+      sigma_m_(config.positive({"sigma_m", "m", "white noise of each range"}, 0.02)),
+      miss_probability_(config.number_in(
+          {"miss_probability", "a landmark is not there in a scan with this probability, drawn anew for each"}, 0.0,
+          1.0, 0.0)),
+      clutter_per_scan_(config.number_in({"clutter_per_scan",
+                                          "mean number (Poisson) of cylinders that stand in one scan only: range "
+                                          "uniform from 1 m, any bearing, radius 0.05 to 0.3 m"},
+                                         0.0, 1000.0, 0.0)),
+      beam_width_rad_(kDegree * config.number_in({"beam_width_deg", "°", "full width of a beam, seven rays; 0: a line"},
+                                                 0.0, 10.0, 0.0)),
+      mixed_probability_(config.number_in({"mixed_probability",
+                                           "a wide beam that meets two surfaces shows a range between them, uniform, "
+                                           "with this probability; else the nearer one"},
+                                          0.0, 1.0, 0.5)),
+      edge_m_(config.positive({"edge_m", "m", "ranges that differ more are two surfaces"}, 0.3)) {
   const Eigen::Vector3d rpy = so3::to_rpy(T_base_sensor_.q);
   if (std::hypot(rpy.x(), rpy.y()) > 1e-9) {
     config.fail("sensor", fmt::format("base_T_sensor of '{}' has roll or pitch; the simulated scanner is horizontal",

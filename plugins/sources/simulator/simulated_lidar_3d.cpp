@@ -17,10 +17,21 @@ constexpr std::int64_t kMostBeams = 4'000'000;  // of one cloud
 
 /// Unit vectors, column after column, each from the lowest ring up.
 std::vector<Eigen::Vector3d> read_directions(const Config& config, std::size_t rings, std::size_t columns) {
-  const double lowest = kDegree * config.number_in("elevation_min_deg", -90.0, 90.0, -15.0);
-  const double highest = kDegree * config.number_in("elevation_max_deg", -90.0, 90.0, 15.0);
-  const double start = kDegree * config.number_in("start_deg", -360.0, 360.0, -180.0);
-  const double step = kDegree * config.positive("step_deg", 1.0);
+  const double lowest =
+      kDegree *
+      config.number_in({"elevation_min_deg", "°",
+                        "elevation of the lowest ring above the sensor's x-y plane; a single ring is the lowest"},
+                       -90.0, 90.0, -15.0);
+  const double highest = kDegree * config.number_in({"elevation_max_deg", "°",
+                                                     "elevation of the highest ring above the sensor's x-y plane"},
+                                                    -90.0, 90.0, 15.0);
+  const double start =
+      kDegree *
+      config.number_in(
+          {"start_deg", "°", "first beam of every ring, counter-clockwise about the sensor's z axis from its x axis"},
+          -360.0, 360.0, -180.0);
+  const double step =
+      kDegree * config.positive({"step_deg", "°", "from beam to beam in a ring, counter-clockwise"}, 1.0);
   if (highest < lowest) {
     config.fail("elevation_max_deg",
                 fmt::format("{} is less than elevation_min_deg = {}", highest / kDegree, lowest / kDegree));
@@ -44,11 +55,17 @@ std::vector<Eigen::Vector3d> read_directions(const Config& config, std::size_t r
 SimulatedLidar3d::SimulatedLidar3d(const Config& config, const Rig& rig, const World& world)
     : SimulatedSensor(config, PointCloud::kType, 10.0, kLidar3dPhase),
       T_base_sensor_(rig.T_base_sensor(channel().sensor)),
-      range_max_m_(config.positive("range_max_m", 30.0)),
-      sigma_m_(config.positive("sigma_m", 0.02)),
-      sweep_s_(config.number_in("sweep_s", 0.0, 10.0, 0.0)),
-      rings_(static_cast<std::size_t>(config.integer_in("rings", 1, 1024, 16))),
-      columns_(static_cast<std::size_t>(config.integer_in("beams", 1, 100'000, 360))) {
+      range_max_m_(config.positive(
+          {"range_max_m", "m", "what is further away does not come back: it is not in the cloud"}, 30.0)),
+      sigma_m_(config.positive({"sigma_m", "m", "white noise of each range"}, 0.02)),
+      sweep_s_(config.number_in(
+          {"sweep_s", "s",
+           "how long one turn takes: the points then carry their own times after the stamp, and are seen from where "
+           "the robot was; 0: all at the stamp. The cloud arrives no later for it: that is `delay_s`"},
+          0.0, 10.0, 0.0)),
+      rings_(static_cast<std::size_t>(config.integer_in(
+          {"rings", "cones of beams around the sensor's z axis, evenly spaced in elevation"}, 1, 1024, 16))),
+      columns_(static_cast<std::size_t>(config.integer_in({"beams", "beams in every ring"}, 1, 100'000, 360))) {
   if (static_cast<std::int64_t>(rings_ * columns_) > kMostBeams) {
     config.fail("beams", fmt::format("{} beams in each of {} rings are {}; at most {} are expected", columns_, rings_,
                                      rings_ * columns_, kMostBeams));

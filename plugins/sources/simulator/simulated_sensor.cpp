@@ -9,8 +9,8 @@ namespace waymark::simulator {
 
 SimulatedSensor::SimulatedSensor(const Config& config, std::string_view payload_type, double default_rate_hz,
                                  double phase)
-    : channel_{config.text("sensor"), std::string(payload_type)},
-      rate_hz_(config.number_in("rate_hz", 0.001, 10000.0, default_rate_hz)),
+    : channel_{config.text({"sensor", "its name under `sensors`"}), std::string(payload_type)},
+      rate_hz_(config.number_in({"rate_hz", "Hz", "measurements per second"}, 0.001, 10000.0, default_rate_hz)),
       phase_(phase),
       faults_(config, payload_type, static_cast<std::uint32_t>(std::lround(100.0 * phase))) {}
 

@@ -15,12 +15,17 @@ constexpr double kWheelsPhase = 0.0;
 
 SimulatedWheels::SimulatedWheels(const Config& config)
     : SimulatedSensor(config, WheelSpeeds::kType, 40.0, kWheelsPhase),
-      track_m_(config.positive("track_m")),
-      noise_m_per_sqrt_s_(config.positive("noise_m_per_sqrt_s", 0.01)),
-      left_scale_(1.0 + config.number_in("scale_error_left", -0.5, 0.5, 0.0)),
-      right_scale_(1.0 + config.number_in("scale_error_right", -0.5, 0.5, 0.0)),
-      spin_ratio_(config.number_in("spin_ratio", -1.0, 10.0, 0.3)),
-      spins_(config, "spins_s") {}
+      track_m_(config.positive({"track_m", "m", "between left and right wheel"})),
+      noise_m_per_sqrt_s_(config.positive(
+          {"noise_m_per_sqrt_s", "m/√s", "density of each wheel's white noise; a standing wheel has none"}, 0.01)),
+      left_scale_(1.0 + config.number_in({"scale_error_left", "measured = (1 + error) · true, of the left wheel"}, -0.5,
+                                         0.5, 0.0)),
+      right_scale_(1.0 + config.number_in({"scale_error_right", "measured = (1 + error) · true, of the right wheel"},
+                                          -0.5, 0.5, 0.0)),
+      spin_ratio_(
+          config.number_in({"spin_ratio", "wheels that slip turn faster by this share; -1: they slide without turning"},
+                           -1.0, 10.0, 0.3)),
+      spins_(config, {"spins_s", "s", "begin, end of spans in which both wheels slip on the ground"}) {}
 
 std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration time) {
   const Motion motion = truth.trajectory.at(time);

@@ -32,17 +32,21 @@ constexpr Duration kReferencePeriod{50'000'000};
 
 DriveLimits read_limits(const Config& config) {
   DriveLimits limits{};
-  limits.speed_mps = config.number_in("speed_mps", 0.01, 100.0, 1.0);
-  limits.acceleration_mps2 = config.positive("acceleration_mps2", 0.5);
-  limits.turn_rate_radps = config.positive("turn_rate_max_radps", 1.0);
+  limits.speed_mps = config.number_in({"speed_mps", "m/s", "cruising speed"}, 0.01, 100.0, 1.0);
+  limits.acceleration_mps2 = config.positive({"acceleration_mps2", "m/s²", "when starting and braking"}, 0.5);
+  limits.turn_rate_radps = config.positive({"turn_rate_max_radps", "rad/s", "largest yaw rate"}, 1.0);
   // A shorter look-ahead lets the robot circle around a point that it can never reach.
   const double shortest = 2.0 * limits.speed_mps / limits.turn_rate_radps;
-  limits.lookahead_m = config.positive("lookahead_m", shortest);
+  limits.lookahead_m =
+      config.positive({"lookahead_m", "m", "how far ahead the pursued point is; not less than the default",
+                       "2 × speed_mps / turn_rate_max_radps"},
+                      shortest);
   if (limits.lookahead_m < shortest) {
     config.fail("lookahead_m",
                 fmt::format("{} is less than 2 speed_mps / turn_rate_max_radps = {}", limits.lookahead_m, shortest));
   }
-  limits.slip_m_per_sqrt_s = config.non_negative("lateral_slip_m_per_sqrt_s", 0.0);
+  limits.slip_m_per_sqrt_s = config.non_negative(
+      {"lateral_slip_m_per_sqrt_s", "m/√s", "the true robot drifts sideways at random while it moves"}, 0.0);
   return limits;
 }
 
@@ -51,27 +55,24 @@ DriveLimits read_limits(const Config& config) {
 class Simulator : public Source {
  public:
   Simulator(const Config& config, const Rig& rig)
-      : duration_(from_seconds(config.number_in("duration_s", 0.1, 36000.0))),
+      : duration_(from_seconds(config.number_in({"duration_s", "s", "length of the log"}, 0.1, 36000.0))),
         truth_(read_truth(config, duration_)),
-        magnetism_(config.child_or_empty("magnetism"), truth_.world, truth_.seed) {
-    if (config.has("wheels")) sensors_.push_back(std::make_unique<SimulatedWheels>(config.child("wheels")));
-    if (config.has("gps")) sensors_.push_back(std::make_unique<SimulatedGps>(config.child("gps")));
-    if (config.has("lidar")) sensors_.push_back(std::make_unique<SimulatedLidar>(config.child("lidar"), rig));
-    if (config.has("lidar_3d"))
-      sensors_.push_back(std::make_unique<SimulatedLidar3d>(config.child("lidar_3d"), rig, truth_.world));
-    if (config.has("camera")) {
-      sensors_.push_back(std::make_unique<SimulatedCamera>(config.child("camera"), rig, truth_.world));
-    }
-    if (config.has("imu")) sensors_.push_back(std::make_unique<SimulatedImu>(config.child("imu"), rig, magnetism_));
-    if (config.has("compass")) {
-      sensors_.push_back(std::make_unique<SimulatedCompass>(config.child("compass"), rig, magnetism_));
-    }
+        magnetism_(config.child_or_empty({"magnetism", "the magnetic field"}), truth_.world, truth_.seed) {
+    add_sensors(config, rig);
     if (sensors_.empty()) {
       config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
-    if (config.has("surfaces_file")) surfaces_file_ = config.file().parent_path() / config.text("surfaces_file");
+    if (config.has("surfaces_file")) {
+      surfaces_file_ =
+          config.file().parent_path() /
+          config.text({"surfaces_file", "",
+                       "CSV that a run writes: the true surfaces, for `waymark evaluate --voxels … --surfaces`; "
+                       "relative to the YAML. `kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m`: `cylinder` (centre, "
+                       "radius), `box` and `wall` (from, to, half the thickness), `level` (ground, ceiling)",
+                       "none"});
+    }
   }
 
   const std::vector<Channel>& channels() const override { return channels_; }
@@ -103,9 +104,38 @@ class Simulator : public Source {
   std::shared_ptr<const Reference> reference() const override { return reference_; }
 
  private:
+  void add_sensors(const Config& config, const Rig& rig) {
+    const auto given = [&config](const Config::Key& key) {
+      return config.has(key) ? std::optional<Config>(config.child(key)) : std::nullopt;
+    };
+    if (const auto wheels = given({"wheels", "wheel speeds (`WheelSpeeds`)"})) {
+      sensors_.push_back(std::make_unique<SimulatedWheels>(*wheels));
+    }
+    if (const auto gps = given({"gps", "DGPS fixes in local metres (`GnssFix`)"})) {
+      sensors_.push_back(std::make_unique<SimulatedGps>(*gps));
+    }
+    if (const auto lidar = given({"lidar", "planar scanner (`LaserScan`), at `base_T_sensor` of its `sensor`"})) {
+      sensors_.push_back(std::make_unique<SimulatedLidar>(*lidar, rig));
+    }
+    if (const auto lidar = given({"lidar_3d", "3-D scanner (`PointCloud`), at `base_T_sensor` of its `sensor`"})) {
+      sensors_.push_back(std::make_unique<SimulatedLidar3d>(*lidar, rig, truth_.world));
+    }
+    if (const auto camera = given(
+            {"camera", "colour images (`Image`), from `base_T_sensor` of its `sensor`, which needs `intrinsics`"})) {
+      sensors_.push_back(std::make_unique<SimulatedCamera>(*camera, rig, truth_.world));
+    }
+    if (const auto imu =
+            given({"imu", "nine inertial and magnetic axes (`ImuSample`), at `base_T_sensor` of its `sensor`"})) {
+      sensors_.push_back(std::make_unique<SimulatedImu>(*imu, rig, magnetism_));
+    }
+    if (const auto compass = given({"compass", "heading (`CompassHeading`), at `base_T_sensor` of its `sensor`"})) {
+      sensors_.push_back(std::make_unique<SimulatedCompass>(*compass, rig, magnetism_));
+    }
+  }
+
   static Truth read_truth(const Config& config, Duration duration) {
-    const auto seed = static_cast<std::uint64_t>(config.integer("seed", 1));
-    const Course course(config.child("course"));
+    const auto seed = static_cast<std::uint64_t>(config.integer({"seed", "of all noise"}, 1));
+    const Course course(config.child({"course", "the way that the robot is driven"}));
     const DriveLimits limits = read_limits(config);
     // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
     const bool furnished =

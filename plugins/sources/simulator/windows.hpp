@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,7 +15,7 @@ class Windows {
  public:
   Windows() = default;  ///< none
   /// Reads a flat list: begin and end [s] of one window after the other; none if the key is absent. Throws ConfigError.
-  Windows(const Config& config, std::string_view key);
+  Windows(const Config& config, const Config::Key& key);
 
   /// Whether `time` lies in a window; the end does not belong to it.
   bool contain(Duration time) const { return begin(time).has_value(); }
