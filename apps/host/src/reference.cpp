@@ -23,6 +23,7 @@ namespace {
 
 /// What keys that take text are tried with: the name of a sensor, of a table's file, and of a column in it.
 constexpr const char* kText = "sample";
+constexpr const char* kOtherSensor = "other_sample";
 
 /// A folder with that table.
 class SampleFolder {
@@ -53,10 +54,12 @@ class SampleFolder {
 Rig any_rig() {
   std::vector<Mounting> mountings;
   const Intrinsics camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}};
-  mountings.push_back({kText, "", Pose{}, camera});
+  const Pose above_ground{Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.0}};
+  mountings.push_back({kText, "", above_ground, camera});
+  mountings.push_back({kOtherSensor, "", above_ground, camera});
   for (const std::string_view payload :
        {LaserScan::kType, PointCloud::kType, Image::kType, LandmarkObservations::kType})
-    mountings.push_back({std::string(payload), std::string(payload), Pose{}, camera});
+    mountings.push_back({std::string(payload), std::string(payload), above_ground, camera});
   return Rig(std::move(mountings));
 }
 
@@ -64,7 +67,7 @@ KeyTrials trials_of_sensor() { return {{fmt::format("name={}", kText)}, {kText},
 
 /// A source asks for the fields of a payload, so it is tried with each.
 KeyTrials trials_of_source() {
-  KeyTrials trials{{}, {kText}, {}};
+  KeyTrials trials{{}, {kText, kOtherSensor}, {}};
   for (const std::string_view type :
        {WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
         LaserScan::kType, PointCloud::kType, Image::kType, ImuSample::kType, MagneticField::kType,
@@ -104,20 +107,36 @@ std::vector<DescribedKey> keys_of(const PluginLoader& loader, const std::string&
   return keys;
 }
 
-/// What must be given for a key to be read, as far as it is not in its own path: "with `model: ackermann`".
+std::string parent(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  return dot == std::string::npos ? "" : path.substr(0, dot);
+}
+
+/// What must be given beside a key for it to be read: "with `model: ackermann`"; empty if the meaning states it.
 std::string condition(const DescribedKey& key, const std::vector<DescribedKey>& all) {
+  using Type = Config::Asked::Type;
   std::string text;
   for (const std::string& given : key.given) {
     const std::string path = given.substr(0, given.find('='));
-    if (key.asked.path.starts_with(path)) continue;
+    if (parent(path) != parent(key.asked.path) || path == key.asked.path) continue;
     const auto of = std::ranges::find(all, path, [](const DescribedKey& k) { return k.asked.path; });
-    const auto type = of == all.end() ? Config::Asked::Type::none : of->asked.type;
-    const bool shows_value = type == Config::Asked::Type::choice || type == Config::Asked::Type::boolean;
+    if (of == all.end() || of->asked.type == Type::text || of->asked.type == Type::none) continue;
+    const bool shows_value = of->asked.type == Type::choice || of->asked.type == Type::boolean;
     const std::string name = path.substr(path.rfind('.') + 1);
-    text += fmt::format("{} `{}{}`", text.empty() ? "with" : ",", name,
-                        shows_value ? ": " + given.substr(given.find('=') + 1) : "");
+    const std::string condition =
+        fmt::format("`{}{}`", name, shows_value ? ": " + given.substr(given.find('=') + 1) : "");
+    if (key.asked.meaning.find(condition) != std::string::npos) continue;
+    text += fmt::format("{} {}", text.empty() ? "with" : ",", condition);
   }
   return text;
+}
+
+/// A default that was computed, such as from degrees, in as many digits as a person reads.
+std::string readable(const std::string& value) {
+  char* end = nullptr;
+  const double number = std::strtod(value.c_str(), &end);
+  const bool is_number = !value.empty() && *end == '\0';
+  return is_number && value.size() > 8 ? fmt::format("{:.4g}", number) : value;
 }
 
 std::string escaped(std::string_view text) {
@@ -130,7 +149,11 @@ std::string escaped(std::string_view text) {
 
 std::vector<DescribedKey> robot_keys() {
   const PluginLoader none({});
-  return describe_keys([&none](const Config& yaml) { Robot::load(yaml, none); }, {{}, {"x"}, "trial"});
+  const auto read = [&none](const Config& yaml) {
+    plugin_loader(yaml);
+    Robot::load(yaml, none);
+  };
+  return describe_keys(read, {{}, {"x"}, "trial"});
 }
 
 std::vector<DescribedKey> plugin_keys(const PluginLoader& loader, const PluginInfo& plugin) {
@@ -145,13 +168,13 @@ std::string key_table(const std::vector<DescribedKey>& keys, std::string_view bl
   std::string table = "| key | value | unit | default | meaning |\n|---|---|---|---|---|\n";
   for (const DescribedKey& key : keys) {
     const Config::Asked& asked = key.asked;
-    if (!asked.path.starts_with(prefix) || asked.type == Config::Asked::Type::none) continue;
+    if (!asked.path.starts_with(prefix) || asked.meaning.empty()) continue;
     const std::string name = asked.path.substr(prefix.size());
     if (!nested && name.find('.') != std::string::npos) continue;
     std::string meaning = asked.meaning;
     if (const std::string given = condition(key, keys); !given.empty())
       meaning += meaning.empty() ? given : "; " + given;
-    const std::string fallback = asked.is_required ? "required" : asked.fallback.value_or("");
+    const std::string fallback = asked.is_required ? "required" : readable(asked.fallback.value_or(""));
     table += fmt::format("| `{}` | {} | {} | {} | {} |\n", name, escaped(asked.expectation()), asked.unit,
                          escaped(fallback), escaped(meaning));
   }

@@ -13,17 +13,6 @@ namespace waymark::host {
 
 namespace {
 
-PluginLoader make_loader(const Config& yaml) {
-  std::vector<std::filesystem::path> folders;
-  for (const std::string& folder : yaml.texts(
-           {"plugin_path", "", "folder or list of folders with plugins, searched first; relative to the YAML", "none"},
-           std::vector<std::string>{})) {
-    const std::filesystem::path path(folder);
-    folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
-  }
-  return PluginLoader(PluginLoader::standard_search_path(std::move(folders)));
-}
-
 Rig read_rig(const std::vector<Config>& entries) {
   std::vector<Mounting> mountings;
   std::set<std::string> names;
@@ -132,9 +121,20 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
 
 }  // namespace
 
+PluginLoader plugin_loader(const Config& yaml) {
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& folder : yaml.texts(
+           {"plugin_path", "", "folder or list of folders with plugins, searched first; relative to the YAML", "none"},
+           std::vector<std::string>{})) {
+    const std::filesystem::path path(folder);
+    folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
+  }
+  return PluginLoader(PluginLoader::standard_search_path(std::move(folders)));
+}
+
 Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
   const Config yaml = Config::load(file, overrides);
-  return load(yaml, make_loader(yaml));
+  return load(yaml, plugin_loader(yaml));
 }
 
 Robot Robot::load(const Config& yaml, const PluginLoader& loader) {

@@ -44,23 +44,31 @@ PluginInfo find_plugin(const PluginLoader& loader, const std::string& name) {
 void print_keys(const std::vector<DescribedKey>& keys) {
   for (const DescribedKey& key : keys) {
     const Config::Asked& asked = key.asked;
-    if (asked.type == Config::Asked::Type::none) continue;
+    if (asked.meaning.empty()) continue;  // of the host, or only looked for
     const std::string unit = asked.unit.empty() ? "" : fmt::format(" [{}]", asked.unit);
     const std::string fallback = asked.is_required ? ", required"
                                  : asked.fallback  ? fmt::format(", default {}", *asked.fallback)
                                                    : "";
     fmt::print("  {}{}: {}{}\n", asked.path, unit, asked.expectation(), fallback);
-    if (!asked.meaning.empty()) fmt::print("      {}\n", asked.meaning);
+    fmt::print("      {}\n", asked.meaning);
   }
 }
 
-/// What to print of a plugin, or of the robot.
-void print_reference(const PluginLoader& loader, const std::string& name, const std::string& block, bool markdown) {
-  const bool of_robot = name == "robot";
-  const PluginInfo plugin = of_robot ? PluginInfo{} : find_plugin(loader, name);
+/// What to print.
+struct Request {
+  std::string name;        ///< a plugin, or "robot"
+  bool markdown = false;   ///< as a table
+  std::string block = {};  ///< only of keys right below this one; "." for the top level
+  std::string below = {};  ///< only of keys anywhere below this one
+};
+
+void print_reference(const PluginLoader& loader, const Request& request) {
+  const bool of_robot = request.name == "robot";
+  const PluginInfo plugin = of_robot ? PluginInfo{} : find_plugin(loader, request.name);
   const std::vector<DescribedKey> keys = of_robot ? host::robot_keys() : host::plugin_keys(loader, plugin);
-  if (markdown) {
-    fmt::print("{}", host::key_table(keys, block == "." ? "" : block, block.empty()));
+  if (request.markdown) {
+    const std::string& block = request.block.empty() ? request.below : request.block;
+    fmt::print("{}", host::key_table(keys, block == "." ? "" : block, request.block.empty()));
     return;
   }
   if (!of_robot) fmt::print("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
@@ -71,21 +79,24 @@ void print_reference(const PluginLoader& loader, const std::string& name, const 
 
 void add_plugins_command(CLI::App& app, int& exit_code) {
   auto folders = std::make_shared<std::vector<std::string>>();
-  auto name = std::make_shared<std::string>();
-  auto block = std::make_shared<std::string>();
-  auto markdown = std::make_shared<bool>(false);
+  auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
   command->footer("Examples:\n  waymark plugins --path build/release/lib/waymark/plugins\n  waymark plugins dgps");
-  command->add_option("name", *name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
+  command->add_option("name", request->name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
-  CLI::Option* table = command->add_flag("--markdown", *markdown, "the keys as a table");
-  command->add_option("--block", *block, "only the keys right below this one; \".\": of the top level")->needs(table);
-  command->callback([=, &exit_code] {
+  CLI::Option* table = command->add_flag("--markdown", request->markdown, "the keys as a table");
+  CLI::Option* block =
+      command->add_option("--block", request->block, "only the keys right below this one; \".\": of the top level");
+  command->add_option("--below", request->below, "only the keys anywhere below this one")
+      ->needs(table)
+      ->excludes(block);
+  block->needs(table);
+  command->callback([folders, request, &exit_code] {
     const PluginLoader loader(PluginLoader::standard_search_path({folders->begin(), folders->end()}));
-    if (name->empty()) {
+    if (request->name.empty()) {
       list_plugins(loader);
     } else {
-      print_reference(loader, *name, *block, *markdown);
+      print_reference(loader, *request);
     }
     exit_code = kSuccess;
   });

@@ -43,12 +43,13 @@ void read_motion(const Config& motion, FusionSettings& settings) {
   settings.process_noise = read_process_noise(motion);
   const bool old_name = motion.has("told_by") && !motion.has("source");
   if (old_name) settings.notices.emplace_back("motion.told_by is an old name: write motion.source");
-  settings.motion_from_maps =
-      motion.choice({old_name ? "told_by" : "source",
-                     "`sensors`: the twist is measured; `maps`: there is no motion sensor (no odometry), the twist is "
-                     "constant up to the noise densities, each match against the map corrects pose and twist, and the "
-                     "first mapping measurement starts the filter; older name of the key: `told_by`"},
-                    {"sensors", "maps"}, "sensors") == "maps";
+  const Config::Key old_key{"told_by", "old name of `source`"};
+  const Config::Key key{
+      "source",
+      "`sensors`: the twist is measured; `maps`: there is no motion sensor (no odometry), the twist is "
+      "constant up to the noise densities, each match against the map corrects pose and twist, and the "
+      "first mapping measurement starts the filter"};
+  settings.motion_from_maps = motion.choice(old_name ? old_key : key, {"sensors", "maps"}, "sensors") == "maps";
   settings.standstill_after = from_seconds(motion.positive(
       {"standstill_after_s", "s", "all motion sensors report no motion for this time: standstill"}, 0.5));
 }

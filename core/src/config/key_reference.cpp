@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <exception>
@@ -47,7 +48,8 @@ std::string legal_number(const Asked& asked) {
 
 std::string legal_numbers(int count) {
   std::string list;
-  for (int i = 1; i <= (count < 0 ? 4 : count); ++i) list += fmt::format("{}{}", i == 1 ? "" : ", ", i);
+  constexpr int kFitsMost = 12;  // pairs, triples, …
+  for (int i = 1; i <= (count < 0 ? kFitsMost : count); ++i) list += fmt::format("{}{}", i == 1 ? "" : ", ", i);
   return fmt::format("[{}]", list);
 }
 
@@ -62,7 +64,8 @@ std::vector<std::string> legal_values(const Asked& asked, const KeyTrials& trial
     case Type::boolean:
       return {"false", "true"};
     case Type::text:
-      return trials.texts;
+      if (asked.is_required) return trials.texts;
+      return {trials.texts.front()};
     case Type::choice:
       return asked.words;
     case Type::numbers:
@@ -95,7 +98,7 @@ class Explorer {
   }
 
  private:
-  static constexpr int kMostTrials = 5000;
+  static constexpr int kMostTrials = 20'000;
   static constexpr int kMostRequired = 50;
 
   /// Runs the reader, and again with every required key that was missing.
@@ -153,10 +156,23 @@ class Explorer {
     if (contains(revealing, asked.path)) known->asked.is_required = false;
   }
 
+  /// What the reader must decide by, such as the kind of a payload: the same key is worth trying again with another.
+  std::string context(const Trial& trial) const {
+    if (trial.revealing.empty()) return {};
+    const auto& [path, value] = trial.revealing.front();
+    const auto key = std::ranges::find(found_, path, [](const DescribedKey& k) { return k.asked.path; });
+    const bool decides = key != found_.end() && key->asked.is_required &&
+                         (key->asked.type == Type::choice || key->asked.type == Type::text);
+    return decides ? path + '=' + value : "";
+  }
+
   void plan(const Asked& asked, const Trial& trial) {
     if (contains(trial.revealing, asked.path) && asked.type == Type::none) return;
+    // A number decides what else is read by being there at all, whatever the context.
+    const bool is_numeric = asked.type == Type::number || asked.type == Type::integer || asked.type == Type::numbers;
+    const std::string where = is_numeric ? "" : context(trial);
     for (const std::string& value : legal_values(asked, trials_)) {
-      if (value == asked.fallback || !planned_.insert({asked.path, value}).second) continue;
+      if (value == asked.fallback || !planned_.insert({where, asked.path, value}).second) continue;
       Trial next = trial;
       set(next.revealing, asked.path, value);
       pending_.push_back(std::move(next));
@@ -166,7 +182,7 @@ class Explorer {
   const std::function<void(const Config&)>& read_;
   const KeyTrials& trials_;
   std::deque<Trial> pending_;
-  std::set<std::pair<std::string, std::string>> planned_;
+  std::set<std::array<std::string, 3>> planned_;
   std::vector<DescribedKey> found_;
 };
 

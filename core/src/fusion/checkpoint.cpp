@@ -16,31 +16,20 @@ using fusion::NeededMeasurements;
 
 namespace {
 
-template <class Archive>
-void serialize(std::vector<Event>& events, Archive& archive) {
-  auto count = static_cast<std::uint64_t>(events.size());
-  archive(count);
-  if constexpr (Archive::kReads) events.clear();
-  for (std::uint64_t i = 0; i < count; ++i) {
-    if constexpr (Archive::kReads) events.emplace_back();
-    Event& event = events[i];
-    archive(event.text, event.stamp_s, event.is_failure);
-  }
-}
+/// What stands in front of the committed side.
+struct Progress {
+  std::uint64_t arrived = 0;
+  bool started = false;
+  std::uint64_t turns = 0;
+  std::vector<Event> events;
+  std::vector<std::uint64_t> processed_late;  ///< per sensor
+};
 
 template <class Archive>
-void serialize(std::optional<Datum>& datum, Archive& archive) {
-  bool is_known = datum.has_value();
-  archive(is_known);
-  if (!is_known) return;
-  if (!datum) datum.emplace();
-  archive(datum->latitude_deg, datum->longitude_deg, datum->height_m);
-}
-
-void check_sensor_names(const std::vector<fusion::SensorRecord>& sensors, InArchive& in) {
+void serialize_sensor_names(Archive& archive, const std::vector<fusion::SensorRecord>& sensors) {
   for (const fusion::SensorRecord& sensor : sensors) {
-    std::string name;
-    in.value(name);
+    std::string name = sensor.slot.name;
+    archive(name);
     if (name != sensor.slot.name) {
       throw DataError(
           fmt::format("the checkpoint was made with a sensor \"{}\" where now \"{}\" stands", name, sensor.slot.name));
@@ -48,7 +37,21 @@ void check_sensor_names(const std::vector<fusion::SensorRecord>& sensors, InArch
   }
 }
 
-/// Which measurements are needed again: those after the oldest mark, the newest of each sensor, the last one shown.
+/// Of a host that has not started only how many measurements arrived: reading those again is all it takes.
+template <class Archive, class Parts>
+void serialize_progress(Archive& archive, Parts& p, Progress& progress) {
+  if (archive.section("fusion", 4) < 4) throw DataError("the checkpoint is of an older kind");
+  serialize_sensor_names(archive, p.committed.sensors);
+  archive(progress.arrived, progress.started);
+  if (!progress.started) return;
+  archive(progress.turns, p.datum, progress.events, p.arrival_events);
+  progress.processed_late.resize(p.committed.sensors.size());
+  for (std::size_t i = 0; i < p.committed.sensors.size(); ++i)
+    archive(p.committed.sensors[i].too_late_noted, progress.processed_late[i]);
+  p.maps.serialize(archive, p.committed.filter);
+}
+
+/// Which measurements are needed again: those after the oldest mark, the newest of each sensor, the last one reported.
 struct Needed {
   NeededMeasurements after_mark;
   NeededMeasurements newest;
@@ -65,6 +68,22 @@ struct Needed {
     for (const NeededMeasurements* each : {&after_mark, &newest, &last}) each->check();
   }
 };
+
+void serialize_filter(OutArchive& out, const particles::ParticleFilter& filter) { filter.save(out); }
+void serialize_filter(InArchive& in, particles::ParticleFilter& filter) { filter.load(in); }
+
+/// The committed side: with marks as it was at the oldest, which `mark` is, else as it is.
+template <class Archive>
+void serialize_committed(Archive& archive, fusion::Committed& committed, fusion::Mark& mark, bool has_marks) {
+  if (has_marks) {
+    archive(mark.at, mark.stamp);
+    committed.filter.serialize(archive, mark.filter);
+  } else {
+    serialize_filter(archive, committed.filter);
+  }
+  archive(mark);
+  committed.smoother.serialize(archive, mark.smoothed);
+}
 
 Measurement next_again(const Fusion::Next& next) {
   auto m = next();
@@ -121,20 +140,11 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Fusion::N
 
 void Fusion::save(OutArchive& out) const {
   Parts& p = *parts_;
-  out.section("fusion", 4);
-  for (const fusion::SensorRecord& sensor : p.committed.sensors) out.value(std::string_view(sensor.slot.name));
-  out.value(p.arrived);
-  out.value(p.started);
-  if (!p.started) return;  // reading again from the beginning is all it takes
-  out.value(p.turns);
-  serialize(p.datum, out);
-  serialize(p.committed.events, out);
-  serialize(p.arrival_events, out);
-  for (const fusion::SensorRecord& sensor : p.committed.sensors) {
-    out.value(sensor.too_late_noted);
-    out.value(sensor.state.counters.processed_late);
-  }
-  p.maps.save(out);
+  Progress progress{p.arrived, p.started, p.turns, p.committed.events, {}};
+  for (const fusion::SensorRecord& sensor : p.committed.sensors)
+    progress.processed_late.push_back(sensor.state.counters.processed_late);
+  serialize_progress(out, p, progress);
+  if (!p.started) return;
 
   Needed needed;
   for (const Measurement& m : p.history.log()) needed.after_mark.want(m);
@@ -142,19 +152,13 @@ void Fusion::save(OutArchive& out) const {
     if (sensor.newest) needed.newest.want(*sensor.newest);
   }
   if (p.last) needed.last.want(p.last->first);
-  out(needed);
-  out.value(p.last ? p.last->second : Fate::ignored);
+  out(needed, p.last ? p.last->second : Fate::ignored);
 
   if (p.history.marks().empty()) {
-    p.committed.filter.save(out);
-    out(p.committed.mark_without_filter());
-    p.committed.smoother.serialize(out, p.committed.smoother.size());
+    fusion::Mark now = p.committed.mark_without_filter();
+    serialize_committed(out, p.committed, now, false);
   } else {
-    fusion::Mark& mark = p.history.oldest_mark();
-    out(mark.at, mark.stamp);
-    p.committed.filter.serialize(out, mark.filter);
-    out(mark);
-    p.committed.smoother.serialize(out, mark.smoothed);
+    serialize_committed(out, p.committed, p.history.oldest_mark(), true);
   }
 }
 

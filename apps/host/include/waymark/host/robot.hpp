@@ -25,6 +25,9 @@ struct SinkSlot {
 /// Sensors that a program brings itself, each by the name of the plugin that it replaces.
 using OwnSensors = std::vector<std::pair<std::string, std::shared_ptr<Sensor>>>;
 
+/// Finds plugins where the YAML's `plugin_path`, the environment and the installation name folders.
+PluginLoader plugin_loader(const Config& yaml);
+
 /// A robot put together from one YAML: every part is loaded and valid, every key was read.
 struct Robot {
   Config yaml;
