@@ -39,8 +39,9 @@ class RangeUpdate : public Update {
 class BeaconRangeSensor : public Sensor {
  public:
   explicit BeaconRangeSensor(const Config& config)
-      : setup_{Eigen::Vector2d(config.numbers("map_p_beacon_m", 2).data()),
-               Eigen::Vector3d(config.numbers("base_p_antenna_m", 3).data()), config.positive("sigma_m")} {}
+      : setup_{Eigen::Vector2d(config.numbers({"map_p_beacon_m", "m", "the beacon in the map [x, y]"}, 2).data()),
+               Eigen::Vector3d(config.numbers({"base_p_antenna_m", "m", "the antenna in the base frame"}, 3).data()),
+               config.positive({"sigma_m", "m", "noise of a range"})} {}
 
   void process(const Measurement& measurement, const Prediction&, UpdateList& out) override {
     const double range_m = measurement.as<BeaconRange>().range_m;

@@ -13,10 +13,12 @@ namespace {
 class Circle : public Source {
  public:
   explicit Circle(const Config& config)
-      : end_(config.integer_in("samples", 1, 1'000'000, 600)), radius_m_(config.positive("radius_m")) {
-    channels_.push_back({config.text("twist_to"), std::string(BodyTwist::kType)});
-    channels_.push_back({config.text("range_to"), std::string(BeaconRange::kType)});
-    channels_.push_back({config.text("dock_to"), std::string(LandmarkObservations::kType)});
+      : end_(config.integer_in({"samples", "length of the log"}, 1, 1'000'000, 600)),
+        radius_m_(config.positive({"radius_m", "m", "radius of the circle"})) {
+    channels_.push_back({config.text({"twist_to", "sensor that takes the twist"}), std::string(BodyTwist::kType)});
+    channels_.push_back({config.text({"range_to", "sensor that takes the range"}), std::string(BeaconRange::kType)});
+    channels_.push_back(
+        {config.text({"dock_to", "sensor that takes the dock"}), std::string(LandmarkObservations::kType)});
   }
   const std::vector<Channel>& channels() const override { return channels_; }
   double progress() const override { return static_cast<double>(next_) / static_cast<double>(end_); }

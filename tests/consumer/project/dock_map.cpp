@@ -14,7 +14,8 @@ namespace {
 class DockMapModule : public MapModule {
  public:
   DockMapModule(const Config& config, const Rig& rig)
-      : sigma_m_(config.positive("sigma_m")), T_base_camera_(rig.T_base_sensor(config.texts("inputs").front())) {}
+      : sigma_m_(config.positive({"sigma_m", "m", "noise per axis of the dock in the image"})),
+        T_base_camera_(rig.T_base_sensor(config.texts("inputs").front())) {}
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<DockMap>(sigma_m_); }
 
