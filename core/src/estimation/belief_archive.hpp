@@ -6,7 +6,7 @@
 
 namespace waymark::estimation {
 
-/// One belief on a checkpoint. Reading throws DataError if it has other states than `layout`.
+/// Writes and reads one belief of a checkpoint. Reading throws DataError if its size does not match `layout`.
 void save_belief(const Belief& belief, OutArchive& out);
 void load_belief(Belief& belief, InArchive& in, const StateLayout& layout);
 

@@ -11,7 +11,7 @@ namespace waymark::estimation {
 
 void Smoother::add(const Belief& posterior, bool standing, bool forgot_twist) {
   if (!nodes_.empty() && nodes_.back().stamp == posterior.stamp) {
-    amend(posterior, standing);  // updates of one moment are one step
+    amend(posterior, standing);  // updates with equal stamps are one step
     nodes_.back().cut_before = nodes_.back().cut_before || cut_next_;
     nodes_.back().forgot_twist = nodes_.back().forgot_twist || forgot_twist;
   } else {
@@ -60,7 +60,7 @@ void Smoother::load(InArchive& in) {
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
 
-/// The error states, or, where the next step begins with a twist of its own, those without velocity and rate.
+/// The error states; without velocity and rate if the next step reset the twist.
 std::vector<int> Smoother::carried_over(bool forgot_twist) const {
   constexpr int kFirstOfTwist = 6;
   const StateLayout& layout = process_.layout();

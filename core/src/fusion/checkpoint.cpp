@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A checkpoint: the committed side, to go on from later. Without maps it begins at the oldest mark, so that what comes
-// late afterwards finds the same marks to roll back to.
+// Checkpoints of the committed state. Without maps a checkpoint begins at the oldest mark, so that later late
+// measurements roll back to the same marks.
 #include <fmt/format.h>
 
 #include <string>
@@ -48,7 +48,7 @@ void check_sensor_names(const std::vector<fusion::SensorRecord>& sensors, InArch
   }
 }
 
-/// Which measurements are needed again: those after the oldest mark, the newest of each sensor, the last one shown.
+/// The measurements needed again: those after the oldest mark, the newest of each sensor, the last reported one.
 struct Needed {
   NeededMeasurements after_mark;
   NeededMeasurements newest;
@@ -74,7 +74,7 @@ void Fusion::save(OutArchive& out) const {
   for (const fusion::SensorRecord& sensor : p.committed.sensors) out.value(std::string_view(sensor.slot.name));
   out.value(p.arrived);
   out.value(p.started);
-  if (!p.started) return;  // reading again from the beginning is all it takes
+  if (!p.started) return;  // the log is read again from its beginning
   out.value(p.turns);
   serialize(p.datum, out);
   serialize(p.committed.events, out);
@@ -156,7 +156,7 @@ void Fusion::resume(InArchive& in, const Next& next) {
   in(mark);
   p.committed.smoother.load(in);
 
-  // The log again, through the clocks and the queue only: what was processed is in the checkpoint.
+  // Reads the log again, through clock checks and queue only: processed measurements are in the checkpoint.
   for (; p.arrived < arrived; ++p.arrived) {
     Measurement m = next_again();
     fusion::SensorRecord& sensor = p.committed.record(m);

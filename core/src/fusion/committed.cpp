@@ -81,7 +81,7 @@ Mark Committed::mark(std::uint64_t at) const {
 void Committed::roll_back(const Mark& mark) {
   filter.restore(mark.filter);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    // How much came late is known by what arrives, so it does not roll back.
+    // Counted on arrival, so it does not roll back.
     const std::uint64_t processed_late = sensors[i].state.counters.processed_late;
     sensors[i].state = mark.sensors[i].clone();
     sensors[i].state.counters.processed_late = processed_late;

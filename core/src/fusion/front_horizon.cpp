@@ -36,7 +36,7 @@ bool FrontHorizon::follow_motion(const Measurement&, const UpdateList& updates) 
   return false;
 }
 
-/// The mixture's pose is in ENU already, so no update goes through the georeference.
+/// The mixture's pose is in ENU, so no update needs the georeference.
 void FrontHorizon::update(const Measurement& m, std::size_t, const Update& update, UpdateResult&) {
   const StateLayout& layout = process_.layout();
   const particles::UpdatePolicy& policy = committed_.record(m).policy;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the particles are, as a copy to roll back to and as bytes on a checkpoint.
+// State of the particles: copies for rollbacks, bytes for checkpoints.
 #include <string>
 #include <utility>
 
@@ -74,7 +74,7 @@ void ParticleFilter::load(InArchive& in) {
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
   recollection_.past().load(in, set_.size(), layout());
-  in.value(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
+  in.value(mixture_is_current_);  // after a mapping step it differs from the moments of the sampled particles
   if (mixture_is_current_) estimation::load_belief(mixture_, in, layout());
 }
 
