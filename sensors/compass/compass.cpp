@@ -97,7 +97,7 @@ class Compass final : public Sensor {
     if (seen.is_field) {
       const double turn = mean.w_base.z() * dt;
       if (!field_.judge(mean.T_map_base.q * seen.u_base, earth, dt, turn)) {
-        out.report_doubt("magnetic field disturbed: its strength or dip is not the Earth's");
+        out.report_degraded("magnetic field disturbed: its strength or dip is not the Earth's");
         return;
       }
     }
@@ -105,7 +105,7 @@ class Compass final : public Sensor {
     const double repeated = last_used_ ? 2.0 * noise_time_ / std::max(kMinInterval, dt) : 1.0;
     const double variance = seen.sigma * seen.sigma * std::max(1.0, repeated);
     if (!is_plausible(measurement.stamp, seen, prediction)) {
-      out.report_doubt("heading jumps against the predicted turn");
+      out.report_degraded("heading jumps against the predicted turn");
       return;
     }
     last_used_ = true;

@@ -34,7 +34,8 @@ class AdaptiveNoise {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("adaptive_noise", 2) < 2) throw DataError("adaptive noise: the checkpoint is of an older kind");
+    if (archive.section("adaptive_noise", 2) < 2)
+      throw DataError("adaptive noise: the checkpoint has an older version");
     int window = window_;
     archive(window);
     if (window != window_) throw DataError("adaptive noise: the checkpoint has a window of " + std::to_string(window));

@@ -115,12 +115,12 @@ class Dgps final : public Sensor {
     const ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, prediction);
 
     const double settling = settling_.factor(measurement.stamp, fix);
-    if (settling > 1.0) out.report_doubt("settling after a change of fix type or satellites");
+    if (settling > 1.0) out.report_degraded("settling after a change of fix type or satellites");
     if (const auto verdict = monitor_.judge(seen); verdict != FixMonitor::Verdict::good) {
-      out.report_doubt(FixMonitor::reason(verdict));
+      out.report_degraded(FixMonitor::reason(verdict));
       return;
     }
-    if (horizontal_.scale() >= kDoubtedScale) out.report_doubt("residuals far beyond the stated noise");
+    if (horizontal_.scale() >= kDoubtedScale) out.report_degraded("residuals far beyond the stated noise");
 
     stated_ = {horizontal * horizontal, vertical * vertical};
     used_ = {stated_.x() * horizontal_.scale() * settling, stated_.y() * vertical_.scale() * settling};

@@ -35,7 +35,7 @@ class FixMonitor {
   explicit FixMonitor(const Config& config);
 
   Verdict judge(const ObservedFix& fix);
-  /// For UpdateList::report_doubt; empty for a good one.
+  /// For UpdateList::report_degraded; empty for a good one.
   static std::string_view reason(Verdict verdict);
 
   template <class Archive>

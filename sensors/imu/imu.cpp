@@ -198,7 +198,8 @@ class Imu final : public Sensor {
       } else if (filter_.levelled() && filter_.knows_heading()) {
         const double declination = model_declination(measurement.stamp, prediction.datum);
         add_attitude(from_true_north(filter_.q_map_sensor(), declination), own_covariance(dt), planar, out);
-        if (filter_.disturbed()) out.report_doubt("magnetic field disturbed: its strength or dip is not the usual one");
+        if (filter_.disturbed())
+          out.report_degraded("magnetic field disturbed: its strength or dip is not the usual one");
       }
       return;
     }

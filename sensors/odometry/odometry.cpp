@@ -73,7 +73,7 @@ class TwistUpdate final : public Update {
     if (systematic_.block.empty()) return;
     // The states correct the measurement, so their Jacobian is that of −z. Odometry alone knows nothing of its own
     // scale: estimated here, it would follow the noise of z.
-    out.consider_block();
+    out.mark_block_considered();
     auto& block = out.block();
     if (const int k = systematic_.index[Systematic::kSpeedScale]; k >= 0) {
       block(0, k) = -twist_.v_x;
@@ -148,7 +148,7 @@ class Odometry final : public Sensor {
     const Eigen::Vector3d variance = twist.interval_s ? variance_over(twist, *twist.interval_s)
                                                       : variance_at(twist, measurement.stamp, prediction.belief.mean);
     last_stamp_ = std::max(last_stamp_.value_or(measurement.stamp), measurement.stamp);
-    if (twist.interval_s) out.forget_twist(unknown_beside(twist, variance, prediction.belief.mean));
+    if (twist.interval_s) out.reset_twist(unknown_beside(twist, variance, prediction.belief.mean));
     out.emplace<TwistUpdate>(twist, variance, systematic_, model_->rotation_scales_with_speed());
   }
 

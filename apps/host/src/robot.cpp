@@ -64,7 +64,7 @@ std::vector<MapSlot> load_maps(const Config& yaml, const PluginLoader& loader, c
     slot.module = loader.create<MapModule>(slot.plugin, entry, rig);
     slots.push_back(std::move(slot));
   }
-  settle_shares(slots, yaml);
+  normalize_shares(slots, yaml);
   return slots;
 }
 

@@ -21,7 +21,7 @@ RunInfo info_of(const Robot& robot, const std::filesystem::path& out) {
   return {out, &robot.rig, robot.source ? robot.source->reference() : nullptr, robot.yaml.effective()};
 }
 
-/// Whatever a source throws is an Error here: it ends the log, not the program.
+/// Converts every exception of a source to Error: it ends the log, not the program.
 std::optional<Measurement> next_of(Source& source) {
   try {
     return source.next();
@@ -37,7 +37,7 @@ std::optional<Measurement> next_of(Source& source) {
 std::vector<std::string> failures_of(const SessionResult& result, const std::vector<std::string>& of_sinks) {
   std::vector<std::string> failures;
   if (!result.log_error.empty()) failures.push_back(result.log_error);
-  // The last event names what the filter was waiting for, unless the log ended early.
+  // The last event names the cause of a missing start, unless the log ended early.
   const bool names_cause = !result.started && result.log_error.empty() && !result.report.interrupted;
   for (const Event& event : result.report.events) {
     if (event.is_failure || (names_cause && &event == &result.report.events.back()))
@@ -122,12 +122,12 @@ SessionResult Session::conclude() {
     std::ranges::copy(robot_.source->notices(), std::back_inserter(result.report.notices));
   }
   result.report.interrupted = options_.stop != nullptr && *options_.stop;
-  bool shown = false;
-  fusion_->show_last([&](const Snapshot& last) {
-    shown = true;
+  bool reported = false;
+  fusion_->visit_last([&](const Snapshot& last) {
+    reported = true;
     results_.finish(&last, result.report);
   });
-  if (!shown) results_.finish(nullptr, result.report);
+  if (!reported) results_.finish(nullptr, result.report);
   result.failures = failures_of(result, results_.failures());
   return result;
 }

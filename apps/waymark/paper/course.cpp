@@ -75,7 +75,7 @@ class Run {
   Trial finish() {
     refuse_failures(session_.finish());
     if (online_.points.empty()) throw Error("paper: the filter has mapped nothing");
-    session_.fusion().show_last([&](const Snapshot& last) { score(last); });
+    session_.fusion().visit_last([&](const Snapshot& last) { score(last); });
     return trial_;
   }
 

@@ -289,7 +289,7 @@ MapSlot read_map_slot(const Config& entry, const Rig& rig) {
   return slot;
 }
 
-void settle_shares(std::vector<MapSlot>& maps, const Config& yaml) {
+void normalize_shares(std::vector<MapSlot>& maps, const Config& yaml) {
   std::map<int, std::vector<MapSlot*>> by_trigger;
   for (MapSlot& map : maps) {
     if (map.localize) {

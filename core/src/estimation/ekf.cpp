@@ -51,7 +51,7 @@ void apply(Belief& belief, const StateLayout& layout, const Innovation& innovati
   gaussian::divide_by_factor(W, innovation.L);
   gaussian::Vector white = innovation.nu;
   innovation.L.triangularView<Eigen::Lower>().solveInPlace(white);
-  // Schmidt's update is the optimal one but for the considered states: their gain is zero, their covariance stays.
+  // Schmidt's update is the optimal one except for the consider states: their gain is zero, their covariance stays.
   const int first = innovation.first_considered;
   const int n = innovation.considered;
   ErrorVector delta = W.lazyProduct(white);
@@ -67,8 +67,8 @@ namespace {
 
 using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3>;
 
-/// A pose variance below this [m², rad²] is what rounding left of one that was sampled. Conditioning on it would divide
-/// the rounding of its covariances with other states by it, scan after scan while the robot stands.
+/// A pose variance below this [m², rad²] is a rounding residue of sampling. Conditioning on it would divide the
+/// rounding errors of its covariances with other states by it, at every scan of a standing robot.
 constexpr double kRounding = 1e-12;
 
 /// The columns of P that belong to x, y and yaw.
@@ -103,15 +103,15 @@ bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eig
 }
 
 void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
-  // With P_yy = V Λ Vᵀ and W = P Sᵀ V Λ^(−½) the draw is W ξ, and W Wᵀ is what the condition on it takes away. A
-  // direction without variance is neither drawn nor conditioned on.
+  // With P_yy = V Λ Vᵀ and W = P Sᵀ V Λ^(−½) the draw is W ξ, and conditioning on it subtracts W Wᵀ. A direction
+  // without variance is neither drawn nor conditioned on.
   const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
   PoseColumns W = pose_columns(belief, layout).lazyProduct(eigen.vectors);
   for (int i = 0; i < 3; ++i) W.col(i) *= eigen.values(i) > kRounding ? 1.0 / std::sqrt(eigen.values(i)) : 0.0;
   const Eigen::Vector3d draw = std::sqrt(fraction) * (eigen.vectors.transpose() * gaussian::standard_normal(random));
   boxplus(belief.mean, W.lazyProduct(draw), layout);
   belief.P -= fraction * W.lazyProduct(W.transpose());
-  // What rounding leaves below zero would make the next square root complain.
+  // Rounding may leave negative variances, which have no square root.
   for (int i = 0; i < layout.size(); ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
 }
 

@@ -11,7 +11,7 @@
 /// `ProcessModel`, that touches a covariance.
 namespace waymark::estimation::ekf {
 
-/// One update prepared for one belief: what is expected, how uncertain that is, and the gain's ingredients.
+/// One update prepared for one belief: innovation, its covariance, and the terms of the gain.
 struct Innovation {
   using Gain = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxUpdateRows>;
   gaussian::Vector nu;  ///< ν = z ⊟ h(x)
@@ -34,8 +34,8 @@ WAYMARK_API Innovation::Gain project(const ErrorMatrix& M, const StateJacobian& 
 WAYMARK_API void apply(Belief& belief, const StateLayout& layout, const Innovation& innovation);
 
 /// Information about (x, y, yaw) around the mean, Λ ⪰ 0 and η, in Kalman form with Λ = L Lᵀ: P ← P − P Sᵀ L (I + Lᵀ S P
-/// Sᵀ L)⁻¹ Lᵀ S P. Valid for singular P and singular Λ (docs/math/rbpf.md). Returns false and leaves the belief alone
-/// if the numbers are not finite.
+/// Sᵀ L)⁻¹ Lᵀ S P. Valid for singular P and singular Λ (docs/math/rbpf.md). Returns false, with an unchanged belief, if
+/// a value is not finite.
 WAYMARK_API bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
                                         const Eigen::Vector3d& gradient);
 
@@ -43,10 +43,10 @@ WAYMARK_API bool apply_pose_information(Belief& belief, const StateLayout& layou
 /// fraction 1 − a stays as covariance. a in [0, 1].
 WAYMARK_API void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
-/// Sets body velocity and rate to zero with zero covariance, for a robot that stands.
+/// Sets body velocity and rate to zero with zero covariance, for standstill.
 WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 
-/// Gives velocity and rate a fresh, uncorrelated covariance: the robot starts to move.
+/// Gives velocity and rate a new, uncorrelated covariance, for the end of a standstill.
 WAYMARK_API void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma);
 
 /// Adds variance to x and y, and to the yaw.

@@ -13,12 +13,12 @@
 namespace waymark::estimation {
 
 /// The map's place on the Earth, enu_T_map, as states of the filter (REP-105: earth → map): x, y, yaw, and z where the
-/// motion is spatial. The start pose is the map's origin without uncertainty, and what is not known of it on the Earth
-/// is this block's: absolute sensors then turn and shift a map that is already written, instead of fighting it.
-/// It is no sensor's, but lies in the same joint state, as the last owner of the layout.
+/// motion is spatial. The start pose is the map's origin without uncertainty; its uncertainty on the Earth is that of
+/// this block. Absolute sensors thus rotate and shift a map that is already written, instead of contradicting it. The
+/// block belongs to no sensor; it is the last owner of the layout.
 class WAYMARK_API Georeference {
  public:
-  /// What the states are called in reports; not how they are found.
+  /// Name of the owner, for reports only.
   static constexpr std::string_view kOwner = "georeference";
   /// The states to append: x, y, (z,) yaw.
   static StateBlock block(StateLayout::Motion motion, const GeoreferenceSettings& settings);
@@ -26,7 +26,7 @@ class WAYMARK_API Georeference {
   /// `owner` is its place in the layout, which must outlive it.
   Georeference(const StateLayout& layout, int owner);
 
-  /// enu_T_map as this state has it.
+  /// enu_T_map of this state.
   Pose T_enu_map(const NavState& state) const;
   /// The state with its pose in ENU; twist and blocks as they are.
   NavState in_enu(const NavState& state) const;
@@ -36,11 +36,11 @@ class WAYMARK_API Georeference {
   /// the pose in the map and of the map's place on the Earth. Adds to `out`.
   void scatter(const NavState& state, int block_offset, const Linearization& model, StateJacobian& out) const;
 
-  /// Moves the pose of a start prior into the block: the map's origin is the start pose, and certain.
+  /// Moves the pose of a start prior into the block. The start pose becomes the map's origin, without uncertainty.
   void take_over_start(Belief& prior) const;
-  /// Adds variance, so that a map that lost its place on the Earth can be placed again.
+  /// Inflates the covariance, so that absolute sensors can correct the map's place on the Earth.
   void inflate(Belief& belief, double position_variance, double yaw_variance) const;
-  /// Covariance of (east, north) of a fixed point of the map that its place on the Earth alone accounts for.
+  /// Covariance of (east, north) of a fixed point of the map, due to the map's place on the Earth alone.
   Eigen::Matrix2d point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const;
 
  private:

@@ -9,8 +9,8 @@
 
 namespace waymark::estimation {
 
-/// Constant body twist with white acceleration noise, discretised exactly in Δt for the linearised system; blocks
-/// evolve as their `BlockState` says. Planar motion uses the closed form of an arc in the plane.
+/// Constant body twist with white acceleration noise, discretised exactly in Δt for the linearised system. Blocks
+/// evolve by their `BlockState`. Planar motion uses the closed form of an arc in the plane.
 class WAYMARK_API ProcessModel {
  public:
   /// `layout` must outlive the model.
@@ -22,13 +22,14 @@ class WAYMARK_API ProcessModel {
   /// The mean alone, without covariance.
   void predict_mean(NavState& mean, double dt) const;
 
-  /// F of the last form: error state after as a function of the error state before, for tests. size × size.
+  /// Transition matrix of the error state over `dt` [s], size × size.
   ErrorMatrix transition(const NavState& mean, double dt) const;
 
   const StateLayout& layout() const { return layout_; }
 
  private:
-  /// The core of the transition is the identity plus G in the rows of the pose: a twist persists, a pose moves with it.
+  /// F of the core states is the identity plus G in the rows of the pose: the twist is constant, the pose integrates
+  /// it.
   template <int kPose, int kCore>
   struct CoreStep {
     Eigen::Matrix<double, kPose, kCore> G = Eigen::Matrix<double, kPose, kCore>::Zero();

@@ -9,13 +9,13 @@
 
 namespace waymark::estimation {
 
-void Smoother::add(const Belief& posterior, bool standing, bool forgot_twist) {
+void Smoother::add(const Belief& posterior, bool standing, bool resets_twist) {
   if (!nodes_.empty() && nodes_.back().stamp == posterior.stamp) {
-    amend(posterior, standing);  // updates of one moment are one step
+    amend(posterior, standing);  // updates with equal stamps are one step
     nodes_.back().cut_before = nodes_.back().cut_before || cut_next_;
-    nodes_.back().forgot_twist = nodes_.back().forgot_twist || forgot_twist;
+    nodes_.back().resets_twist = nodes_.back().resets_twist || resets_twist;
   } else {
-    nodes_.push_back({posterior.stamp, posterior.mean, posterior.P, standing, cut_next_, forgot_twist});
+    nodes_.push_back({posterior.stamp, posterior.mean, posterior.P, standing, cut_next_, resets_twist});
   }
   cut_next_ = false;
 }
@@ -29,7 +29,7 @@ void Smoother::amend(const Belief& posterior, bool standing) {
 
 template <class Archive>
 void Smoother::serialize(Archive& archive, std::size_t size) {
-  if (archive.section("smoother", 2) < 2) throw DataError("the checkpoint is of an older kind");
+  if (archive.section("smoother", 2) < 2) throw DataError("the checkpoint has an older version");
   std::uint64_t steps = size;
   archive(cut_next_, steps);
   if constexpr (Archive::kReads) nodes_.clear();
@@ -43,7 +43,7 @@ void Smoother::serialize(Archive& archive, std::size_t size) {
       node.mean = belief.mean;
       node.P = belief.P;
     }
-    archive(node.standing, node.cut_before, node.forgot_twist);
+    archive(node.standing, node.cut_before, node.resets_twist);
   }
 }
 template void Smoother::serialize(OutArchive& archive, std::size_t size);
@@ -51,15 +51,15 @@ template void Smoother::serialize(InArchive& archive, std::size_t size);
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
 
-/// The error states, or, where the next step begins with a twist of its own, those without velocity and rate.
-std::vector<int> Smoother::carried_over(bool forgot_twist) const {
+/// The error states; without velocity and rate if the next step reset the twist.
+std::vector<int> Smoother::carried_over(bool resets_twist) const {
   constexpr int kFirstOfTwist = 6;
   const StateLayout& layout = process_.layout();
   std::vector<int> carried;
   for (int i = 0; i < layout.size(); ++i) {
     bool is_twist = false;
     for (int core = kFirstOfTwist; core < kCoreStates; ++core) is_twist = is_twist || layout.active(core) == i;
-    if (!(forgot_twist && is_twist)) carried.push_back(i);
+    if (!(resets_twist && is_twist)) carried.push_back(i);
   }
   return carried;
 }
@@ -76,7 +76,7 @@ std::vector<SmoothedPose> Smoother::smooth() const {
       Belief predicted = now;
       process_.predict(predicted, later.stamp, nodes_[k].standing);
       const ErrorMatrix F = process_.transition(now.mean, to_seconds(later.stamp - now.stamp));
-      const std::vector<int>& carried = nodes_[k + 1].forgot_twist ? without_twist : all;
+      const std::vector<int>& carried = nodes_[k + 1].resets_twist ? without_twist : all;
       const Eigen::MatrixXd before = predicted.P(carried, carried);
       const Eigen::MatrixXd PFt = now.P * F.transpose();
       const Eigen::MatrixXd G = gaussian::divide(PFt(Eigen::all, carried), before);

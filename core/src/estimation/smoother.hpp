@@ -10,30 +10,29 @@
 
 namespace waymark::estimation {
 
-/// Fixed-interval smoothing of one belief (Rauch, Tung, Striebel, "Maximum likelihood estimates of linear dynamic
-/// systems", AIAA Journal 1965): what the filter believed after every measurement, and at the end, backwards, what it
-/// would have believed had it known all that came later.
+/// Fixed-interval smoother (H. E. Rauch, F. Tung, C. T. Striebel, "Maximum likelihood estimates of linear dynamic
+/// systems", AIAA Journal 1965): stores the belief after every step, and smooths them backwards at the end of the log.
 class WAYMARK_API Smoother {
  public:
   /// `process` must outlive it.
   explicit Smoother(const ProcessModel& process) : process_(process) {}
 
-  /// The belief after a step. `standing`: how the next prediction goes. `forgot_twist`: the twist up to this step says
-  /// nothing about the one from here on (`UpdateList::forget_twist`).
-  void add(const Belief& posterior, bool standing, bool forgot_twist = false);
-  /// Replaces what `add` said last: the belief was changed before the next prediction.
+  /// Adds the belief after a step. `standing`: how the next prediction runs. `resets_twist`: the twist was reset in
+  /// this step (`UpdateList::reset_twist`); nothing is carried back to the twist before it.
+  void add(const Belief& posterior, bool standing, bool resets_twist = false);
+  /// Replaces the belief of the last step: it was changed before the next prediction.
   void amend(const Belief& posterior, bool standing);
-  /// The belief is widened by hand: nothing that comes later tells about what was before the next step.
+  /// The covariance was inflated: nothing is carried back from the next step.
   void cut_next() { cut_next_ = true; }
 
   std::size_t size() const { return nodes_.size(); }
-  /// Forgets all but the first `size` steps.
+  /// Removes all but the first `size` steps.
   void truncate(std::size_t size) { nodes_.resize(size); }
   /// The first `size` steps; all that are read.
   template <class Archive>
   void serialize(Archive& archive, std::size_t size);
 
-  /// All steps, from the first to the last.
+  /// The smoothed poses of all steps, in order.
   std::vector<SmoothedPose> smooth() const;
 
  private:
@@ -43,10 +42,10 @@ class WAYMARK_API Smoother {
     Eigen::MatrixXd P;  // its true size: a log has 10^5 of them
     bool standing = false;
     bool cut_before = false;
-    bool forgot_twist = false;
+    bool resets_twist = false;
   };
   Belief belief_of(const Node& node) const;
-  std::vector<int> carried_over(bool forgot_twist) const;
+  std::vector<int> carried_over(bool resets_twist) const;
 
   const ProcessModel& process_;
   std::vector<Node> nodes_;

@@ -9,8 +9,8 @@
 
 namespace waymark::estimation {
 
-/// H of one update over the active error states: the columns that are not zero, gathered. A position fix has two, so
-/// P Hᵀ costs n × 2 instead of n × n.
+/// H of one update over the active error states, as its nonzero columns. A position fix has two, so P Hᵀ costs n × 2
+/// instead of n × n.
 struct StateJacobian {
   std::array<int, kMaxErrorStates> states;  ///< of each column
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUpdateRows, kMaxErrorStates> columns;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A checkpoint: the committed side, to go on from later. Without maps it begins at the oldest mark, so that what comes
-// late afterwards finds the same marks to roll back to.
+// Checkpoints of the committed state. Without maps a checkpoint begins at the oldest mark, so that later late
+// measurements roll back to the same marks.
 #include <fmt/format.h>
 
 #include <string>
@@ -40,7 +40,7 @@ void serialize_sensor_names(Archive& archive, const std::vector<fusion::SensorRe
 /// Of a host that has not started only how many measurements arrived: reading those again is all it takes.
 template <class Archive, class Parts>
 void serialize_progress(Archive& archive, Parts& p, Progress& progress) {
-  if (archive.section("fusion", 4) < 4) throw DataError("the checkpoint is of an older kind");
+  if (archive.section("fusion", 4) < 4) throw DataError("the checkpoint has an older version");
   serialize_sensor_names(archive, p.committed.sensors);
   archive(progress.arrived, progress.started);
   if (!progress.started) return;
@@ -132,7 +132,7 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Fusion::N
   }
   for (std::size_t i = 0; i < progress.processed_late.size(); ++i)
     p.committed.sensors[i].state.counters.processed_late = progress.processed_late[i];
-  p.committed.judge_health(p.committed.filter.stamp());
+  p.committed.update_health(p.committed.filter.stamp());
   if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};
 }
 

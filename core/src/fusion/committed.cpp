@@ -61,7 +61,7 @@ void Committed::count(const Measurement& m, Fate fate) {
   }
 }
 
-void Committed::judge_health(Time now) {
+void Committed::update_health(Time now) {
   const Belief& mixture = filter.mixture();
   const auto& pose = filter.layout().pose_indices();
   const Eigen::Matrix2d P{{mixture.P(pose[0], pose[0]), mixture.P(pose[0], pose[1])},
@@ -88,7 +88,7 @@ Mark Committed::mark_without_filter() const {
 void Committed::roll_back(const Mark& mark) {
   filter.restore(mark.filter);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    // How much came late is known by what arrives, so it does not roll back.
+    // Counted on arrival, so it does not roll back.
     const std::uint64_t processed_late = sensors[i].state.counters.processed_late;
     sensors[i].state = mark.sensors[i].clone();
     sensors[i].state.counters.processed_late = processed_late;

@@ -18,23 +18,22 @@
 
 namespace waymark::fusion {
 
-/// The committed side as it was before one measurement: what a roll-back restores.
+/// The committed state before one measurement, restored by a rollback.
 struct Mark {
-  std::uint64_t at = 0;  ///< number of that measurement, from the start of the filter
+  std::uint64_t at = 0;  ///< number of that measurement since the start of the filter
   Time stamp{};
   particles::ParticleFilter::State filter;
   std::vector<SensorState> sensors;
   monitoring::Standstill standstill;
   monitoring::HealthMonitor health;
-  std::size_t events = 0;    ///< how many the host had noted
-  std::size_t smoothed = 0;  ///< how many steps the smoother had
+  std::size_t events = 0;    ///< number of events
+  std::size_t smoothed = 0;  ///< number of steps of the smoother
   Time last_stamp{};
 
-  /// All but its place in the log, and the filter. Reading throws DataError if the checkpoint is of another
-  /// configuration.
+  /// All but `at`, `stamp` and the filter. Reading throws DataError if the checkpoint is of another configuration.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("committed", 4) < 4) throw DataError("the checkpoint is of an older kind");
+    if (archive.section("committed", 4) < 4) throw DataError("the checkpoint has an older version");
     auto count = static_cast<std::uint64_t>(sensors.size());
     archive(count);
     if (count != sensors.size())
@@ -44,33 +43,37 @@ struct Mark {
   }
 };
 
-/// All that a committed measurement changes: particles, sensors, monitors, the smoother's steps, events.
+/// The committed state: all that a committed measurement changes.
 struct Committed {
   particles::ParticleFilter filter;
-  std::vector<SensorRecord> sensors;
+  std::vector<SensorRecord> sensors;  ///< in the order of the rig
   monitoring::Standstill standstill;
   monitoring::HealthMonitor health;
   estimation::Smoother smoother;
   std::vector<Event> events = {};
-  Time last_stamp{};
+  Time last_stamp{};  ///< of the last measurement, buffered ones before the start included
 
+  /// The sensor of a measurement.
   SensorRecord& record(const Measurement& m) { return sensors[m.sensor]; }
   const SensorRecord& record(const Measurement& m) const { return sensors[m.sensor]; }
 
+  /// Adds an event.
   void note(Time stamp, std::string text);
+  /// Adds the event that the plugin of `name`, a sensor or map, is taken out of service.
   void note_failure(Time stamp, std::string_view name, std::string_view why);
+  /// Drops the plugin of the measurement's sensor and adds the event.
   void take_out_of_service(const Measurement& m, std::string_view why);
-  /// Counts what became of a measurement.
+  /// Counts the result of a measurement.
   void count(const Measurement& m, Fate fate);
-  /// Judges the health of sensors and pose at `now`.
-  void judge_health(Time now);
+  /// Updates the health of sensors and pose at `now`.
+  void update_health(Time now);
 
-  /// `at`: the number of the measurement that comes next.
+  /// The present state. `at`: number of the next measurement.
   Mark mark(std::uint64_t at) const;
   /// The same for a checkpoint, which has the particles beside it.
   Mark mark_without_filter() const;
   void roll_back(const Mark& mark);
-  /// Takes over everything but the filter and the events, out of a checkpoint.
+  /// Moves in the state of a checkpoint, except for the filter and the events.
   void take(Mark&& mark);
 };
 

@@ -31,12 +31,12 @@ Sensor* FrontHorizon::sensor(const Measurement& m) {
 }
 
 bool FrontHorizon::follow_motion(const Measurement&, const UpdateList& updates) {
-  if (const auto& unknown = updates.forgotten_twist(); unknown && !standing())
+  if (const auto& unknown = updates.twist_reset(); unknown && !standing())
     ekf::release(belief_, process_.layout(), unknown->velocity_sigma, unknown->rate_sigma);
   return false;
 }
 
-/// The mixture's pose is in ENU already, so no update goes through the georeference.
+/// The mixture's pose is in ENU, so no update needs the georeference.
 void FrontHorizon::update(const Measurement& m, std::size_t, const Update& update, UpdateResult&) {
   const StateLayout& layout = process_.layout();
   const particles::UpdatePolicy& policy = committed_.record(m).policy;

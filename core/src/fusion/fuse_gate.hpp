@@ -8,15 +8,16 @@
 
 namespace waymark::fusion {
 
-/// Decides, measurement by measurement in stamp order, which ones the filter may see.
+/// Selects the measurements to fuse, in stamp order.
 class FuseGate {
  public:
   explicit FuseGate(const FuseRule& rule) : rule_(rule) {}
 
+  /// True if the next measurement is fused. Call it once per measurement.
   bool fuses(Time stamp) {
     if (!first_) first_ = stamp;
     if (last_ && stamp - *last_ > rule_.gap) ++stretch_;
-    last_ = std::max(last_.value_or(stamp), stamp);  // one may come late
+    last_ = std::max(last_.value_or(stamp), stamp);  // it may be late
     switch (rule_.mode) {
       case FuseRule::Mode::all:
         return true;
@@ -24,7 +25,7 @@ class FuseGate {
         return (stamp - *first_) % (rule_.on + rule_.off) < rule_.on;
       case FuseRule::Mode::stretches:
         return stretch_ % 2 == 0;
-      case FuseRule::Mode::start:  // the start has been found by now
+      case FuseRule::Mode::start:  // the start is already found
       case FuseRule::Mode::none:
         return false;
     }

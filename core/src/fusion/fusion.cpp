@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+
 #include "fusion/parts.hpp"
 #include "fusion/snapshot_view.hpp"
 #include "waymark/base/error.hpp"
 
 // Fig. 2.1 of the paper: every measurement predicts; its sensor's updates are innovated, gated and applied; the maps
-// that it triggers extract, refine, sample, weigh, insert and resample; the result is shown.
+// that it triggers extract, refine, sample, weigh, insert and resample; the observer gets a snapshot.
 
 namespace waymark {
 
@@ -21,17 +23,17 @@ void Fusion::add(Measurement m) {
   Parts& p = *parts_;
   ++p.arrived;
   m.stamp -= p.committed.record(m).slot.delay;
-  const auto turn = [&](const Measurement& next, bool is_late) { p.take_turn(next, is_late); };
-  if (const auto fault = p.intake.admit(m, turn)) p.refuse(m, *fault);
+  const auto turn = [&](const Measurement& next, bool is_late) { p.dispatch(next, is_late); };
+  if (const auto fault = p.intake.admit(m, turn)) p.reject(m, *fault);
 }
 
-void Fusion::Parts::take_turn(const Measurement& m, bool is_late) {
+void Fusion::Parts::dispatch(const Measurement& m, bool is_late) {
   ++turns;
-  // Equal stamps are in order only within the window; without one the order of coming is good enough for maps.
-  const bool is_of_now = started && !maps.empty() && m.stamp == committed.filter.stamp();
+  // Equal stamps are ordered only within the latency window; without one the order of arrival is sufficient for maps.
+  const bool has_current_stamp = started && !maps.empty() && m.stamp == committed.filter.stamp();
   if (!started) {
     await_start(m);
-  } else if (is_late && !is_of_now) {
+  } else if (is_late && !has_current_stamp) {
     process_late(m);
   } else {
     commit(m);
@@ -40,8 +42,8 @@ void Fusion::Parts::take_turn(const Measurement& m, bool is_late) {
 
 void Fusion::Parts::commit(const Measurement& m) {
   const Fate fate = predict_and_process(m);
-  committed.judge_health(m.stamp);
-  show(m, fate);
+  committed.update_health(m.stamp);
+  notify_observer(m, fate);
 }
 
 // --- predict ---------------------------------------------------------------------------------------------------------
@@ -81,13 +83,13 @@ void apply_updates(const Measurement& m, Horizon& at, const StateLayout& layout,
   updates.clear();
   try {
     sensor->process(m, {belief, layout, block, datum, at.standing()}, updates);
-    result.doubt = updates.doubt();
-    // What a sensor doubts so much that it gives no update of it is rejected, if not by the gate.
-    result.fate = updates.size() == 0 && !result.doubt.empty() ? Fate::gated : Fate::fused;
+    result.degraded_reason = updates.degraded_reason();
+    // A degraded measurement without updates counts as rejected.
+    result.fate = updates.size() == 0 && !result.degraded_reason.empty() ? Fate::gated : Fate::fused;
     if (at.follow_motion(m, updates)) return;
     for (std::size_t i = 0; i < updates.size(); ++i) at.update(m, i, updates[i], result);
   } catch (const DataError& error) {
-    result.doubt = updates.doubt();
+    result.degraded_reason = updates.degraded_reason();
     result.fate = Fate::unusable;
     at.note_unusable(m, error.what());
   } catch (const std::exception& error) {
@@ -125,9 +127,9 @@ Fate process(const Measurement& m, Horizon& at, const StateLayout& layout, Updat
   return result.fate;
 }
 
-// --- show ------------------------------------------------------------------------------------------------------------
+// --- notify ----------------------------------------------------------------------------------------------------------
 
-void Fusion::Parts::show(const Measurement& m, Fate fate) {
+void Fusion::Parts::notify_observer(const Measurement& m, Fate fate) {
   last = {m, fate};
   if (observer && !repeating) {
     if (started) committed.filter.mixture();
@@ -135,12 +137,12 @@ void Fusion::Parts::show(const Measurement& m, Fate fate) {
   }
 }
 
-/// The front: what is not committed yet goes the same way, with one Gaussian and without maps.
+/// The front: buffered measurements take the same steps, with one Gaussian and without maps.
 Belief Fusion::front(Time at) const {
   const Parts& p = *parts_;
   if (!p.started) throw Error("the filter has not started");
   if (at < p.committed.filter.stamp()) {
-    throw Error(fmt::format("a pose at {} was asked for, before what is committed ({})", format_time(at),
+    throw Error(fmt::format("a pose at {} was requested, before the committed time ({})", format_time(at),
                             format_time(p.committed.filter.stamp())));
   }
   fusion::FrontHorizon front(p.committed, p.process_model, p.datum);

@@ -10,7 +10,7 @@ namespace waymark::fusion {
 
 void History::mark(Mark&& mark) {
   marks_.push_back(std::move(mark));
-  // The newest mark that reaches back over the whole span stays, and all after it.
+  // The newest mark that is at least the span old stays, with all after it.
   while (marks_.size() > 1 && marks_[1].stamp <= marks_.back().stamp - span_) {
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(marks_[1].at - marks_[0].at));
     marks_.pop_front();

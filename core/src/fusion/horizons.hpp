@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "estimation/process_model.hpp"
@@ -11,7 +13,7 @@
 
 namespace waymark::fusion {
 
-/// The committed particles now. Here standstill, re-acquisition and the watch for biases act.
+/// The present particles. Handles standstill, re-acquisition and biased innovations.
 class PresentHorizon final : public Horizon {
  public:
   PresentHorizon(CommittedSteps& steps, const FusionSettings& settings) : steps_(steps), settings_(settings) {}
@@ -37,8 +39,8 @@ class PresentHorizon final : public Horizon {
  private:
   particles::ParticleFilter& filter() { return steps_.committed().filter; }
   SensorRecord& record(const Measurement& m) { return steps_.committed().record(m); }
-  bool follow_standstill(const Measurement& m, const UpdateList& updates);
-  void watch_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
+  bool update_standstill(const Measurement& m, const UpdateList& updates);
+  void check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
   void reacquire(const Measurement& m, std::size_t index, const Update& update,
                  const particles::MixtureOutcome& outcome);
 
@@ -46,11 +48,11 @@ class PresentHorizon final : public Horizon {
   const FusionSettings& settings_;
 };
 
-/// The particles at the earlier time of a measurement that comes late (docs/math/time.md). It weighs them where they
-/// were; what follows for the motion of now is left to the measurements of now.
+/// The particles at the earlier time of a late measurement (docs/math/time.md). It weights them at their past poses;
+/// standstill and re-acquisition are left to present measurements.
 class PastHorizon final : public Horizon {
  public:
-  /// `at`: the particles, recalled at the measurement's stamp.
+  /// `at`: the past particles at the measurement's stamp.
   PastHorizon(CommittedSteps& steps, particles::Instant& at) : steps_(steps), at_(at) {}
 
   const Belief& belief() override { return at_.mixture(); }
@@ -78,8 +80,8 @@ class PastHorizon final : public Horizon {
   particles::Instant& at_;
 };
 
-/// The front: one Gaussian, the mixture's moments with what is not yet committed applied. It has sensors and gates of
-/// its own, so that the committed ones keep their state.
+/// The front: one Gaussian, the mixture's moments updated with the buffered measurements. It has its own sensors and
+/// fuse gates, so that the committed ones keep their state.
 class FrontHorizon final : public Horizon {
  public:
   FrontHorizon(const Committed& committed, const estimation::ProcessModel& process, const std::optional<Datum>& datum);
@@ -96,7 +98,7 @@ class FrontHorizon final : public Horizon {
   Extraction extract(const Measurement&) override { return {}; }
   void skip_mapping() override {}
   void map(const Measurement&, const Extraction&, UpdateResult&) override {}
-  // The committed side meets the same measurement soon and reports what is wrong with it.
+  // The committed filter processes the same measurement later and reports its errors.
   void note_unusable(const Measurement&, std::string_view) override {}
   void take_out_of_service(const Measurement&, std::string_view) override {}
   void conclude(const Measurement&, UpdateResult&) override {}
@@ -107,7 +109,7 @@ class FrontHorizon final : public Horizon {
   const std::optional<Datum>& datum_;
   Belief belief_;
   std::vector<FuseGate> gates_;
-  std::vector<std::unique_ptr<Sensor>> sensors_;  // clones, made when needed
+  std::vector<std::unique_ptr<Sensor>> sensors_;  // clones, made on demand
 };
 
 }  // namespace waymark::fusion

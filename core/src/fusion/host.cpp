@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the host is put together, and what it reports.
+// Construction and reports of the host.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,13 +12,13 @@
 namespace waymark {
 
 Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots, std::vector<MapSlot> map_slots,
-                     Observer shown_to)
+                     Observer receiver)
     : settings(given),
       layout(given.motion,
              (fusion::check_parts(given, slots, map_slots), fusion::block_owners(given, slots, map_slots))),
       process_model(layout, given.process_noise),
       intake(given.clock, given.max_latency, slots.size()),
-      startup(given.start, layout, fusion::start_knowledge(slots, map_slots), given.motion_from_maps),
+      startup(given.start, layout, fusion::start_sources(slots, map_slots), given.motion_from_maps),
       maps(map_slots),
       committed{{process_model, fusion::modules_of(map_slots), fusion::filter_settings(given, map_slots),
                  fusion::georeference_of(layout, slots.size())},
@@ -30,27 +30,27 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
       datum(given.datum),
       steps(committed, maps, datum),
       present(steps, settings),
-      observer(std::move(shown_to)) {
-  // The roles' names are the records' own.
+      observer(std::move(receiver)) {
+  // The roles' names point into the records.
   const auto roles = fusion::roles_of(committed.sensors, map_slots);
   committed.health = monitoring::HealthMonitor(given.health, roles, given.motion_from_maps);
 }
 
-void Fusion::Parts::refuse(const Measurement& m, const std::string& fault) {
+void Fusion::Parts::reject(const Measurement& m, const std::string& fault) {
   fusion::SensorRecord& sensor = committed.record(m);
   committed.health.mistimed(m.sensor, started ? committed.filter.stamp() : m.arrival);
   if (sensor.mistimed++ == 0) {
     arrival_events.push_back({fmt::format("{}: {} (further ones are only counted)", sensor.slot.name, fault),
                               to_seconds(m.arrival.time_since_epoch())});
   }
-  show(m, Fate::mistimed);
+  notify_observer(m, Fate::mistimed);
 }
 
 void Fusion::Parts::add_to_smoother(Fate fate) {
   const bool standing = committed.standstill.standing();
   const bool updated = fate == Fate::fused || fate == Fate::gated;
-  const bool forgot_twist = updated && !standing && updates.forgotten_twist().has_value();
-  committed.smoother.add(committed.filter.mixture(), standing, forgot_twist);
+  const bool resets_twist = updated && !standing && updates.twist_reset().has_value();
+  committed.smoother.add(committed.filter.mixture(), standing, resets_twist);
 }
 
 Fusion::Fusion(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps,
@@ -67,7 +67,7 @@ int Fusion::georeference_states() const {
   return filter().georeference() ? static_cast<int>(layout().owners().back().block.size()) : 0;
 }
 
-void Fusion::show_last(const Observer& observer) const {
+void Fusion::visit_last(const Observer& observer) const {
   const Parts& p = *parts_;
   if (p.last) observer(fusion::SnapshotView(p.committed, p.maps.maps(), p.started, p.last->first, p.last->second));
 }
@@ -86,7 +86,7 @@ RunReport Fusion::report() const {
   report.events = p.arrival_events;
   p.maps.report(p.committed.last_stamp, report.events);
   report.events.insert(report.events.end(), p.committed.events.begin(), p.committed.events.end());
-  // That the filter never started is said last, whatever its time.
+  // The event that the filter never started comes last, whatever its time.
   std::stable_sort(report.events.begin(), report.events.end() - (p.started || report.events.empty() ? 0 : 1),
                    [](const Event& a, const Event& b) { return a.stamp_s < b.stamp_s; });
   report.resamplings = p.committed.filter.resamplings();

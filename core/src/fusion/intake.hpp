@@ -9,15 +9,14 @@
 
 namespace waymark::fusion {
 
-/// Admits measurements in their order of arrival: the stamp is checked, then each waits for its turn in the total
-/// order, or is late.
+/// Admits measurements in order of arrival: checks their stamps and puts them in the total order.
 class Intake {
  public:
   Intake(const ClockSettings& clock, Duration max_latency, std::size_t sensors)
       : clocks_(clock, sensors), queue_(max_latency) {}
 
-  /// Takes one measurement and calls `turn(const Measurement&, bool is_late)` for all whose turn has come. Returns the
-  /// fault of its stamp, if that cannot be right; the measurement is left out then.
+  /// Adds one measurement and calls `turn(const Measurement&, bool is_late)` for all that are due. Returns the fault of
+  /// an implausible stamp; the measurement is then dropped.
   template <class Turn>
   std::optional<std::string> admit(const Measurement& m, const Turn& turn) {
     if (auto fault = clocks_.fault(m)) return fault;
@@ -28,7 +27,7 @@ class Intake {
     while (auto due = queue_.pop_due()) turn(*due, false);
     return std::nullopt;
   }
-  /// The end of the log: calls `turn` for all that wait.
+  /// Calls `turn` for all buffered measurements, at the end of the log.
   template <class Turn>
   void finish(const Turn& turn) {
     while (auto next = queue_.pop()) turn(*next, false);

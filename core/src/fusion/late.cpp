@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What comes, in the total order, before what was committed already (docs/math/time.md).
+// Measurements that precede the committed one in the total order (docs/math/time.md).
 #include <fmt/format.h>
 
 #include "fusion/parts.hpp"
@@ -11,8 +11,8 @@ void Fusion::Parts::process_late(const Measurement& m) {
   if (maps.empty() && history.reaches(m.stamp)) {
     fate = roll_back_and_repeat(m);
     ++committed.record(m).state.counters.processed_late;
-  } else if (particles::Instant* then = maps.empty() ? nullptr : committed.filter.recall(m.stamp)) {
-    fusion::PastHorizon past(steps, *then);
+  } else if (particles::Instant* past_particles = maps.empty() ? nullptr : committed.filter.recall(m.stamp)) {
+    fusion::PastHorizon past(steps, *past_particles);
     fate = process(m, past, layout, updates);
     committed.count(m, fate);
     ++committed.record(m).state.counters.processed_late;
@@ -20,12 +20,12 @@ void Fusion::Parts::process_late(const Measurement& m) {
     committed.count(m, fate);
     note_too_late(m);
   }
-  committed.judge_health(committed.filter.stamp());
-  show(m, fate);
+  committed.update_health(committed.filter.stamp());
+  notify_observer(m, fate);
 }
 
-/// Without maps: back to the mark before it, then forward again with the measurement in its place. The result is that
-/// of a log in order, to the byte.
+/// Without maps: rolls back to the mark before the measurement and processes all from there in order. The result is
+/// byte-identical to that of a log in order.
 Fate Fusion::Parts::roll_back_and_repeat(const Measurement& m) {
   std::vector<Measurement> again;
   committed.roll_back(history.rewind(m, again));
@@ -38,7 +38,7 @@ Fate Fusion::Parts::roll_back_and_repeat(const Measurement& m) {
 }
 
 void Fusion::Parts::mark_if_due() {
-  if (history.keeps() && history.wants_mark()) history.mark(committed.mark(history.count()));
+  if (history.keeps() && history.needs_mark()) history.mark(committed.mark(history.count()));
 }
 
 void Fusion::Parts::note_too_late(const Measurement& m) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "fusion/committed.hpp"
@@ -12,15 +15,15 @@
 
 namespace waymark::fusion {
 
-/// What the map modules found in one measurement.
+/// What the map modules extracted from one measurement.
 struct Extraction {
   std::vector<particles::MappingInput> inputs;
-  std::vector<std::shared_ptr<const Observation>> observations;  ///< of the inputs: keeps them alive
-  bool skipped = false;                                          ///< a module has no use for the measurement
-  bool unusable = false;                                         ///< a module could not read it
+  std::vector<std::shared_ptr<const Observation>> observations;  ///< of the inputs, which point to them
+  bool skipped = false;                                          ///< a module does not use the measurement
+  bool unusable = false;                                         ///< a module rejected it as unusable
 };
 
-/// The maps of the YAML with their modules, and how measurements come to them.
+/// The maps of the YAML with their modules and inputs.
 class MapExtraction {
  public:
   explicit MapExtraction(std::vector<MapSlot> maps) : maps_(std::move(maps)), unusable_(maps_.size()) {}
@@ -32,12 +35,12 @@ class MapExtraction {
   /// True if a map in service takes this sensor's measurements along with those of its first input.
   bool has_companion(std::uint32_t sensor) const;
 
-  /// Lets every module that this measurement triggers extract its observation. A module that throws goes out of
-  /// service.
+  /// The observations of every module that this measurement triggers. A module that throws anything but DataError is
+  /// taken out of service.
   Extraction extract(const Measurement& m, const MotionWindow& motion, Committed& committed);
-  /// A module failed: its maps are dropped and an event notes why.
+  /// Drops a module and its maps, and adds an event with the reason.
   void take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed);
-  /// Adds how many measurements each map could not read.
+  /// Adds an event with the number of unusable measurements for each map that had several.
   void report(Time stamp, std::vector<Event>& events) const;
 
   /// The modules; their maps are the particles'. Reading throws DataError if it is of another configuration, and drops
@@ -49,7 +52,7 @@ class MapExtraction {
   std::vector<Companion> companions_of(const MapSlot& map, const Measurement& m, const Committed& committed) const;
 
   std::vector<MapSlot> maps_;
-  std::vector<std::uint64_t> unusable_;  // per map, measurements that it could not read
+  std::vector<std::uint64_t> unusable_;  // per map, unusable measurements
 };
 
 }  // namespace waymark::fusion

@@ -11,14 +11,13 @@
 
 namespace waymark::fusion {
 
-/// Puts measurements in time order: a total order of (stamp, sensor, sequence). A measurement is handed out once its
-/// stamp lies more than `max_latency` behind the newest arrival, so the order does not depend on how measurements
-/// overtook each other within that window.
+/// Puts measurements in the total order of (stamp, sensor, sequence). A measurement is due once its stamp lies more
+/// than `max_latency` behind the newest arrival, so the order of arrival within that window has no effect.
 class WAYMARK_API MeasurementQueue {
  public:
   explicit MeasurementQueue(Duration max_latency) : max_latency_(max_latency) {}
 
-  /// Takes `measurement`, unless it comes, in the total order, before what was handed out already: then false.
+  /// Adds `measurement`. False if it precedes, in the total order, one that was already returned.
   bool push(const Measurement& measurement);
   /// The oldest measurement that is due, if any.
   std::optional<Measurement> pop_due();
@@ -27,9 +26,11 @@ class WAYMARK_API MeasurementQueue {
 
   std::size_t size() const { return waiting_.size(); }
 
+  /// The total order.
   struct Order {
     bool operator()(const Measurement& a, const Measurement& b) const;
   };
+  /// The buffered measurements, in order.
   const std::multiset<Measurement, Order>& waiting() const { return waiting_; }
 
  private:

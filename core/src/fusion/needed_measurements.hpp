@@ -9,15 +9,17 @@
 
 namespace waymark::fusion {
 
-/// Measurements that a checkpoint needs, by (sensor, sequence), in the order in which they were wanted: it holds none,
-/// but reads them from the log again, which is exact and needs no format of its own.
+/// Measurements that a checkpoint needs, by (sensor, sequence), in the order of `want`. The checkpoint does not contain
+/// them: they are read from the log again, which is exact and needs no format.
 class NeededMeasurements {
  public:
+  /// Adds a needed measurement.
   void want(const Measurement& m) { keys_.push_back({m.sensor, m.sequence}); }
-  /// Keeps `m` if it is wanted.
+  /// Stores `m` if it is needed.
   void offer(const Measurement& m);
-  /// Throws DataError if the log did not hold them all.
+  /// Throws DataError if one of them was not in the log.
   void check() const;
+  /// The needed measurements that were read.
   std::vector<Measurement>& found() { return found_; }
 
   template <class Archive>

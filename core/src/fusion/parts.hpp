@@ -19,21 +19,21 @@
 
 namespace waymark {
 
-/// The parts of the host. What they do together is in fusion.cpp, late.cpp and checkpoint.cpp.
+/// The parts of the host. Their steps are in fusion.cpp, late.cpp and checkpoint.cpp.
 struct Fusion::Parts {
   Parts(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps, Observer observer);
 
-  // The way of a measurement. (fusion.cpp)
-  void take_turn(const Measurement& m, bool is_late);
+  // Processing of a measurement. (fusion.cpp)
+  void dispatch(const Measurement& m, bool is_late);
   void commit(const Measurement& m);
   Fate predict_and_process(const Measurement& m);
-  void show(const Measurement& m, Fate fate);
-  void refuse(const Measurement& m, const std::string& fault);
+  void notify_observer(const Measurement& m, Fate fate);
+  void reject(const Measurement& m, const std::string& fault);
   void add_to_smoother(Fate fate);
   // Before the start. (start.cpp)
   void await_start(const Measurement& m);
   void begin(const fusion::Start& start);
-  // What comes late. (late.cpp)
+  // Late measurements. (late.cpp)
   void process_late(const Measurement& m);
   Fate roll_back_and_repeat(const Measurement& m);
   void note_too_late(const Measurement& m);
@@ -52,16 +52,16 @@ struct Fusion::Parts {
   fusion::PresentHorizon present;
   Observer observer;
 
-  std::vector<Event> arrival_events;                 // of clocks: these do not roll back
-  std::optional<std::pair<Measurement, Fate>> last;  // the last measurement that was shown
+  std::vector<Event> arrival_events;                 // of clocks and late measurements; not rolled back
+  std::optional<std::pair<Measurement, Fate>> last;  // the last reported measurement
   std::uint64_t arrived = 0;
-  std::uint64_t turns = 0;  // measurements whose turn has come, late ones included
+  std::uint64_t turns = 0;  // measurements in the total order so far, late ones included
   UpdateList updates;       // of the last measurement
   bool started = false;
-  bool repeating = false;  // measurements are processed that were processed before: nothing is shown
+  bool repeating = false;  // measurements of a checkpoint are processed again: nothing is reported
 };
 
-/// The steps of Fig. 2.1 of the paper for one measurement. `updates`: scratch.
+/// The steps of Fig. 2.1 of the paper for one measurement, on `at`. `updates`: scratch.
 Fate process(const Measurement& m, fusion::Horizon& at, const StateLayout& layout, UpdateList& updates);
 
 }  // namespace waymark

@@ -5,7 +5,7 @@ namespace waymark::fusion {
 
 void PastHorizon::update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) {
   Committed& committed = steps_.committed();
-  if (index > 0) committed.filter.recall(m.stamp);  // the update before has changed what is believed of that time
+  if (index > 0) committed.filter.recall(m.stamp);  // the update before changed the past beliefs
   steps_.account(m, index, committed.filter.update(at_, update, committed.record(m).policy), result);
 }
 

@@ -8,23 +8,24 @@
 namespace waymark::fusion {
 
 bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updates) {
-  if (follow_standstill(m, updates)) return true;
-  if (const auto& unknown = updates.forgotten_twist(); unknown && !standing()) {
+  if (update_standstill(m, updates)) return true;
+  if (const auto& unknown = updates.twist_reset(); unknown && !standing()) {
     filter().release(unknown->velocity_sigma, unknown->rate_sigma);
   }
   return false;
 }
 
-/// What a sensor measures of its own states (a gyro's bias) is never better known than while the robot stands, so a
-/// sensor with own states is updated all the same.
-bool PresentHorizon::follow_standstill(const Measurement& m, const UpdateList& updates) {
-  if (updates.motion() == UpdateList::Motion::not_said) return false;
+/// A sensor's own states (a gyro's bias) are best observable at standstill, so a sensor with own states is updated
+/// then, too.
+bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& updates) {
+  if (updates.motion() == UpdateList::Motion::not_reported) return false;
   monitoring::Standstill& standstill = steps_.committed().standstill;
-  const bool stood = standstill.standing();
+  const bool was_standing = standstill.standing();
   standstill.report(m.sensor, m.stamp, updates.motion() == UpdateList::Motion::moving,
-                    updates.forgotten_twist().has_value());
-  if (!stood && standstill.standing()) filter().stop();
-  if (stood && !standstill.standing()) filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
+                    updates.twist_reset().has_value());
+  if (!was_standing && standstill.standing()) filter().stop();
+  if (was_standing && !standstill.standing())
+    filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   const auto owner = static_cast<std::size_t>(record(m).policy.owner);
   return standstill.standing() && record(m).traits.is_motion_source && filter().layout().owners()[owner].block.empty();
 }
@@ -35,40 +36,40 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   if (!steps_.account(m, index, outcome, result)) return;
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
-    if (index == 0 && is_position) watch_for_bias(m, outcome, result);
+    if (index == 0 && is_position) check_for_bias(m, outcome, result);
   } else if (record.slot.max_consecutive_rejections > 0 &&
              ++record.state.rejections_in_a_row[index] >= record.slot.max_consecutive_rejections) {
     reacquire(m, index, update, outcome);
   }
 }
 
-/// Biased innovations of a position: the robot slips, or the fixes creep away. Which of the two cannot be decided
-/// here; that the position is less certain than the filter believes is sure. Where maps localise, the robot is located
-/// in them all the same: only the map's place on the Earth is widened, and without a georeference nothing, since fixes
-/// that creep would tear the map.
-void PresentHorizon::watch_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome,
+/// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
+/// cases the position's covariance is too small. Where maps localise, the pose in the map stays correct: only the
+/// georeference is inflated, and without one nothing, since drifting fixes would distort the map.
+void PresentHorizon::check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome,
                                     UpdateResult& result) {
   SensorState& state = record(m).state;
-  if (!state.bias.take(outcome.innovation, outcome.S)) return;
+  if (!state.bias.add(outcome.innovation, outcome.S)) return;
   const Eigen::Vector2d bias = state.bias.mean().head<2>();
-  const bool widens = filter().georeference() || !steps_.maps().localizes();
-  if (widens) filter().inflate_pose(bias.squaredNorm(), 0.0);
+  const bool inflates = filter().georeference() || !steps_.maps().localizes();
+  if (inflates) filter().inflate_pose(bias.squaredNorm(), 0.0);
   if (settings_.smooth) steps_.committed().smoother.cut_next();
-  result.doubt = "its innovations are biased: it, or the motion source, is wrong";
+  result.degraded_reason = "its innovations are biased: it, or the motion source, is wrong";
   if (state.biased++ == 0) {
     steps_.committed().note(
-        m.stamp, fmt::format("{}: its innovations are biased by {:.3g} m; it, or the motion source, is wrong{} "
-                             "(further times are only counted)",
-                             record(m).slot.name, bias.norm(), widens ? ", and the position was widened" : ""));
+        m.stamp,
+        fmt::format("{}: its innovations are biased by {:.3g} m; it, or the motion source, is wrong{} "
+                    "(further times are only counted)",
+                    record(m).slot.name, bias.norm(), inflates ? ", and the position's covariance was inflated" : ""));
   }
-  state.bias.restart();
+  state.bias.reset();
 }
 
-/// A sensor that was rejected too often in a row is right and the filter is wrong, or the other way round; a filter
-/// that never follows it again is the worse of the two.
+/// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
+/// worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
                                const particles::MixtureOutcome& outcome) {
-  constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to turn the heading
+  constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to correct the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
   if (record.traits.is_absolute) {
@@ -78,19 +79,20 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   }
   if (settings_.smooth) steps_.committed().smoother.cut_next();
   steps_.committed().health.reacquired(m.stamp);
-  particles::UpdatePolicy open = record.policy;
-  open.ignore_gate = true;
-  filter().update(update, open);
+  particles::UpdatePolicy without_gate = record.policy;
+  without_gate.ignore_gate = true;
+  filter().update(update, without_gate);
   steps_.committed().note(
-      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the belief was widened and "
-                           "the sensor re-acquired",
+      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the covariance was inflated "
+                           "and the sensor re-acquired",
                            record.slot.name, record.state.rejections_in_a_row[index], miss));
   record.state.rejections_in_a_row[index] = 0;
 }
 
 void PresentHorizon::map(const Measurement& m, const Extraction& extraction, UpdateResult& result) {
   steps_.map(m, filter().now(), extraction, result);
-  if (std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) result.located = filter().located();
+  if (std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize))
+    result.localized = filter().localized();
 }
 
 }  // namespace waymark::fusion

@@ -18,18 +18,18 @@
 
 namespace waymark::fusion {
 
-/// What a roll-back restores of a sensor.
+/// State of a sensor that a rollback restores.
 struct SensorState {
-  std::shared_ptr<Sensor> sensor;  ///< null: only maps take its measurements, or it is out of service
+  std::shared_ptr<Sensor> sensor;  ///< null: for maps only, or out of service
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
   monitoring::BiasWatch bias = {};                               ///< of a position's innovations
-  int biased = 0;                                                ///< how often that was no chance
+  int biased = 0;                                                ///< how often they were biased
   bool ignored_noted = false;                                    ///< there is an event already
   bool not_localized_noted = false;
 
-  /// A copy whose sensor is a clone.
+  /// A copy with a clone of the sensor.
   SensorState clone() const;
   /// Reading throws DataError if a sensor is in service that this host lacks.
   template <class Archive>
@@ -53,7 +53,7 @@ struct SensorRecord {
   SensorTraits traits;  ///< of the plugin, if there is one
   SensorState state;
 
-  // Known by what arrives, so it does not roll back.
+  // Counted on arrival: not rolled back.
   std::uint64_t mistimed = 0;
   bool too_late_noted = false;        ///< there is an event already
   std::optional<Measurement> newest;  ///< for maps with several inputs

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 #include <ranges>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "waymark/base/error.hpp"
@@ -26,22 +28,22 @@ bool has_absolute(const std::vector<SensorSlot>& sensors, bool fused) {
   });
 }
 
-bool have_prior_map(const std::vector<MapSlot>& maps) {
+bool any_prior_map(const std::vector<MapSlot>& maps) {
   return std::ranges::any_of(maps, [](const MapSlot& map) { return map.module && map.module->has_prior_map(); });
 }
 
-/// Without maps nothing would stay behind when the map is moved, and without an absolute sensor nothing moves it. The
-/// map of a known place lies where it says.
+/// A georeference needs maps, which it moves against the Earth, and an absolute sensor, which moves them. A prior map
+/// lies where its file places it.
 bool needs_georeference(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                         const std::vector<MapSlot>& maps) {
-  return settings.georeference.enabled && !maps.empty() && !have_prior_map(maps) && has_absolute(sensors, true);
+  return settings.georeference.enabled && !maps.empty() && !any_prior_map(maps) && has_absolute(sensors, true);
 }
 
 bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front() == static_cast<int>(sensor); }
 
 }  // namespace
 
-/// Only particles with maps weigh what comes late; a belief alone is rolled back.
+/// Past beliefs are needed with maps only; without maps the host rolls back.
 ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
   ParticleFilterSettings filter = settings.filter;
   filter.history = maps.empty() ? Duration::zero() : settings.history;
@@ -90,8 +92,8 @@ std::vector<SensorRecord> make_records(const std::vector<SensorSlot>& sensors, c
   return records;
 }
 
-StartKnowledge start_knowledge(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
-  return {has_absolute(sensors, false), has_absolute(sensors, true), have_prior_map(maps)};
+StartSources start_sources(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps) {
+  return {has_absolute(sensors, false), has_absolute(sensors, true), any_prior_map(maps)};
 }
 
 std::vector<StateLayout::Owner> block_owners(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
@@ -115,7 +117,7 @@ std::optional<estimation::Georeference> georeference_of(const StateLayout& layou
 
 namespace {
 
-/// One instrument feeds one sensor: the reading of a magnetometer would count twice.
+/// Only one sensor may use an instrument: its errors would count twice.
 void check_instruments(const std::vector<SensorSlot>& sensors) {
   std::map<std::string_view, const SensorSlot*> users;
   for (const SensorSlot& slot : sensors) {
@@ -125,8 +127,8 @@ void check_instruments(const std::vector<SensorSlot>& sensors) {
     const auto [first, is_new] = users.try_emplace(instrument.name, &slot);
     if (is_new) continue;
     throw ConfigError(fmt::format(
-        "sensors.{} and sensors.{} both take their heading from {}: if it is the same one, leave it to one of them; if "
-        "not, {}",
+        "sensors.{} and sensors.{} both take their heading from {}: if it is the same one, use it in one of them only; "
+        "if not, {}",
         first->second->name, slot.name, instrument.name, instrument.unless));
   }
 }

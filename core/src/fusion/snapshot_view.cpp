@@ -33,18 +33,18 @@ std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const auto& map = best().maps[i];
     if (!map) continue;
-    MapDescription& shown = result.emplace_back();
-    shown.module = maps_[i].name;
-    map->describe(shown);
+    MapDescription& description = result.emplace_back();
+    description.module = maps_[i].name;
+    map->describe(description);
     if (maps_[i].module) {
       of_all.clear();
       for (const particles::Particle& particle : filter_.particles()) of_all.push_back(particle.maps[i].get());
-      maps_[i].module->describe(of_all, shown.figures);
+      maps_[i].module->describe(of_all, description.figures);
     }
-    if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) shown.grid = map->grid();
-    if (detail == MapDetail::with_mixtures) shown.mixture = mixture_of(i);
-    if (detail == MapDetail::with_files) shown.files = map->files(filter_.T_enu_map(best()));
-    if (filter_.georeference()) place_on_earth(shown);
+    if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) description.grid = map->grid();
+    if (detail == MapDetail::with_mixtures) description.mixture = mixture_of(i);
+    if (detail == MapDetail::with_files) description.files = map->files(filter_.T_enu_map(best()));
+    if (filter_.georeference()) place_on_earth(description);
   }
   return result;
 }
@@ -59,8 +59,8 @@ std::optional<GridView> SnapshotView::mixture_of(std::size_t map) const {
   return particles::mix_grids(grids);
 }
 
-/// The map module knows its landmarks in the map; what is shown is where they stand on the Earth, and how well that is
-/// known.
+/// Transforms landmarks and grids from the map to ENU. The landmarks' covariances then include that of the map's place
+/// on the Earth.
 void SnapshotView::place_on_earth(MapDescription& map) const {
   const estimation::Georeference& georeference = *filter_.georeference();
   const Pose T_enu_map = filter_.T_enu_map(best());

@@ -10,7 +10,7 @@
 
 namespace waymark::fusion {
 
-/// The snapshot that sinks see: the filter after one measurement.
+/// The snapshot for sinks: the filter after one measurement.
 class SnapshotView final : public Snapshot {
  public:
   SnapshotView(const Committed& committed, const std::vector<MapSlot>& maps, bool started,

@@ -9,24 +9,23 @@
 
 namespace waymark::fusion {
 
-std::optional<Start> StartFinder::consider(const Measurement& measurement, const std::optional<StartHint>& hint) {
-  if (!knowledge_.absolute_known || (settings_.position && settings_.yaw))
-    return make_start(measurement.stamp, nullptr);
+std::optional<Start> StartFinder::process(const Measurement& measurement, const std::optional<StartHint>& hint) {
+  if (!sources_.has_absolute || (settings_.position && settings_.yaw)) return make_start(measurement.stamp, nullptr);
   if (!hint) return std::nullopt;
 
   if (hint->yaw_rad) {
     yaw_ = hint->yaw_rad;
     yaw_sigma_ = hint->yaw_sigma_rad;
   }
-  if (hint->p_map_point) take_course(measurement, *hint);
+  if (hint->p_map_point) update_course(measurement, *hint);
   const bool have_yaw = settings_.yaw || yaw_;
   const Fix* fix = first_fix();
   if (!have_yaw || (!settings_.position && fix == nullptr)) return std::nullopt;
   return make_start(fix != nullptr ? fix->stamp : measurement.stamp, fix);
 }
 
-/// The course between two fixes of one antenna; two antennas lie apart also on a robot that stands.
-void StartFinder::take_course(const Measurement& measurement, const StartHint& hint) {
+/// Heading from the course between two fixes of one antenna: two antennas are apart also at standstill.
+void StartFinder::update_course(const Measurement& measurement, const StartHint& hint) {
   const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
   if (first == first_fixes_.end()) {
     first_fixes_.push_back({measurement.sensor, measurement.stamp, measurement.sequence, hint});
@@ -36,7 +35,7 @@ void StartFinder::take_course(const Measurement& measurement, const StartHint& h
   const Eigen::Vector2d course = (*hint.p_map_point - *first->hint.p_map_point).head<2>();
   const double sigma = std::hypot(hint.sigma_m, first->hint.sigma_m);
   if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
-    // A robot that starts to drive is taken to drive forwards.
+    // Assumes that the robot starts to drive forwards.
     yaw_ = std::atan2(course.y(), course.x());
     yaw_sigma_ = std::max(settings_.yaw_sigma, sigma / course.norm());
   }
@@ -71,10 +70,10 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
   }
   estimation::ekf::release(start.prior, layout_, settings_.velocity_sigma, settings_.rate_sigma);
 
-  // Without an absolute sensor in the filter the start pose is the map's gauge and has no uncertainty. In a map of the
-  // place it has, and stays a Gaussian until the map is met: each particle then looks for itself in all of it.
-  if (knowledge_.absolute_fused || knowledge_.place_known) {
-    start.draw = !knowledge_.place_known;
+  // Without a fused absolute sensor the start pose is the map's gauge and has zero covariance. In a prior map it has
+  // the given covariance, and stays a Gaussian until the first match: each particle then searches all of it.
+  if (sources_.fuses_absolute || sources_.has_prior_map) {
+    start.draw = !sources_.has_prior_map;
     const auto& index = layout_.pose_indices();
     const double yaw_variance = yaw_sigma * yaw_sigma;
     ErrorMatrix& P = start.prior.P;

@@ -1,40 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "waymark/host/fusion_settings.hpp"
 
 namespace waymark::fusion {
 
-/// How the filter begins.
+/// Start of the filter.
 struct Start {
   Belief prior;
-  bool draw = false;              ///< the particles draw their start from the prior; else it is the map's gauge
-  std::uint32_t used_sensor = 0;  ///< the measurement that gave the position; not to be fused a second time
+  bool draw = false;              ///< the particles draw their start from the prior; otherwise it is the map's gauge
+  std::uint32_t used_sensor = 0;  ///< the measurement that gave the position, if `used`; not to be fused again
   std::uint64_t used_sequence = 0;
   bool used = false;
 };
 
-/// What tells where the robot is.
-struct StartKnowledge {
-  bool absolute_known;  ///< a sensor could tell the position, fused or only used for the start
-  bool absolute_fused;  ///< it also goes on to be fused
-  bool place_known;     ///< a map of the place is there
+/// What gives or constrains the start pose.
+struct StartSources {
+  bool has_absolute;    ///< an absolute sensor can find the start, fused afterwards or not
+  bool fuses_absolute;  ///< an absolute sensor is fused after the start
+  bool has_prior_map;   ///< a map is loaded
 };
 
-/// Gathers what is needed to begin: pose from the YAML, from a fix, heading from a compass or from two fixes more than
-/// 5σ apart.
+/// Finds the start pose: from the YAML, from a fix, the heading from a compass or from two fixes more than 5σ apart.
 class StartFinder {
  public:
-  StartFinder(const StartSettings& settings, const StateLayout& layout, StartKnowledge knowledge)
-      : settings_(settings), layout_(layout), knowledge_(knowledge) {}
+  StartFinder(const StartSettings& settings, const StateLayout& layout, StartSources sources)
+      : settings_(settings), layout_(layout), sources_(sources) {}
 
-  /// Looks at the next measurement in stamp order; `hint` is what its sensor says.
-  std::optional<Start> consider(const Measurement& measurement, const std::optional<StartHint>& hint);
+  /// Adds the next measurement in stamp order, with its sensor's hint. Returns the start once it is known.
+  std::optional<Start> process(const Measurement& measurement, const std::optional<StartHint>& hint);
 
-  /// What is still missing, for the user.
+  /// The missing information, as a text for users.
   std::string missing() const;
 
  private:
@@ -49,11 +50,11 @@ class StartFinder {
 
   StartSettings settings_;
   const StateLayout& layout_;
-  StartKnowledge knowledge_;
+  StartSources sources_;
   const Fix* first_fix() const { return first_fixes_.empty() ? nullptr : &first_fixes_.front(); }
-  void take_course(const Measurement& measurement, const StartHint& hint);
+  void update_course(const Measurement& measurement, const StartHint& hint);
 
-  std::vector<Fix> first_fixes_;  // one of each sensor, in the order of their coming
+  std::vector<Fix> first_fixes_;  // the first of each sensor, in their order
   std::optional<double> yaw_;
   double yaw_sigma_ = 0.0;
 };

@@ -8,13 +8,13 @@
 
 namespace waymark::fusion {
 
-std::optional<Start> Startup::consider(const Measurement& m, const std::optional<StartHint>& hint,
-                                       const std::vector<SensorRecord>& sensors) {
+std::optional<Start> Startup::process(const Measurement& m, const std::optional<StartHint>& hint,
+                                      const std::vector<SensorRecord>& sensors) {
   buffer_.insert(std::upper_bound(buffer_.begin(), buffer_.end(), m, MeasurementQueue::Order{}), m);
-  if (!start_) start_ = finder_.consider(m, hint);
+  if (!start_) start_ = finder_.process(m, hint);
   if (!start_) return std::nullopt;
-  // The filter's time begins with the first motion measurement: until then the twist is unknown, and a second of
-  // prediction with it turns the map.
+  // The filter starts at the first motion measurement. The twist before it is unknown, and one second of prediction
+  // with it would rotate the map.
   const auto first_motion = std::ranges::find_if(buffer_, [&](const Measurement& b) {
     const SensorRecord& record = sensors[b.sensor];
     const Sensor* sensor = record.state.sensor.get();
@@ -29,7 +29,7 @@ std::optional<Start> Startup::consider(const Measurement& m, const std::optional
 
 std::string Startup::missing() const {
   if (!start_) return finder_.missing();
-  return motion_from_maps_ ? "no map has been given a measurement" : "no motion sensor has delivered a measurement";
+  return motion_from_maps_ ? "no map has received a measurement" : "no motion sensor has delivered a measurement";
 }
 
 }  // namespace waymark::fusion

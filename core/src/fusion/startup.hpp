@@ -11,22 +11,21 @@
 
 namespace waymark::fusion {
 
-/// Keeps what arrives until the start pose is found and the motion is measured.
+/// Buffers measurements until the start pose and the first motion measurement are known.
 class Startup {
  public:
-  /// `motion_from_maps`: no sensor measures the motion, so the first scan begins it.
-  Startup(const StartSettings& settings, const StateLayout& layout, StartKnowledge knowledge, bool motion_from_maps)
-      : finder_(settings, layout, knowledge), motion_from_maps_(motion_from_maps) {}
+  /// `motion_from_maps`: without a motion sensor, the first mapping measurement starts the filter.
+  Startup(const StartSettings& settings, const StateLayout& layout, StartSources sources, bool motion_from_maps)
+      : finder_(settings, layout, sources), motion_from_maps_(motion_from_maps) {}
 
-  /// Looks at the next measurement; `hint` is what its sensor reports of the start. Returns how the filter begins once
-  /// that is known.
-  std::optional<Start> consider(const Measurement& m, const std::optional<StartHint>& hint,
-                                const std::vector<SensorRecord>& sensors);
+  /// Adds the next measurement, with its sensor's hint. Returns the start of the filter once it is known.
+  std::optional<Start> process(const Measurement& m, const std::optional<StartHint>& hint,
+                               const std::vector<SensorRecord>& sensors);
   /// False once the start pose is found.
-  bool looks_for_pose() const { return !start_; }
-  /// What has arrived so far, in the total order; it is forgotten here.
+  bool needs_pose() const { return !start_; }
+  /// Returns the buffered measurements, in the total order, and clears the buffer.
   std::vector<Measurement> release() { return std::exchange(buffer_, {}); }
-  /// What is still missing, for the user.
+  /// The missing information, as a text for users.
   std::string missing() const;
 
  private:

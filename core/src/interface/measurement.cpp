@@ -7,9 +7,9 @@
 
 namespace waymark {
 
-void Measurement::throw_wrong_type(std::string_view asked) const {
-  throw DataError(fmt::format("a measurement at {} s carries {}, but {} was asked for", format_time(stamp),
-                              payload->type(), asked));
+void Measurement::throw_wrong_type(std::string_view expected) const {
+  throw DataError(fmt::format("a measurement at {} s carries {}, but {} was expected", format_time(stamp),
+                              payload->type(), expected));
 }
 
 }  // namespace waymark

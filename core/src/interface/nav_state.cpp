@@ -26,17 +26,17 @@ StateLayout::StateLayout(Motion motion, std::vector<Owner> owners) : motion_(mot
   }
   pose_ = {active_[0], active_[1], active_[5]};
   size_ = core_size_;
-  std::string asked;
+  std::string sizes;
   for (const Owner& owner : owners_) {
     offsets_.push_back(size_ - core_size_);
     size_ += static_cast<int>(owner.block.size());
     for (const BlockState& state : owner.block) flat_.push_back(&state);
     if (!owner.block.empty())
-      asked += fmt::format("{}{}: {}", asked.empty() ? "" : ", ", owner.name, owner.block.size());
+      sizes += fmt::format("{}{}: {}", sizes.empty() ? "" : ", ", owner.name, owner.block.size());
   }
   if (block_size() > kMaxBlockStates) {
     throw ConfigError(fmt::format("the sensors' own state blocks need {} states, at most {} fit ({})", block_size(),
-                                  kMaxBlockStates, asked));
+                                  kMaxBlockStates, sizes));
   }
 }
 

@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
 
 #include "waymark/interface/measurement.hpp"
 
 namespace waymark {
 namespace {
 
-/// Holds every field against what is registered of it; keeps the first fault.
+/// Checks every field against its `FieldInfo`; stores the first violation.
 class FieldCheck final : public FieldVisitor {
  public:
   void field(const FieldInfo& info, const FieldValue& value) override {
@@ -31,8 +36,8 @@ class FieldCheck final : public FieldVisitor {
   void check_numbers(const FieldInfo& info, std::span<const double> numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const double v = numbers[i];
-      const bool known_to_be_unknown = std::isnan(v) && !info.unknown.empty();
-      if (!std::isfinite(v) && !known_to_be_unknown) {
+      const bool is_marked_unknown = std::isnan(v) && !info.unknown.empty();
+      if (!std::isfinite(v) && !is_marked_unknown) {
         problem_ = fmt::format("{} is not finite", info.names[i]);
       } else if (info.limit > 0.0 && std::abs(v) > info.limit) {
         problem_ = fmt::format("{} is beyond ±{}", info.names[i], info.limit);

@@ -12,7 +12,7 @@ static_assert(std::endian::native == std::endian::little, "archives are written 
 namespace waymark {
 namespace {
 
-// A damaged count must not become an allocation of the whole memory.
+// A damaged count must not allocate the whole memory.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 34;
 constexpr std::uint64_t kMaxNameLength = 4096;
 constexpr std::uint32_t kSectionMark = 0x54434553u;  // "SECT"
@@ -66,7 +66,7 @@ std::size_t InArchive::count(std::size_t element_size) {
   std::uint64_t elements = 0;
   value(elements);
   if (elements > kMaxBytes / element_size) fail("a length is damaged");
-  // Where the stream knows its end, a length beyond it is refused before any memory is taken.
+  // If the stream has an end, a length beyond it is rejected before any memory is allocated.
   const std::istream::pos_type here = stream_.tellg();
   if (here != std::istream::pos_type(-1)) {
     stream_.seekg(0, std::ios::end);

@@ -35,7 +35,7 @@ int create(const std::filesystem::path& path, const std::filesystem::path& parti
   return descriptor;
 }
 
-/// Writes until all is out or the system refuses; `done` counts what went out. Returns the system's error or 0.
+/// Writes until all is written or the system reports an error; `done`: bytes written. Returns the system's error or 0.
 int write_all(int descriptor, std::string_view text, std::size_t& done) {
   done = 0;
   while (done < text.size()) {
@@ -48,7 +48,7 @@ int write_all(int descriptor, std::string_view text, std::size_t& done) {
   return 0;
 }
 
-/// Returns the system's error or 0. Some file systems cannot sync; that is no loss.
+/// Returns the system's error or 0. Some file systems cannot sync; this is ignored.
 int sync(int descriptor) {
   if (::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP) return 0;
   return errno;
@@ -105,7 +105,7 @@ void OutputFile::commit() {
 void OutputFile::fail(const char* doing, int system_error) {
   const bool cut = ::ftruncate(descriptor_, static_cast<off_t>(last_line_end_)) == 0;
   ::close(std::exchange(descriptor_, -1));
-  // Not even one line fits: an empty file would only hide an older one.
+  // Without a complete line there is no file: an empty one would hide an older one.
   if (cut && last_line_end_ > 0) {
     std::rename(partial_.c_str(), path_.c_str());
   } else {

@@ -24,7 +24,7 @@ const std::vector<int>& AssignmentSolver::solve(const Eigen::Ref<const Eigen::Ma
   return column_of_;
 }
 
-/// The shortest path from `new_row` to a free column, along which all rows then move on.
+/// Finds the shortest path from `new_row` to a free column and reassigns the rows along it.
 void AssignmentSolver::add_row(const Eigen::Ref<const Eigen::MatrixXd>& cost, std::size_t new_row) {
   const std::size_t columns = row_of_.size() - 1;
   least_.assign(columns + 1, std::numeric_limits<double>::infinity());

@@ -50,7 +50,7 @@ Eigen::Matrix3d square_root(const Eigen::Matrix3d& P) {
 }
 
 Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P) {
-  // A little noise instead of a rank decision: a direction whose variance is rounding gets no gain.
+  // A little noise instead of a rank decision: a direction whose variance is a rounding error gets no gain.
   constexpr double kRounding = 1e-12;
   const Eigen::VectorXd scale =
       P.diagonal().unaryExpr([](double variance) { return variance > 0.0 ? 1.0 / std::sqrt(variance) : 0.0; });

@@ -27,7 +27,7 @@ std::uint32_t Random::next() {
 double Random::uniform() {
   const std::uint64_t high = next();
   const std::uint64_t low = next();
-  // 52 random bits and a half: neither 0 nor 1 can come out.
+  // 52 random bits and a half: the result is neither 0 nor 1.
   return (static_cast<double>(((high << 32) | low) >> 12) + 0.5) * 0x1p-52;
 }
 

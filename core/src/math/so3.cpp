@@ -8,7 +8,7 @@
 namespace waymark::so3 {
 namespace {
 
-/// Below this squared angle the closed forms lose digits and the series, cut off after four terms, has none to lose.
+/// Below this squared angle the closed forms lose digits; the series of four terms does not.
 constexpr double kSmallSquaredAngle = 0.01;
 
 /// The coefficients of J_l = I + b [theta]x + c [theta]x², and their derivatives by theta, divided by theta.
@@ -89,7 +89,7 @@ Eigen::Vector3d to_rpy(const Eigen::Quaterniond& q) {
   const Eigen::Matrix3d R = q.toRotationMatrix();
   const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
   const double pitch = std::atan2(-R(2, 0), cos_pitch);
-  // Looking straight up or down, roll and yaw turn about the same axis: all of it is called yaw.
+  // At a pitch of ±90° roll and yaw rotate about the same axis; all of it is yaw.
   if (cos_pitch < 1e-9) return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }

@@ -9,13 +9,13 @@
 
 namespace waymark::monitoring {
 
-/// Detects biased innovations. Those of a belief that is as good as it says are white (T. Kailath,
-/// IEEE Trans. Automatic Control 13(6), 1968), so their running mean is small; where it is not, the belief is off by
-/// more than it knows (wheels slip), or the sensor is wrong, and each innovation alone may still pass its gate.
+/// Detects biased innovations. The innovations of a consistent filter are white (T. Kailath, IEEE Trans. Automatic
+/// Control 13(6), 1968), so their running mean is small. If it is not, the belief is overconfident (wheels slip) or the
+/// sensor is biased, although each innovation may pass its gate.
 class BiasWatch {
  public:
-  /// One accepted innovation and its covariance. True if the mean of the last ones cannot be chance.
-  bool take(const gaussian::Vector& innovation, const gaussian::Matrix& S) {
+  /// Adds one accepted innovation with its covariance. True if the running mean is too large for chance.
+  bool add(const gaussian::Vector& innovation, const gaussian::Matrix& S) {
     const Eigen::Index rows = std::min<Eigen::Index>(3, innovation.size());
     const Eigen::LLT<gaussian::Matrix> factor(S.topLeftCorner(rows, rows));
     gaussian::Vector white = innovation.head(rows);
@@ -25,11 +25,11 @@ class BiasWatch {
     mean_.head(rows) += share * (innovation.head(rows) - mean_.head(rows));
     white_.head(rows) += share * (white - white_.head(rows));
     variance_ = (1.0 - share) * (1.0 - share) * variance_ + share * share;
-    return count_ >= kFewest && white_.squaredNorm() > kNoChance * variance_;
+    return count_ >= kMinCount && white_.squaredNorm() > kThreshold * variance_;
   }
-  /// Running mean of the innovations, as far as they have so many rows.
+  /// Running mean of the innovations, of at most three rows; 0 for missing rows.
   const Eigen::Vector3d& mean() const { return mean_; }
-  void restart() { *this = {}; }
+  void reset() { *this = {}; }
 
   template <class Archive>
   void serialize(Archive& archive) {
@@ -37,11 +37,11 @@ class BiasWatch {
   }
 
  private:
-  /// As many as the health looks at: few enough to see slipping wheels within seconds.
+  /// The window of the health monitor: short enough to detect slipping wheels within seconds.
   static constexpr double kWindow = 20.0;
-  static constexpr double kFewest = 5.0;
-  /// χ² with two degrees of freedom exceeds it once in 3 · 10⁶ times; with three, in 7 · 10⁵.
-  static constexpr double kNoChance = 30.0;
+  static constexpr double kMinCount = 5.0;
+  /// χ² with two degrees of freedom exceeds it with probability 3 · 10⁻⁷, with three 1.4 · 10⁻⁶.
+  static constexpr double kThreshold = 30.0;
 
   double count_ = 0.0;
   Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();

@@ -10,11 +10,11 @@ namespace waymark::monitoring {
 
 namespace {
 
-/// So many equal stamps in a row are a clock that stands, not several readings of one moment.
+/// From this many repetitions on an equal stamp is a stuck clock; fewer may be several readings of one time.
 constexpr int kStuck = 10;
-/// So many measurements that agree on another time are the new truth: the clock was set.
+/// A jump is accepted after this many measurements that agree: the clock was set.
 constexpr int kAgreeing = 5;
-/// A stamp of exactly zero is a time only in a log that begins at zero.
+/// A zero stamp is valid only in a log that begins near zero.
 constexpr Duration kZeroIsPlausible = std::chrono::hours(24);
 
 double seconds(Time time) { return to_seconds(time.time_since_epoch()); }
@@ -56,7 +56,7 @@ std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Arriva
                        sensor.equal_in_a_row + 1);
   }
   if (now_ && m.stamp - *now_ > settings_.max_jump) {
-    // One stamp that lies years ahead would make all others late for ever; several that agree are a clock that was set.
+    // One stamp years ahead would make all others late; several that agree are a clock that was set.
     const bool agrees =
         jumps_in_a_row_ > 0 && m.stamp - jumped_to_ < settings_.max_jump && jumped_to_ - m.stamp < settings_.max_jump;
     jumps_in_a_row_ = agrees ? jumps_in_a_row_ + 1 : 1;

@@ -12,16 +12,16 @@
 
 namespace waymark::monitoring {
 
-/// Watches the stamps of all sensors, in order of arrival: separates those that cannot be right from those that are
-/// merely late, and keeps the statistics of arrival. "Now" is the newest arrival in the data, never a clock.
+/// Checks the stamps of all sensors, in order of arrival: separates implausible stamps from late ones, and keeps
+/// statistics of the arrivals. "Now" is the newest arrival in the data, never a clock.
 class ClockMonitor {
  public:
   ClockMonitor(const ClockSettings& settings, std::size_t sensors) : settings_(settings), sensors_(sensors) {}
 
-  /// The fault of this stamp as a name for the user, or nothing. Every measurement must be shown once.
+  /// The fault of this stamp, as a text for users, or nothing. Call it once per measurement.
   std::optional<std::string> fault(const Measurement& m);
 
-  /// Fills in what is known from arrivals alone: counts, rate, latency, gaps.
+  /// Fills in the statistics of the arrivals: counts, first and last stamp, latency, longest gap.
   void report(std::size_t sensor, SensorReport& report) const;
 
  private:
@@ -29,7 +29,7 @@ class ClockMonitor {
     std::uint64_t count = 0;
     std::uint64_t reordered = 0;
     std::uint64_t mistimed = 0;
-    std::uint64_t timed = 0;  // with a believable stamp
+    std::uint64_t timed = 0;  // with a plausible stamp
     int equal_in_a_row = 0;
     Time first{};
     Time newest{};
@@ -42,7 +42,7 @@ class ClockMonitor {
 
   ClockSettings settings_;
   std::vector<Arrivals> sensors_;
-  std::optional<Time> now_;  // newest believable arrival
+  std::optional<Time> now_;  // newest arrival with a plausible stamp
   int jumps_in_a_row_ = 0;
   Time jumped_to_{};
 };

@@ -14,47 +14,51 @@
 
 namespace waymark::monitoring {
 
-/// What one measurement did, for its sensor's health.
+/// Result of one measurement, for its sensor's health.
 struct UpdateResult {
   Fate fate = Fate::fused;
-  double nis = 0.0;  ///< summed over its updates
-  int dof = 0;       ///< rows of its updates; 0: none
-  std::string_view doubt = {};
-  /// Whether the maps that localise by it gave information about the pose; nothing if they were not asked.
-  std::optional<bool> located = {};
+  double nis = 0.0;                       ///< summed over its updates
+  int dof = 0;                            ///< rows of its updates; 0: none
+  std::string_view degraded_reason = {};  ///< of the sensor's own monitoring; empty: none
+  /// Whether maps that localise gave information about the pose; nothing if none used the measurement.
+  std::optional<bool> localized = {};
 };
 
-/// Judges sensors and the whole from what becomes of their measurements (docs/math/time.md: NIS, gate rates), in stamp
-/// order. Copyable: it is rolled back with the filter.
+/// Assesses sensors and pose by the results of their measurements (docs/math/time.md: NIS, gate rates), in stamp order.
+/// Copyable: it is rolled back with the filter.
 class HealthMonitor {
  public:
-  /// What is known of a sensor at load.
+  /// Properties of a sensor, known at load.
   struct Role {
     std::string_view name;  ///< must outlive the monitor
     bool is_motion_source = false;
-    bool ties_to_map = false;    ///< absolute, or the trigger of a map that localises
+    bool is_aiding = false;      ///< absolute, or the trigger of a map that localises
     bool has_prior_map = false;  ///< the trigger of a map that localises and was loaded
     bool fused = true;
   };
   HealthMonitor(const HealthSettings& settings, const std::vector<Role>& roles, bool motion_from_maps);
 
+  /// The filter starts.
   void start(Time stamp) { started_ = stamp; }
-  void record(std::size_t sensor, Time stamp, const UpdateResult& what);
+  /// Adds the result of a measurement.
+  void record(std::size_t sensor, Time stamp, const UpdateResult& result);
+  /// The sensor's plugin is out of service.
   void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
+  /// Adds a measurement with an implausible stamp; `stamp`: the time to use instead for a sensor without others.
   void mistimed(std::size_t sensor, Time stamp);
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
-  /// The belief was widened: what came before cannot be trusted.
+  /// The covariance was inflated to re-acquire a sensor.
   void reacquired(Time stamp) { reacquired_ = stamp; }
 
-  /// Settles the state of all at `now`. `position_sigma`: of the pose, the larger axis [m].
+  /// Updates the states of sensors and pose at `now`. `position_sigma`: of the position, the larger axis [m].
   void judge(Time now, double position_sigma);
   const Health& health() const { return health_; }
 
-  /// Reading throws DataError if the checkpoint is of an older kind.
+  /// Reading throws DataError if the checkpoint has an older version.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("health", 3) < 3) throw DataError("the checkpoint is of an older kind");
+    if (archive.section("health", 3) < 3) throw DataError("the checkpoint has an older version");
     archive(started_, reacquired_);
     for (Track& track : sensors_) archive(track);
   }
@@ -69,18 +73,18 @@ class HealthMonitor {
     double count = 0.0;             // of measurements, up to the window
     double gated = 0.0;             // running shares
     double unusable = 0.0;
-    bool located = true;  // by the last step of its maps; before the first that was, a map could give none
-    bool was_located = false;
-    double steps = 0.0;          // of its maps, up to the window
-    double not_localized = 0.0;  // running share of those that gave none
-    double nis_ratio = 1.0;      // running mean of NIS over its degrees of freedom, gated ones clamped
-    std::string doubt;
-    std::optional<Time> doubted;
+    bool localized = true;  // in the last step of its maps; true until the first information, without a prior map
+    bool was_localized = false;
+    double steps = 0.0;           // of its maps, up to the window
+    double not_localized = 0.0;   // running share of those without information
+    double nis_ratio = 1.0;       // running mean of NIS over its degrees of freedom, gated ones clamped
+    std::string degraded_reason;  // last report of the sensor's own monitoring
+    std::optional<Time> degraded_at;
 
     template <class Archive>
     void serialize(Archive& archive) {
-      archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, doubt, doubted, located,
-              was_located, steps, not_localized);
+      archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, degraded_reason, degraded_at,
+              localized, was_localized, steps, not_localized);
     }
   };
   static bool is_not_localized(const Track& track);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
+#include <cstddef>
 #include <vector>
 
 #include "waymark/base/time.hpp"
@@ -9,13 +11,13 @@
 
 namespace waymark::monitoring {
 
-/// The robot stands when all motion sensors that are alive have seen no motion for a while, and none fell silent while
-/// it saw some (docs/math/ekf.md).
+/// Detects standstill: all active motion sensors report no motion for a while, and none became silent while it reported
+/// motion (docs/math/ekf.md).
 class Standstill {
  public:
   Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
 
-  /// `until_next`: the report holds until the sensor's next one, however long that takes.
+  /// The motion report of a sensor. `until_next`: it is valid until the sensor's next one, without time limit.
   void report(std::size_t sensor, Time stamp, bool moving, bool until_next = false) {
     Report& report = reports_[sensor];
     if (!report.any || moving) report.still_since = stamp;
@@ -24,7 +26,7 @@ class Standstill {
     report.moving = moving;
     report.until_next = until_next;
     standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
-      // The last report of a silent sensor stays: wheels that died while they turned did not stop the robot.
+      // The last report of a silent sensor stays valid: wheels that fail while they turn do not stop the robot.
       const bool alive = r.any && stamp - r.last < kSilence;
       return !r.any || (!r.moving && (!alive || stamp - r.still_since >= after_));
     });
@@ -32,7 +34,7 @@ class Standstill {
 
   bool standing() const { return standing_; }
 
-  /// Ends a standstill that no motion sensor reports any more; true if this ended it.
+  /// Ends the standstill if all motion sensors are silent; true if this ended it.
   bool lapses(Time now) {
     if (!standing_ || std::any_of(reports_.begin(), reports_.end(), [&](const Report& r) {
           return r.any && (r.until_next || now - r.last < kSilence);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the particles are, as a copy to roll back to and as bytes on a checkpoint.
+// State of the particles: copies for rollbacks, bytes for checkpoints.
 #include <string>
 #include <utility>
 

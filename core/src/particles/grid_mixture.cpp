@@ -75,7 +75,7 @@ std::optional<GridView> mix_grids(std::span<const WeightedGrid> grids) {
   mixture.T_map_grid.p += first.T_map_grid.q * Eigen::Vector3d(static_cast<double>(low.x) * first.resolution_m,
                                                                static_cast<double>(low.y) * first.resolution_m, 0.0);
   mixture.cells.resize(count);
-  // The same weights in the same order: where all agree, both sums are equal to the last bit.
+  // Equal weights in equal order: where all agree, both sums are equal to the last bit.
   for (std::size_t i = 0; i < count; ++i) mixture.cells[i] = percent(occupied[i], known[i]);
   return mixture;
 }

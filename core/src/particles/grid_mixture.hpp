@@ -15,9 +15,9 @@ struct WeightedGrid {
   double weight;
 };
 
-/// What all particles make of each cell: which share of the weight of those that know the cell takes it for occupied
-/// (above ½), in percent. 0 and 100 are kept for cells in which they agree. The grids' cells must lie in one lattice,
-/// as those of particles of one map do. Throws Error if they do not, or if the whole were too large.
+/// Mixture of the particles' grids. A cell is the weight of the particles that have it occupied (above ½) over the
+/// weight of those that have it known, in percent; 0 and 100 only if all of these agree. The cells must lie in one
+/// lattice, as those of one map module do. Throws Error if they do not, or if the result would be too large.
 WAYMARK_API std::optional<GridView> mix_grids(std::span<const WeightedGrid> grids);
 
 }  // namespace waymark::particles

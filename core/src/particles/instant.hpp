@@ -10,23 +10,22 @@
 
 namespace waymark::particles {
 
-/// The time that an update or a mapping step is about: the particles' own (now), or that of a measurement that comes
-/// late. The steps are the same; an instant gives the belief of a particle that is meant and what follows for its
-/// state.
+/// The time of an update or of a mapping step: the present, or the stamp of a late measurement. It gives the particles'
+/// beliefs at that time, and the effect on their present state.
 class Instant {
  public:
   virtual ~Instant() = default;
 
-  /// What particle `slot` believes of this time.
+  /// Belief of particle `slot` at this time.
   virtual Belief& belief(std::size_t slot) = 0;
   /// Moments of the mixture at this time, the poses in ENU.
   virtual const Belief& mixture() = 0;
-  /// Replaces P Hᵀ, which leads from this time's innovation to its own state, by what leads to the state of now.
+  /// Replaces P Hᵀ of the state at this time by Cov(present state, state at this time) Hᵀ.
   virtual void carry_gain(std::size_t slot, const estimation::StateJacobian& H,
                           estimation::ekf::Innovation& innovation) = 0;
-  /// Draws the poses of particles whose maps write, before they do.
+  /// Samples the poses of particles whose maps write, before they do.
   virtual void sample(std::uint32_t sensor) = 0;
-  /// After the maps were written: paths, and the particles that go on.
+  /// Records the paths and resamples, after the maps were written.
   virtual void conclude_mapping(std::uint32_t sensor) = 0;
 };
 

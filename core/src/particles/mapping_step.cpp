@@ -12,8 +12,8 @@ namespace waymark::particles {
 
 namespace {
 
-constexpr std::uint32_t kPriorDraw = 0x40000000;  // + sensor: what this random stream is for
-constexpr int kSerialMapping = 2;                 // one particle alone is mapped by the calling thread
+constexpr std::uint32_t kPriorDraw = 0x40000000;  // + sensor: purpose of this random stream
+constexpr int kSerialMapping = 2;                 // a single particle is mapped by the calling thread
 
 }  // namespace
 
@@ -46,7 +46,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   scratch.writes = false;
   scratch.informed = false;
   scratch.failed_input = -1;
-  // Each module meets its own association again, whoever else has inputs.
+  // One per module, so that every module gets its own association back.
   scratch.refinements.resize(particle.maps.size());
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const auto& map = particle.maps[static_cast<std::size_t>(inputs[i].module)];
@@ -66,7 +66,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   }
 }
 
-/// A draw of the prior: where the search of a map begins.
+/// A draw from the prior, where the search of a map begins.
 Pose MappingStep::draw_start(std::size_t slot, const PoseGaussian& prior, Time stamp, std::uint32_t sensor) const {
   Random stream = streams_(static_cast<int>(slot), stamp, kPriorDraw + sensor);
   const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
@@ -97,7 +97,7 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
 
 void MappingStep::weigh(ParticleSet& particles) {
   for (std::size_t i = 0; i < particles.size(); ++i) particles[i].log_weight += scratch_[i].log_evidence;
-  located_ = 2 * std::ranges::count_if(scratch_, &Scratch::informed) >= static_cast<std::ptrdiff_t>(particles.size());
+  localized_ = 2 * std::ranges::count_if(scratch_, &Scratch::informed) >= static_cast<std::ptrdiff_t>(particles.size());
 }
 
 void MappingStep::insert_each(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs,

@@ -14,25 +14,25 @@
 
 namespace waymark::particles {
 
-/// What draws random numbers for the particles: counter-based streams, so that no order of calls enters.
+/// Random streams of the particles. Counter-based, so the order of calls has no effect.
 struct RandomStreams {
   std::uint64_t seed = 1;
-  /// The stream of one particle (or -1: of none) at one time, for one purpose.
+  /// The stream of one particle (-1: of all together) at one time, for one purpose.
   Random operator()(int slot, Time stamp, std::uint32_t purpose) const {
     return Random({seed, static_cast<std::uint32_t>(slot), stamp.time_since_epoch().count(), purpose});
   }
 };
 
-/// The parts of a mapping step that read and write maps: every module refines every particle's belief in turn and
-/// weighs it by its evidence; after sampling, every particle writes its own maps. A module that throws for one particle
-/// loses its part for all, or the weights were not comparable.
+/// The parts of a mapping step that read and write maps. Every module refines every particle's belief in turn and
+/// weights it by its evidence; after sampling, every particle writes its own maps. If a module throws for one particle,
+/// its part is discarded for all, since the weights would not be comparable.
 class MappingStep {
  public:
   /// Layout and workers must outlive the object.
   MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams, std::size_t particles);
 
-  /// Refines the beliefs of `at` and adds the evidence to the weights, unnormalised. `stamp`: of the particles now, for
-  /// the random streams. Calls `drop_module(module)` for what threw.
+  /// Refines the beliefs of `at` and adds the evidence to the weights, unnormalised. `stamp`: of the present particles,
+  /// for the random streams. Calls `drop_module(module)` for every module that threw.
   template <class DropModule>
   void refine(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs, Time stamp,
               std::uint32_t sensor, MappingFailures& failures, const DropModule& drop_module) {
@@ -45,8 +45,8 @@ class MappingStep {
     weigh(particles);
   }
 
-  /// Each particle writes its own maps. One module after the other, so that one that throws keeps no other from
-  /// writing.
+  /// Each particle writes its own maps, one module after the other, so that one that throws does not prevent others
+  /// from writing.
   template <class DropModule>
   void insert(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs, MappingFailures& failures,
               const DropModule& drop_module) {
@@ -56,16 +56,16 @@ class MappingStep {
     }
   }
 
-  /// True if, in the last refinement, some map will write at a place that the pose of this particle decides.
+  /// True if, in the last refinement, a map will write something that depends on this particle's pose.
   bool writes(std::size_t slot) const { return scratch_[slot].writes; }
   /// True if, in the last refinement, maps gave half of the particles or more information about their pose.
-  bool located() const { return located_; }
+  bool localized() const { return localized_; }
   /// The belief of a particle before the last refinement.
   const Belief& prior(std::size_t slot) const { return scratch_[slot].prior; }
 
  private:
   struct Scratch {  // per slot, kept between calls so that warm steps do not allocate
-    Belief prior;   // before refinement, to start over when a module fails
+    Belief prior;   // before refinement, restored if a module fails
     std::vector<Refinement> refinements;
     double log_evidence = 0.0;
     bool writes = false;
@@ -104,7 +104,7 @@ class MappingStep {
   Workers& workers_;
   RandomStreams streams_;
   std::vector<Scratch> scratch_;
-  bool located_ = false;
+  bool localized_ = false;
 };
 
 }  // namespace waymark::particles

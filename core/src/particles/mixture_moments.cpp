@@ -9,7 +9,7 @@ namespace waymark::particles {
 
 namespace {
 
-// Particles that are summed up in one go: fixed, so that sums do not depend on the number of threads.
+// Particles in one partial sum: fixed, so that sums do not depend on the number of threads.
 constexpr std::size_t kChunk = 8;
 
 }  // namespace
@@ -24,7 +24,7 @@ void MixtureMoments::sum(std::size_t chunk, std::span<const Belief* const> belie
   const int n = layout_.size();
   sums.mean.setZero(n);
   sums.P.setZero(n, n);
-  sums.widest_turn = 0.0;
+  sums.max_yaw_deviation = 0.0;
   const std::size_t end = std::min(particles.size(), (chunk + 1) * kChunk);
   for (std::size_t i = chunk * kChunk; i < end; ++i) {
     const Belief* belief = beliefs[i];
@@ -37,7 +37,7 @@ void MixtureMoments::sum(std::size_t chunk, std::span<const Belief* const> belie
     const ErrorVector spread = boxminus(belief->mean, center, layout_);
     sums.mean += weight * spread;
     sums.P += weight * belief->P + (weight * spread).lazyProduct(spread.transpose());
-    sums.widest_turn = std::max(sums.widest_turn, std::abs(spread[layout_.pose_indices()[2]]));
+    sums.max_yaw_deviation = std::max(sums.max_yaw_deviation, std::abs(spread[layout_.pose_indices()[2]]));
   }
 }
 
@@ -45,9 +45,9 @@ void MixtureMoments::compute(std::span<const Belief* const> beliefs, const Parti
   mixture = *beliefs[particles.best()];
   if (georeference_) georeference_->to_enu(mixture);
   if (particles.size() == 1) return;
-  // Moments on the manifold about the best particle: one step, repeated about the mean only where particles face ways
-  // so different that the step is not exact; for the yaw this is the circular mean.
-  constexpr double kSmallTurn = 0.05;  // [rad]
+  // Moments on the manifold about the best particle: one step, repeated about the mean only where headings differ so
+  // much that the step is not exact; for the yaw this is the circular mean.
+  constexpr double kSmallDeviation = 0.05;  // [rad]
   ErrorVector mean;
   for (int iteration = 0; iteration < 4; ++iteration) {
     const NavState center = mixture.mean;
@@ -55,14 +55,14 @@ void MixtureMoments::compute(std::span<const Belief* const> beliefs, const Parti
     workers_.for_each(static_cast<int>(sums_.size()), std::cref(sum_chunk), 2);
     mean = sums_.front().mean;
     mixture.P = sums_.front().P;
-    double widest_turn = sums_.front().widest_turn;
+    double max_yaw_deviation = sums_.front().max_yaw_deviation;
     for (std::size_t chunk = 1; chunk < sums_.size(); ++chunk) {
       mean += sums_[chunk].mean;
       mixture.P += sums_[chunk].P;
-      widest_turn = std::max(widest_turn, sums_[chunk].widest_turn);
+      max_yaw_deviation = std::max(max_yaw_deviation, sums_[chunk].max_yaw_deviation);
     }
     boxplus(mixture.mean, mean, layout_);
-    if (widest_turn < kSmallTurn || mean.squaredNorm() < 1e-24) break;
+    if (max_yaw_deviation < kSmallDeviation || mean.squaredNorm() < 1e-24) break;
   }
   mixture.P -= mean.lazyProduct(mean.transpose());
 }

@@ -26,9 +26,9 @@ class MixtureMoments {
   /// Weighted sums over some particles, relative to a center.
   struct Sums {
     ErrorVector mean;
-    ErrorMatrix P;  // within and between the particles
-    double widest_turn = 0.0;
-    Belief enu;  // scratch
+    ErrorMatrix P;                   // within and between the particles
+    double max_yaw_deviation = 0.0;  // [rad]
+    Belief enu;                      // scratch
   };
   void sum(std::size_t chunk, std::span<const Belief* const> beliefs, const ParticleSet& particles,
            const NavState& center);

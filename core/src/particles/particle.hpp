@@ -22,11 +22,11 @@ struct Particle {
   std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
   Path path;
 
+  /// A copy; maps as handles.
   Particle clone() const;
 };
 
-/// Gates by the number of rows: the χ² quantile of one probability, found once, since the quantile costs more than an
-/// update.
+/// Gates by the number of rows: the χ² quantile of one probability, computed once, since it costs more than an update.
 class WAYMARK_API Gates {
  public:
   explicit Gates(double probability);
@@ -36,13 +36,13 @@ class WAYMARK_API Gates {
   std::array<double, kMaxUpdateRows + 1> quantiles_{};
 };
 
-/// How one update of one sensor enters.
+/// How the updates of one sensor are applied.
 struct UpdatePolicy {
   int owner = 0;  ///< the sensor's place in the layout
   Gates gates{0.999};
   double weight_exponent = 1.0;  ///< on the evidence only
   bool ignore_gate = false;      ///< re-acquisition
-  bool absolute = false;         ///< the model is of the pose in ENU, so its update goes through the georeference
+  bool absolute = false;         ///< the model has the pose in ENU, so its update needs the georeference
 };
 
 /// The result of one update for the mixture.
@@ -59,7 +59,7 @@ struct MappingInput {
   int module = 0;
   const Observation* observation = nullptr;
   double share = 1.0;    ///< the likelihood's exponent: information and evidence alike
-  bool localize = true;  ///< false: only maps
+  bool localize = true;  ///< false: the module only maps
 };
 
 /// Indices into the inputs of a mapping step whose modules threw, with the message.

@@ -11,7 +11,7 @@ namespace ekf = estimation::ekf;
 
 namespace {
 
-// What a random stream is for, where it is not a sensor's.
+// Purposes of random streams other than a sensor's.
 constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
 constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
 
@@ -26,7 +26,7 @@ class ParticleFilter::Present final : public Instant {
   const Belief& mixture() override { return filter_.mixture(); }
   void carry_gain(std::size_t, const estimation::StateJacobian&, ekf::Innovation&) override {}
 
-  /// The moments of the refined mixture, before it is sampled, are what is reported.
+  /// The reported moments are those of the refined mixture before it is sampled.
   void sample(std::uint32_t sensor) override {
     filter_.mixture();
     const auto sample_one = [&](int slot) {
@@ -41,7 +41,7 @@ class ParticleFilter::Present final : public Instant {
   void conclude_mapping(std::uint32_t sensor) override {
     for (std::size_t i = 0; i < filter_.set_.size(); ++i) {
       Particle& particle = filter_.set_[i];
-      particle.path.settle(filter_.mapping_.prior(i).mean.T_map_base, particle.belief.mean.T_map_base);
+      particle.path.distribute_correction(filter_.mapping_.prior(i).mean.T_map_base, particle.belief.mean.T_map_base);
     }
     filter_.record_path();
     filter_.resample_if_needed(sensor);
@@ -79,7 +79,7 @@ void ParticleFilter::start(const Belief& prior, bool draw) {
     particle.belief = prior;
     for (const auto& module : modules_) particle.maps.push_back(module ? module->create_map() : nullptr);
   }
-  // One particle alone has no others that stand for the draws it did not make: it keeps the whole prior.
+  // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (georeference_) {
     for (Particle& particle : set_) georeference_->take_over_start(particle.belief);
   } else if (draw && set_.size() > 1) {
@@ -139,7 +139,8 @@ void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
 
 void ParticleFilter::inflate_pose(double position_variance, double yaw_variance) {
   mixture_is_current_ = false;
-  // A turn about the map's origin would throw a robot far from it off the map: only the position is set free.
+  // With a georeference only the position is inflated: a rotation about the map's origin would displace a distant
+  // robot.
   for (Particle& particle : set_) {
     if (georeference_) {
       georeference_->inflate(particle.belief, position_variance, 0.0);

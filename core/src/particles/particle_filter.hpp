@@ -28,7 +28,8 @@ namespace waymark::particles {
 /// EKF. The same input gives the same bytes with any number of threads.
 class WAYMARK_API ParticleFilter {
  public:
-  /// `process` and its layout must outlive the filter. `georeference`: the map's place on the Earth is in the state.
+  /// `process` and its layout must outlive the filter. `georeference`: set if the state has the map's place on the
+  /// Earth.
   ParticleFilter(const estimation::ProcessModel& process, std::vector<std::shared_ptr<MapModule>> modules,
                  const ParticleFilterSettings& settings,
                  std::optional<estimation::Georeference> georeference = std::nullopt);
@@ -36,20 +37,21 @@ class WAYMARK_API ParticleFilter {
   ParticleFilter(const ParticleFilter&) = delete;
   ParticleFilter& operator=(const ParticleFilter&) = delete;
 
-  /// Sets all particles to `prior`; if `draw`, each of several draws its pose from it (with the sampling fraction), and
-  /// one alone keeps it whole. With a georeference nothing is drawn: the start pose is the map's origin, and the prior
-  /// becomes the georeference's. Maps become empty.
+  /// Sets all particles to `prior`. If `draw`, each of several particles samples its pose from it (with the sampling
+  /// fraction). With a georeference nothing is drawn: the start pose becomes the map's origin, and the prior that of
+  /// the georeference. Maps become the modules' initial ones.
   void start(const Belief& prior, bool draw);
 
   Time stamp() const { return set_[0].belief.stamp; }
+  /// Predicts all particles to `to`, not before `stamp()`. At standstill no noise enters pose and twist.
   void predict(Time to, bool standing);
 
-  /// The particles now.
+  /// The present particles.
   Instant& now();
-  /// The particles at an earlier time, for a measurement that comes late; valid until the filter changes. Null if that
-  /// is forgotten.
+  /// The particles at an earlier time, for a late measurement; valid until the filter changes. Null if no beliefs of
+  /// that time are stored.
   Instant* recall(Time stamp);
-  /// Keeps the present beliefs for `recall`, if it is time for it.
+  /// Stores the present beliefs for `recall`, if a record is due.
   void remember() { recollection_.remember(); }
 
   /// Applies one measurement model to every particle, gated on the mixture's innovation, and adds the log evidence to
@@ -58,23 +60,23 @@ class WAYMARK_API ParticleFilter {
   MixtureOutcome update(Instant& at, const Update& model, const UpdatePolicy& policy);
   MixtureOutcome update(const Update& model, const UpdatePolicy& policy) { return update(now(), model, policy); }
 
-  /// One mapping step: refine, sample, weigh, insert, resample, with a barrier between. In the past nothing is sampled
-  /// anew. Returns the inputs whose modules threw: their part was discarded for all particles and their maps are gone.
+  /// One mapping step: refine, sample, weigh, insert, resample, with a barrier between. Past particles are not sampled.
+  /// Returns the inputs whose modules threw: their part was discarded for all particles and their maps are dropped.
   MappingFailures map(Instant& at, std::span<const MappingInput> inputs, std::uint32_t sensor);
   MappingFailures map(std::span<const MappingInput> inputs, std::uint32_t sensor) { return map(now(), inputs, sensor); }
   /// True if, in the last mapping step, maps gave half of the particles or more information about their pose.
-  bool located() const { return mapping_.located(); }
+  bool localized() const { return mapping_.localized(); }
 
-  /// Sets velocity and rate to zero, for a robot that stands.
+  /// Sets velocity and rate to zero, for standstill.
   void stop();
-  /// Gives velocity and rate a fresh, uncorrelated covariance.
+  /// Gives velocity and rate a new, uncorrelated covariance.
   void release(double velocity_sigma, double rate_sigma);
-  /// Adds variance to x, y and yaw of every particle, so that a filter that is wrong can be corrected again; with a
-  /// georeference to the map's place on the Earth, since the particles are located in the map.
+  /// Inflates x, y and yaw of every particle, so that measurements can correct a wrong filter. With a georeference it
+  /// inflates the map's place on the Earth instead, since the particles are localized in the map.
   void inflate_pose(double position_variance, double yaw_variance);
   /// Appends the present poses to the paths, for hosts without maps.
   void record_path();
-  /// Appends them as dead reckoning, which the next mapping step corrects.
+  /// Appends the present poses as dead reckoning, which the next mapping step corrects.
   void record_tentative_path();
   /// Resamples if N_eff is below the threshold; `map` does so by itself.
   void resample_if_needed(std::uint32_t sensor);
@@ -85,27 +87,28 @@ class WAYMARK_API ParticleFilter {
   const std::vector<Particle>& particles() const { return set_.all(); }
   const StateLayout& layout() const { return process_.layout(); }
   const std::optional<estimation::Georeference>& georeference() const { return georeference_; }
-  /// Where this particle has the map on the Earth; the identity without a georeference.
+  /// The map's place on the Earth in this particle; the identity without a georeference.
   Pose T_enu_map(const Particle& particle) const {
     return georeference_ ? georeference_->T_enu_map(particle.belief.mean) : Pose{};
   }
-  /// Moments of the mixture, the poses in ENU: weighted mean and covariance, brought up to date. After a mapping step,
-  /// until the next change: of the refined Gaussians *before* sampling, since a sampled pose has no covariance of its
-  /// own.
+  /// Moments of the mixture, the poses in ENU: weighted mean and covariance; computed if the filter has changed. After
+  /// a mapping step, until the next change: of the refined Gaussians *before* sampling, since a sampled pose has no
+  /// covariance of its own.
   const Belief& mixture();
-  /// The same; the filter must not have changed since it was brought up to date.
+  /// The same; the filter must not have changed since the last computation.
   const Belief& mixture() const;
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
 
-  /// What the particles are, to roll back to: poses, weights, paths, maps as handles.
+  /// State of the particles, for rollbacks: poses, weights, paths, maps as handles.
   struct State {
     std::vector<Particle> particles;
     std::uint64_t resamplings = 0;
     std::uint64_t mapping_steps = 0;
   };
   State state() const;
+  /// Sets the particles to `state`; clears the stored beliefs.
   void restore(const State& state);
   /// The filter on a checkpoint. Reading throws DataError if it is of another configuration.
   void save(OutArchive& out) const;

@@ -9,7 +9,7 @@ namespace waymark::particles {
 
 std::vector<Belief>& PastBeliefs::add(Time now, std::size_t slots) {
   Record record;
-  // The one that reaches back to the span itself stays; an older one gives its storage.
+  // The newest record that is at least the span old stays; an older one gives its storage.
   while (records_.size() > 1 && records_[1].stamp <= now - span_) {
     record.beliefs.swap(records_.front().beliefs);
     records_.pop_front();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
+#include <cstddef>
 #include <deque>
 #include <vector>
 
@@ -12,26 +14,27 @@
 
 namespace waymark::particles {
 
-/// What the particles believed a short while ago, and who descends from whom: so that a measurement that comes late can
-/// be weighed where each particle was then (docs/math/time.md).
+/// Past beliefs of the particles, with their ancestry, so that a late measurement weights each particle at its past
+/// state (docs/math/time.md).
 class WAYMARK_API PastBeliefs {
  public:
-  /// Reaches back `span`, in at most about twenty records; zero: nothing is kept.
+  /// Stores beliefs over `span`, in at most about twenty records; zero: none.
   explicit PastBeliefs(Duration span) : span_(span), spacing_(std::max(span / 20, kLeastSpacing)) {}
 
-  /// True if it is time for another record.
+  /// True if a record is due.
   bool wants(Time now) const {
     return span_ > Duration::zero() && (records_.empty() || now - records_.back().stamp >= spacing_);
   }
-  /// A new record at `now`, to be filled by the caller, one belief per slot; what is older than the span is forgotten.
+  /// Adds a record at `now`, to be filled by the caller, one belief per slot. Older records that the span does not need
+  /// are removed.
   std::vector<Belief>& add(Time now, std::size_t slots);
-  /// Slot i of now descends from slot ancestors[i] of what was recorded last.
+  /// Present slot i descends from slot ancestors[i] of the last record.
   void resampled(const std::vector<int>& ancestors);
   void clear() { records_.clear(); }
 
   /// True if `stamp` is not older than the oldest record.
   bool reach(Time stamp) const { return !records_.empty() && records_.front().stamp <= stamp; }
-  /// The newest record not later than `stamp`, for the ancestor of each slot of now; `reach(stamp)` must hold.
+  /// The newest record not later than `stamp`, for the ancestor of each present slot; `reach(stamp)` must hold.
   /// `out[i]` points into this object.
   void find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const;
 
@@ -48,12 +51,12 @@ class WAYMARK_API PastBeliefs {
   }
 
  private:
-  /// Prediction bridges what lies between records: a few centimetres at walking pace.
+  /// Prediction covers the time between records: a few centimetres at walking pace.
   static constexpr Duration kLeastSpacing = std::chrono::milliseconds(20);
   struct Record {
     Time stamp;
     std::vector<Belief> beliefs;
-    std::vector<int> ancestors;  // of the next record's slots, or of now's; empty: each its own
+    std::vector<int> ancestors;  // of the slots of the next record, or of the present ones; empty: unchanged
   };
 
   /// Throws DataError if a record that was read is not of so many slots.

@@ -5,7 +5,7 @@ namespace waymark::particles {
 
 namespace {
 
-/// How much motion lies between two poses [m]: turning counts as the way of a point half a metre off.
+/// Amount of motion between two poses [m]; a rotation counts as the path of a point half a metre away.
 double motion(const Pose& a, const Pose& b) {
   constexpr double kArm = 0.5;
   return (b.p - a.p).norm() + kArm * so3::log(b.q * a.q.conjugate()).norm();
@@ -13,9 +13,9 @@ double motion(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-void Path::settle(const Pose& predicted, const Pose& found) {
+void Path::distribute_correction(const Pose& predicted, const Pose& found) {
   if (tentative_.empty()) return;
-  // The motion up to the first of them begins at the pose before, if there is one.
+  // The motion to the first of them begins at the pose before, if there is one.
   const StampedPose* last = poses_.last();
   Pose from = last != nullptr ? last->T_map_base : tentative_.front().T_map_base;
   double whole = 0.0;

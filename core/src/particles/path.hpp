@@ -11,17 +11,18 @@
 
 namespace waymark::particles {
 
-/// A particle's path, shared with its relatives. Between two mapping steps it is dead reckoning; what the next one
-/// finds wrong with that is spread over it.
+/// A particle's path; particles share the parts of common ancestors. Between two mapping steps it is dead reckoning;
+/// the correction of the next step is distributed over it.
 class WAYMARK_API Path {
  public:
+  /// Appends a pose of a mapping step.
   void append(Time stamp, const Pose& T_map_base) { poses_.append({stamp, T_map_base}); }
   /// A pose of dead reckoning since the last `append`.
   void append_tentative(Time stamp, const Pose& T_map_base) { tentative_.push_back({stamp, T_map_base}); }
-  /// Dead reckoning led to `predicted`, but the base was at `found`: every tentative pose is moved by its share of
-  /// that, which is its share of the motion since the last `append`, and is tentative no more.
-  void settle(const Pose& predicted, const Pose& found);
-  /// From the first to the last.
+  /// Corrects the poses of dead reckoning, which predicted `predicted` where the mapping step found `found`. Each gets
+  /// a share of the correction: its share of the motion since the last `append`. Then they are no longer tentative.
+  void distribute_correction(const Pose& predicted, const Pose& found);
+  /// All poses, in order.
   std::vector<StampedPose> poses() const;
   bool empty() const { return poses_.empty() && tentative_.empty(); }
 

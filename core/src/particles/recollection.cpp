@@ -31,40 +31,40 @@ bool Recollection::recall(Time stamp) {
     recall(particles_[i].belief, *beliefs_[i], stamp, recalled_[i]);
   };
   workers_.for_each(static_cast<int>(particles_.size()), std::cref(recall_one), kSerialUpdates);
-  for (std::size_t i = 0; i < particles_.size(); ++i) beliefs_[i] = &recalled_[i].then;
+  for (std::size_t i = 0; i < particles_.size(); ++i) beliefs_[i] = &recalled_[i].past;
   moments_.compute(beliefs_, particles_, mixture_);
   return true;
 }
 
-/// What one particle believes of `stamp`: predicted there from the record before. What has been learnt of the blocks
-/// since then is carried back by one step of the Rauch–Tung–Striebel smoother (1965). Given the blocks the state then
-/// and all that came since are taken as independent: for the pose that is what sampling it means.
+/// Belief of one particle at `stamp`: predicted from the record before it. The information about the blocks since then
+/// is carried back by one step of the Rauch–Tung–Striebel smoother (1965). Given the blocks, the past state and all
+/// later measurements are taken as independent; for a sampled pose this follows from sampling.
 void Recollection::recall(const Belief& now, const Belief& record, Time stamp, Recalled& out) const {
   const StateLayout& layout = process_.layout();
-  Belief& then = out.then;
-  then = record;
-  process_.predict(then, stamp, false);
+  Belief& recalled = out.past;
+  recalled = record;
+  process_.predict(recalled, stamp, false);
   const int blocks = layout.block_size();
   const int n = layout.size();
   const int first = layout.core_size();
-  out.now_and_then.setZero(n, n);
+  out.P_now_past.setZero(n, n);
   if (blocks == 0) return;
 
-  out.prior = then;
-  process_.predict(out.prior, now.stamp, false);
-  const ErrorMatrix F = process_.transition(then.mean, to_seconds(now.stamp - stamp));
+  out.predicted = recalled;
+  process_.predict(out.predicted, now.stamp, false);
+  const ErrorMatrix F = process_.transition(recalled.mean, to_seconds(now.stamp - stamp));
   const auto of_blocks = [&](const ErrorMatrix& M) { return M.block(first, first, blocks, blocks); };
-  const Eigen::MatrixXd then_and_prior = then.P.middleCols(first, blocks) * of_blocks(F).transpose();
-  const Eigen::MatrixXd G = gaussian::divide(then_and_prior, of_blocks(out.prior.P));
-  boxplus(then.mean, G * (now.mean.block - out.prior.mean.block), layout);
-  then.P += G * (of_blocks(now.P) - of_blocks(out.prior.P)) * G.transpose();
-  then.P = (0.5 * (then.P + then.P.transpose())).eval();
-  out.now_and_then = now.P.middleCols(first, blocks) * G.transpose();
+  const Eigen::MatrixXd P_past_predicted = recalled.P.middleCols(first, blocks) * of_blocks(F).transpose();
+  const Eigen::MatrixXd G = gaussian::divide(P_past_predicted, of_blocks(out.predicted.P));
+  boxplus(recalled.mean, G * (now.mean.block - out.predicted.mean.block), layout);
+  recalled.P += G * (of_blocks(now.P) - of_blocks(out.predicted.P)) * G.transpose();
+  recalled.P = (0.5 * (recalled.P + recalled.P.transpose())).eval();
+  out.P_now_past = now.P.middleCols(first, blocks) * G.transpose();
 }
 
 void Recollection::carry_gain(std::size_t slot, const estimation::StateJacobian& H,
                               estimation::ekf::Innovation& innovation) {
-  innovation.PHt = estimation::ekf::project(recalled_[slot].now_and_then, H);
+  innovation.PHt = estimation::ekf::project(recalled_[slot].P_now_past, H);
 }
 
 }  // namespace waymark::particles

@@ -12,24 +12,24 @@
 
 namespace waymark::particles {
 
-/// The particles at the time of a measurement that comes late (docs/math/time.md). Sampled paths and maps stay as they
-/// are; the weights, and the blocks that are Gaussian given the path, are updated.
+/// The particles at the time of a late measurement (docs/math/time.md). Sampled paths and maps stay as they are; the
+/// weights, and the blocks that are Gaussian given the path, are updated.
 class Recollection final : public Instant {
  public:
-  /// All must outlive the object. `span`: how far back beliefs are kept; zero: not at all.
+  /// All must outlive the object. `span`: beliefs are stored over this time; zero: none.
   Recollection(const estimation::ProcessModel& process, const ParticleSet& particles, MixtureMoments& moments,
                Workers& workers, Duration span);
 
-  /// Keeps the present beliefs, if it is time for another record.
+  /// Stores the present beliefs, if a record is due.
   void remember();
-  /// Goes back to what every particle believes of `stamp`, not later than now. False if that is forgotten. Repeated
-  /// before every update, since the one before has changed what is believed of that time.
+  /// Computes every particle's belief at `stamp`, which is not later than now. False if no beliefs of that time are
+  /// stored. Call it before every update, since an update changes the past beliefs.
   bool recall(Time stamp);
 
   PastBeliefs& past() { return past_; }
   const PastBeliefs& past() const { return past_; }
 
-  Belief& belief(std::size_t slot) override { return recalled_[slot].then; }
+  Belief& belief(std::size_t slot) override { return recalled_[slot].past; }
   const Belief& mixture() override { return mixture_; }
   void carry_gain(std::size_t slot, const estimation::StateJacobian& H,
                   estimation::ekf::Innovation& innovation) override;
@@ -37,10 +37,10 @@ class Recollection final : public Instant {
   void conclude_mapping(std::uint32_t /*sensor*/) override {}
 
  private:
-  struct Recalled {            // per slot, kept between calls so that warm steps do not allocate
-    Belief then;               // at the recalled time
-    Belief prior;              // that predicted to now, with nothing learnt in between
-    ErrorMatrix now_and_then;  // Cov(state now, state then), given all that came between
+  struct Recalled {          // per slot, kept between calls so that warm steps do not allocate
+    Belief past;             // at the recalled time
+    Belief predicted;        // from there to now, without the measurements in between
+    ErrorMatrix P_now_past;  // Cov(present state, past state), given all measurements in between
   };
   void recall(const Belief& now, const Belief& record, Time stamp, Recalled& out) const;
 

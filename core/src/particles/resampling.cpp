@@ -27,8 +27,8 @@ double effective_sample_size(std::span<const double> log_weights) {
 std::vector<int> systematic_resample(std::span<const double> log_weights, double u) {
   const std::size_t count = log_weights.size();
   std::vector<int> ancestors(count);
-  // Rounding may leave the sum below the last threshold: what is missing belongs to the last particle that is possible
-  // at all.
+  // Rounding may leave the sum below the last threshold: the remainder belongs to the last particle with a weight above
+  // zero.
   std::size_t last = count - 1;
   while (last > 0 && std::exp(log_weights[last]) == 0.0) --last;
   double cumulative = std::exp(log_weights[0]);

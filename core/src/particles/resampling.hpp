@@ -8,8 +8,8 @@
 
 namespace waymark::particles {
 
-/// Normalises log weights in place so that Σ exp = 1. If all are -inf (no particle explains the data) they become
-/// equal; returns false then.
+/// Normalises log weights in place so that Σ exp = 1. If the sum is not finite (all are -inf: no particle explains the
+/// data) they become equal; returns false then.
 WAYMARK_API bool normalize_log_weights(std::span<double> log_weights);
 
 /// N_eff = 1 / Σ w², of normalised log weights; between 1 and their number.

@@ -37,12 +37,12 @@ void UpdateStep::innovate(std::size_t slot, Instant& at, const Update& model, co
   Scratch& scratch = scratch_[slot];
   scratch.failure.reset();
   try {
-    const bool through_earth = georeference_ && policy.absolute;
-    if (through_earth) scratch.enu = georeference_->in_enu(belief.mean);
-    const NavState& state = through_earth ? scratch.enu : belief.mean;
+    const bool in_enu = georeference_ && policy.absolute;
+    if (in_enu) scratch.enu = georeference_->in_enu(belief.mean);
+    const NavState& state = in_enu ? scratch.enu : belief.mean;
     model.linearize({state, state.block.data() + block_offset}, scratch.model);
     scratch.H.reset(scratch.model.rows(), layout_.size());
-    if (through_earth) {
+    if (in_enu) {
       georeference_->scatter(belief.mean, block_offset, scratch.model, scratch.H);
     } else {
       estimation::scatter(layout_, block_offset, scratch.model, scratch.H);
@@ -79,7 +79,7 @@ MixtureOutcome UpdateStep::gate(const ParticleSet& particles, const UpdatePolicy
   return outcome;
 }
 
-/// What is gated out counts in the weight with its likelihood clamped at the gate.
+/// A gated update counts in the weight with its likelihood clamped at the gate.
 void UpdateStep::update(Particle& particle, const ekf::Innovation& innovation, bool accepted,
                         const UpdatePolicy& policy) const {
   double log_evidence = innovation.density.log_density;

@@ -12,7 +12,7 @@
 
 namespace waymark::particles {
 
-/// Below this many particles one EKF update is done sooner than a second thread wakes up.
+/// With fewer particles one EKF update takes less time than waking a second thread.
 inline constexpr int kSerialUpdates = 16;
 
 /// One measurement model in every particle: innovate, gate on the mixture's innovation, update, weigh by the evidence.

@@ -11,11 +11,11 @@ namespace waymark::particles {
 
 namespace {
 
-/// Waits until `value` is not `old`: for some ten microseconds awake, since steps follow each other closely and waking
-/// a sleeping thread takes longer than many a step; then asleep.
+/// Waits until `value` differs from `old`: spins for some ten microseconds, since loops follow each other closely and
+/// waking a thread takes longer than many of them; then sleeps.
 template <class T>
-T await_change(const std::atomic<T>& value, T old, int rounds_awake) {
-  for (int round = 0; round < rounds_awake; ++round) {
+T await_change(const std::atomic<T>& value, T old, int spin_rounds) {
+  for (int round = 0; round < spin_rounds; ++round) {
     if (const T now = value.load(std::memory_order_acquire); now != old) return now;
 #if defined(__x86_64__) || defined(__i386__)
     _mm_pause();
@@ -25,16 +25,16 @@ T await_change(const std::atomic<T>& value, T old, int rounds_awake) {
   return value.load(std::memory_order_acquire);
 }
 
-/// Parts that each thread takes if all are equally long. More cost more synchronisation; with fewer, one waits longer
-/// for another that had the longer ones.
+/// Parts per thread if all are equally long. More cost more synchronisation; with fewer, one thread waits longer for
+/// another with longer ones.
 constexpr int kPartsEach = 4;
 
-/// With more threads than processors, one that waits awake keeps another from working.
-int rounds_awake(int threads) { return threads <= static_cast<int>(std::thread::hardware_concurrency()) ? 2000 : 0; }
+/// With more threads than processors a spinning thread would keep another from working.
+int spin_rounds(int threads) { return threads <= static_cast<int>(std::thread::hardware_concurrency()) ? 2000 : 0; }
 
 }  // namespace
 
-Workers::Workers(int threads) : rounds_awake_(rounds_awake(threads)) {
+Workers::Workers(int threads) : spin_rounds_(spin_rounds(threads)) {
   for (int member = 1; member < threads; ++member) {
     team_.emplace_back([this] { work(); });
   }
@@ -58,7 +58,7 @@ void Workers::take_parts() {
 void Workers::work() {
   std::uint32_t seen = 0;
   while (true) {
-    seen = await_change(round_, seen, rounds_awake_);
+    seen = await_change(round_, seen, spin_rounds_);
     if (closing_.load(std::memory_order_relaxed)) return;
     take_parts();
     if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
@@ -78,7 +78,7 @@ void Workers::for_each(int count, const std::function<void(int)>& body, int seri
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
   take_parts();
-  for (int left = busy_.load(std::memory_order_acquire); left != 0;) left = await_change(busy_, left, rounds_awake_);
+  for (int left = busy_.load(std::memory_order_acquire); left != 0;) left = await_change(busy_, left, spin_rounds_);
 }
 
 }  // namespace waymark::particles

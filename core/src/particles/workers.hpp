@@ -11,9 +11,10 @@
 
 namespace waymark::particles {
 
-/// A fixed team of threads for loops over particles. Each takes the next few indices when it has done its last, and a
-/// call returns when all are done: a barrier. What body(i) computes must not depend on who calls it. Not oneTBB: its
-/// run-time library hides its synchronisation from the thread sanitizer, and these loops need no work stealing.
+/// A fixed team of threads for loops over particles. Each thread takes the next few indices when it has finished its
+/// last, and a call returns when all are finished: a barrier. The result of body(i) must not depend on the thread. Not
+/// oneTBB: its run-time library hides its synchronisation from the thread sanitizer, and these loops need no work
+/// stealing.
 class WAYMARK_API Workers {
  public:
   /// `threads` >= 1 in total, the caller among them.
@@ -32,12 +33,12 @@ class WAYMARK_API Workers {
   void work();
   void take_parts();
 
-  int rounds_awake_;
+  int spin_rounds_;
   std::vector<std::thread> team_;
   const std::function<void(int)>* body_ = nullptr;
   int count_ = 0;
-  int part_ = 1;              // indices that a thread takes at once
-  std::atomic<int> next_{0};  // the first that nobody has taken
+  int part_ = 1;              // number of indices that a thread takes at once
+  std::atomic<int> next_{0};  // the first that no thread has taken
   std::atomic<std::uint32_t> round_{0};
   std::atomic<int> busy_{0};
   std::atomic<bool> closing_{false};

@@ -11,13 +11,13 @@
 
 namespace waymark {
 
-/// What is known of a library that may be a plugin, without running any of its C++ code.
+/// Properties of a library that may be a plugin, read without running any of its C++ code.
 struct PluginInfo {
   std::filesystem::path file;
   std::string kind;
   std::string name;
   std::string version;
-  std::string problem;  ///< empty if it fits this host; else why not
+  std::string problem;  ///< why this host cannot load it; empty if it can
 };
 
 /// Finds, checks and loads plugins. A library is loaded once and never unloaded; every object keeps its library alive.
@@ -27,20 +27,20 @@ class PluginLoader {
   explicit PluginLoader(std::vector<std::filesystem::path> folders);
 
   /// `first` (the YAML's plugin_path), then the environment variable WAYMARK_PLUGIN_PATH (colon-separated), then the
-  /// folder of the installation: `../lib/waymark/plugins` as seen from the running program.
+  /// folder of the installation: `../lib/waymark/plugins` relative to the running program.
   static std::vector<std::filesystem::path> standard_search_path(std::vector<std::filesystem::path> first = {});
 
-  /// Builds the object that `config` describes with plugin `name` (library `waymark_<name>.so`) of the kind of
-  /// `Interface`. Throws PluginError (not found with the folders searched and the nearest name, no library, no
-  /// descriptor, other ABI, other build key, other alignment, other kind) or what the constructor throws, wrapped as
-  /// ConfigError at the node's place if it is not an Error.
+  /// Creates the object that `config` describes with plugin `name` (library `waymark_<name>.so`) of the kind of
+  /// `Interface`. Throws PluginError: not found (with the folders searched and the nearest name), not a library, no
+  /// descriptor, other ABI, build key, alignment or kind. Passes on an Error of the constructor; any other exception
+  /// becomes a ConfigError at the node's place.
   template <class Interface>
   std::shared_ptr<Interface> create(std::string_view name, const Config& config, const Rig& rig) const {
     return std::static_pointer_cast<Interface>(create_erased(
         plugin_kind<Interface>(), name, config, rig, [](void* object) { delete static_cast<Interface*>(object); }));
   }
 
-  /// Everything in the folders that looks like a plugin (`waymark_*.so`), sorted by name.
+  /// All libraries `waymark_*.so` in the folders, sorted by name.
   std::vector<PluginInfo> list() const;
 
   const std::vector<std::filesystem::path>& folders() const { return folders_; }

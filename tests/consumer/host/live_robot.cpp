@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// live_robot: a robot without a log. The program reads the wheels itself, and asks where the robot is now.
+// live_robot: a robot without a log. The program reads the wheels itself, and requests the present pose.
 #include <cstdio>
 #include <memory>
 

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     session.play();
     const host::SessionResult result = session.finish();
     for (const std::string& failure : result.failures) std::fprintf(stderr, "%s\n", failure.c_str());
-    session.fusion().show_last([](const Snapshot& last) {
+    session.fusion().visit_last([](const Snapshot& last) {
       const Eigen::Vector3d& p = last.belief().mean.T_map_base.p;
       std::printf("ended at x %.2f y %.2f m\n", p.x(), p.y());
     });

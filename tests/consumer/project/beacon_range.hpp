@@ -8,7 +8,7 @@ struct BeaconRange : waymark::PayloadOf<BeaconRange> {
   static constexpr std::string_view kType = "example/BeaconRange@1";
   double range_m = 0.0;
 
-  /// What checks and formats know of it.
+  /// The field, for checks and text formats.
   template <class Visitor>
   static void fields(Visitor&& field) {
     field(&BeaconRange::range_m, {.names = {"range_m"}, .unit = "m", .meaning = "distance to the beacon"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the contract kit on our sensor: prints what it does wrong, and fails if there is anything.
+// Runs the contract kit on our sensor: prints all violations, and fails if there is one.
 #include <cstdio>
 
 #include "beacon_range.cpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the contract kit on our source: prints what it does wrong, and fails if there is anything.
+// Runs the contract kit on our source: prints all violations, and fails if there is one.
 #include <cstdio>
 
 #include "circle.cpp"

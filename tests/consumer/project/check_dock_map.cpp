@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the contract kit on our map module: prints what it does wrong, and fails if there is anything.
+// Runs the contract kit on our map module: prints all violations, and fails if there is one.
 #include <cstdio>
 
 #include "dock_map.cpp"

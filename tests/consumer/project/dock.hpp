@@ -4,7 +4,7 @@
 
 #include "waymark/interface/map_module.hpp"
 
-/// What the camera saw, the same for all particles.
+/// What the camera detected, the same for all particles.
 struct Seen : waymark::Observation {
   Eigen::Vector2d p_base;
 };

@@ -14,7 +14,7 @@
 
 namespace waymark::test {
 
-/// What an observer saw after one measurement.
+/// What an observer received after one measurement.
 struct Seen {
   double stamp;
   std::uint32_t sensor;
@@ -22,7 +22,7 @@ struct Seen {
   Belief belief;  ///< empty before the start
 };
 
-/// A host built from YAML with the real sensor plugins, and what it showed.
+/// A host built from YAML with the real sensor plugins, and its snapshots.
 class FusionRobot {
  public:
   explicit FusionRobot(const std::string& yaml, std::vector<std::pair<std::string, std::shared_ptr<Sensor>>> own = {},

@@ -27,8 +27,7 @@ struct Sighting final : Observation {
   void see(const Pose& T_map_base, const Eigen::Vector2d& p_map, const Eigen::Vector2d& noise);
 };
 
-/// A map of known landmarks. It localises, and remembers where it was written; number `fails` of the maps that a module
-/// makes can be told to throw.
+/// A map of known landmarks. It localises, stores where it was written, and throws where `Fails` selects.
 class ToyMap final : public ParticleMap {
  public:
   enum class Fails { never, in_refine, in_insert };
@@ -66,7 +65,7 @@ class ToyMap final : public ParticleMap {
 
 class ToyModule final : public MapModule {
  public:
-  /// Map number `failing` (counted from 0 as they are made) fails as told.
+  /// Map number `failing` (counted from 0 in the order of creation) fails as `fails` selects.
   explicit ToyModule(ToyMap::Fails fails = ToyMap::Fails::never, int failing = -1) : fails_(fails), failing_(failing) {}
 
   std::unique_ptr<ParticleMap> create_map() const override {

@@ -64,7 +64,7 @@ class SensorBench {
 
   const Sensor& sensor() const { return *sensor_; }
   UpdateList::Motion motion() const { return updates_.motion(); }
-  const std::optional<UpdateList::UnknownTwist>& forgotten_twist() const { return updates_.forgotten_twist(); }
+  const std::optional<UpdateList::UnknownTwist>& twist_reset() const { return updates_.twist_reset(); }
 
   NavState mean;
   std::optional<Datum> datum;

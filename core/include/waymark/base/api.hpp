@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-/// Marks what libwaymark_core exports; everything else is hidden.
+/// Exports a symbol from libwaymark_core; all others are hidden.
 #if defined(WAYMARK_BUILDING_CORE)
 #define WAYMARK_API __attribute__((visibility("default")))
 #else
 #define WAYMARK_API
 #endif
 
-/// Types that cross a shared-library border by exception or by vtable need a visible type_info on both sides.
+/// Exports the type_info of a type that crosses a shared-library boundary as an exception or by its vtable.
 #define WAYMARK_TYPE __attribute__((visibility("default")))

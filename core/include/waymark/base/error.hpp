@@ -8,26 +8,26 @@
 
 namespace waymark {
 
-/// A fault that the user can mend: bad configuration, bad data, a plugin that does not fit. The text names the place,
-/// the value and what was expected. Faults of our own are asserts, not errors.
+/// An error that the user can correct: in the configuration, the data or a plugin. The message has place, value and
+/// expectation. Program errors are assertions instead.
 class WAYMARK_TYPE Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The configuration is wrong; the text starts with `file:line:col: key.path:`.
+/// Invalid configuration. The message starts with `file:line:col: key.path:`.
 class WAYMARK_TYPE ConfigError : public Error {
  public:
   using Error::Error;
 };
 
-/// A log or a measurement is wrong; the text starts with `file:line:` where there is one.
+/// Invalid log or measurement. The message starts with `file:line:` if there is one.
 class WAYMARK_TYPE DataError : public Error {
  public:
   using Error::Error;
 };
 
-/// A shared library is missing, is no plugin, or was built for another host.
+/// A shared library is missing, is not a plugin, or was built for another host.
 class WAYMARK_TYPE PluginError : public Error {
  public:
   using Error::Error;

@@ -9,16 +9,16 @@
 
 namespace waymark {
 
-/// White acceleration noise as densities: how far a velocity may wander in a second.
+/// White acceleration noise as densities: σ of the velocity after one second.
 struct ProcessNoise {
   Eigen::Vector3d velocity_per_sqrt_s{1.0, 0.3, 0.3};  ///< base x, y, z [m/s/√s]
   Eigen::Vector3d rate_per_sqrt_s{0.5, 0.5, 1.0};      ///< base x, y, z [rad/s/√s]
 };
 
-/// Whether the map's place on the Earth is estimated, and how it may wander.
+/// Estimation of the map's place on the Earth, and its random walk (`georeference:` of the YAML).
 struct GeoreferenceSettings {
   bool enabled = true;
-  double position_walk_per_sqrt_m = 0.02;  ///< a SLAM map drifts against the Earth while it grows [m/√m driven]
+  double position_walk_per_sqrt_m = 0.02;  ///< drift of a growing SLAM map against the Earth [m/√m driven]
   double yaw_walk_per_sqrt_m = 0.0;        ///< [rad/√m driven]
 };
 
@@ -30,7 +30,7 @@ struct ParticleFilterSettings {
   /// a: 1 samples the whole pose (the paper), less keeps 1 − a as covariance.
   double sampling_fraction = 0.2;
   int threads = 1;
-  Duration history{};  ///< how far back the beliefs are kept, for late measurements; zero: not at all
+  Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
 };
 
 }  // namespace waymark

@@ -17,51 +17,57 @@ namespace particles {
 class ParticleFilter;
 }
 
-/// The host of Fig. 2.1 of the paper: measurements in, in any order of arrival; every committed one predicts, updates,
-/// maps, and is shown as a snapshot.
+/// The host of Fig. 2.1 of the paper. Every committed measurement predicts, updates and maps. The observer then
+/// receives a snapshot.
 ///
 ///     Source → MeasurementQueue → Sensor ─→ EKF (one per particle) ─→ RBPF → Snapshot → Sinks
 ///                                       └→ MapModule::extract ─────────┘
 class WAYMARK_API Fusion {
  public:
-  /// Called after every committed measurement; the snapshot is valid during the call.
+  /// Called after every processed or rejected measurement (`Snapshot::fate`). The snapshot is valid during the call.
   using Observer = std::function<void(const Snapshot&)>;
 
-  /// Throws ConfigError if the parts do not fit: no motion source, spatial motion without a source of roll and pitch,
-  /// too many block states.
+  /// Throws ConfigError if the parts do not fit together: no motion source, spatial motion without a sensor of roll and
+  /// pitch, too many block states.
   Fusion(const FusionSettings& settings, std::vector<SensorSlot> sensors, std::vector<MapSlot> maps, Observer observer);
   ~Fusion();
   Fusion(const Fusion&) = delete;
   Fusion& operator=(const Fusion&) = delete;
 
-  /// Takes one measurement; `sensor` is an index into the sensors. What is due is committed.
+  /// Adds one measurement, in order of arrival, and commits all that are due. `Measurement::sensor` is an index into
+  /// the sensors.
   void add(Measurement measurement);
-  /// Commits everything that waits: the end of the log.
+  /// Commits all buffered measurements, at the end of the log.
   void finish();
 
-  /// The committed state, to go on from later. Measurements are not in it: `resume` reads them from the log again.
+  /// Writes the committed state. Measurements are not included: `resume` reads them from the log again.
   void save(OutArchive& out) const;
-  /// The next measurement of the log, as `add` was given it; nothing at its end.
+  /// Returns the next measurement of the log, as passed to `add`; nothing at its end.
   using Next = std::function<std::optional<Measurement>()>;
-  /// Goes on where `save` was called, in a host that has been given nothing yet: takes from `next` as many measurements
-  /// as had been added, without computing them again. From there on everything is the same to the byte as in one run.
-  /// Throws DataError if checkpoint, configuration and log do not fit together.
+  /// Continues from `save`, in a host without measurements. Reads as many measurements from `next` as had been added,
+  /// without computing them again. All further results are byte-identical to those of one run. Throws DataError if
+  /// checkpoint, configuration and log do not match.
   void resume(InArchive& in, const Next& next);
 
+  /// True once the start pose and the first motion measurement are known.
   bool started() const;
-  /// Shows the last committed measurement again, to `observer` alone; not called if there was none.
-  void show_last(const Observer& observer) const;
-  /// The belief now, at any time at or after the committed one: the mixture's moments with what is not yet committed
-  /// applied, predicted to `at`. Particles and maps are not touched. Throws Error if the filter has not started.
+  /// Calls `observer` with the last snapshot; not called if there was none.
+  void visit_last(const Observer& observer) const;
+  /// The belief at `at`, any time from the committed one on: the mixture's moments, updated with the buffered
+  /// measurements and predicted to `at`. Changes neither particles nor maps. Throws Error if the filter has not
+  /// started, or if `at` is before the committed time.
   Belief front(Time at) const;
-  /// Sensor counters and events so far; bad records are the source's.
+  /// Counters of the sensors and events so far; without the source's bad records.
   RunReport report() const;
+  /// Health of sensors and pose after the last processed measurement.
   const Health& health() const;
+  /// The committed particles; valid as long as the host.
   const particles::ParticleFilter& filter() const;
+  /// Indices of the error states, and the owners of the blocks; valid as long as the host.
   const StateLayout& layout() const;
-  /// How many of the layout's states are the map's place on the Earth; 0 if that is not estimated.
+  /// Number of error states of the georeference; 0 if the map's place on the Earth is not estimated.
   int georeference_states() const;
-  /// The map's origin on the Earth, once known.
+  /// The map's origin on the Earth; nothing while unknown.
   std::optional<Datum> datum() const;
 
  private:

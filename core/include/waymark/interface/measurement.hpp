@@ -12,24 +12,28 @@
 
 namespace waymark {
 
-/// What a measurement carries. A payload is a plain struct that derives from `PayloadOf<Itself>` and has a versioned
-/// name `static constexpr std::string_view kType = "vendor/Name@1"`. It registers its fields with `fields`
-/// (payload_field.hpp); one that does not is opaque to checks and formats. A rule that several fields obey together is
-/// a member `std::string_view contradiction() const`: what is wrong, or empty. A plugin may bring its own.
+/// Content of a measurement: a plain struct that derives from `PayloadOf<Itself>`, with a versioned name `static
+/// constexpr std::string_view kType = "vendor/Name@1"`. It registers its fields with `fields` (payload_field.hpp);
+/// without them it is opaque to checks and formats. A rule over several fields is a member `std::string_view
+/// contradiction() const`, which returns the violation, or an empty text. A plugin may define its own payloads.
 class WAYMARK_TYPE Payload {
  public:
   virtual ~Payload() = default;
+  /// The versioned name, "waymark/LaserScan@1".
   virtual std::string_view type() const = 0;
-  /// Gives all registered fields to `visitor`; false if none are registered.
+  /// Passes all registered fields to `visitor`; false if none are registered.
   virtual bool visit(FieldVisitor& visitor) const = 0;
-  /// What is wrong with its values, for people; empty: nothing. Checks every field by what is registered of it (finite,
-  /// or unknown where it may be, and within its limit), then the payload's own rule.
+  /// The first invalid value, as a text for users; empty if there is none. Checks every registered field (finite, or
+  /// unknown where allowed, and within its limit), then the rule over several fields.
   WAYMARK_API std::string problem() const;
 
  protected:
+  /// The violated rule over several fields, as a text for users; empty if there is none. `PayloadOf` implements it with
+  /// `contradiction`.
   virtual std::string_view broken_rule() const = 0;
 };
 
+/// Base class of payload T. Implements `Payload` with `T::kType`, `T::fields` and `T::contradiction`.
 template <class T>
 struct PayloadOf : Payload {
   std::string_view type() const final { return T::kType; }
@@ -55,13 +59,13 @@ constexpr std::string_view short_type_name(std::string_view payload_type) {
 
 /// One reading of one sensor.
 struct WAYMARK_API Measurement {
-  Time stamp{};                ///< when it was true
-  Time arrival{};              ///< when it became known; "now" is the newest arrival, never a clock
-  std::uint32_t sensor = 0;    ///< a source fills in its channel; the host puts the sensor's index in the rig
+  Time stamp{};                ///< time at which it was valid
+  Time arrival{};              ///< time at which it became available; "now" is the newest arrival, never a clock
+  std::uint32_t sensor = 0;    ///< index of the source's channel; in the host: of the sensor in the rig
   std::uint64_t sequence = 0;  ///< counts the measurements of the source; breaks ties of equal stamps
   std::shared_ptr<const Payload> payload;  ///< never null
 
-  /// The payload as T. Throws DataError that names what is there and what was asked for.
+  /// The payload as T. Throws DataError naming both types if it is not a T.
   template <class T>
   const T& as() const {
     if (payload->type() != T::kType) throw_wrong_type(T::kType);
@@ -69,7 +73,7 @@ struct WAYMARK_API Measurement {
   }
 
  private:
-  [[noreturn]] void throw_wrong_type(std::string_view asked) const;
+  [[noreturn]] void throw_wrong_type(std::string_view expected) const;
 };
 
 }  // namespace waymark

@@ -21,40 +21,40 @@ using BlockVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxBlockStates,
 using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxErrorStates, 1>;
 using ErrorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxErrorStates>;
 
-/// The state on its manifold: always three-dimensional, also when the motion is planar, so plugins see one type.
+/// The state on its manifold. Always three-dimensional, also for planar motion, so plugins have one type.
 struct NavState {
   Pose T_map_base;                                   ///< pose of the base in the map (east, north, up)
   Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< velocity of the base in its own frame [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< angular rate in the base frame [rad/s]
-  BlockVector block;                                 ///< the plugins' own states, one behind the other
+  BlockVector block;                                 ///< the plugins' own states, in the order of the layout's owners
 };
 
-/// How one state of a plugin's block evolves between measurements. Correlations with the rest are kept by the filter.
+/// Process model of one state of a plugin's block. The filter keeps its correlations with all other states.
 struct BlockState {
-  std::string name;  ///< for reports, with unit: "offset_east_m"
-  double initial = 0.0;
-  double initial_sigma = 0.0;
-  double walk_per_sqrt_s =
-      0.0;  ///< random walk in time [unit/√s]; with a finite tau_s it is derived from stationary_sigma instead
+  std::string name;               ///< for reports, with unit: "offset_east_m"
+  double initial = 0.0;           ///< value at the start [unit]
+  double initial_sigma = 0.0;     ///< its σ [unit]
+  double walk_per_sqrt_s = 0.0;   ///< random walk in time [unit/√s]; not used if tau_s > 0
   double walk_per_sqrt_m = 0.0;   ///< random walk in distance driven [unit/√m]
   double tau_s = 0.0;             ///< > 0: first-order Gauss–Markov with this time constant [s]
-  double stationary_sigma = 0.0;  ///< of the Gauss–Markov process
+  double stationary_sigma = 0.0;  ///< σ of the Gauss–Markov process [unit]
 };
 
 /// The states that one sensor appends to the filter's; empty for most sensors.
 using StateBlock = std::vector<BlockState>;
 
-/// Which error states take part in the linear algebra, and where. Core error order: p (map), attitude (map frame, left
-/// perturbation), v (base), omega (base); then the blocks. Planar motion keeps x, y, yaw, v_x, v_y, omega_z only.
+/// Indices of the active error states. Core error order: p (map), attitude (map frame, left perturbation), v (base),
+/// omega (base); then the blocks. Planar motion keeps x, y, yaw, v_x, v_y, omega_z only.
 class WAYMARK_API StateLayout {
  public:
   enum class Motion { planar, spatial };
+  /// A sensor, or the georeference, with its states.
   struct Owner {
     std::string name;
     StateBlock block;
   };
 
-  /// Throws ConfigError listing who asked for how many if the blocks exceed `kMaxBlockStates`.
+  /// Throws ConfigError with the number of states of each owner if the blocks exceed `kMaxBlockStates`.
   StateLayout(Motion motion, std::vector<Owner> owners);
 
   Motion motion() const { return motion_; }
@@ -69,6 +69,7 @@ class WAYMARK_API StateLayout {
   const std::array<int, 3>& pose_indices() const { return pose_; }
   /// First position of an owner's states within `NavState::block`; its size is the block's.
   int block_offset(int owner) const { return offsets_[static_cast<std::size_t>(owner)]; }
+  /// Process model of state `index` of `NavState::block`.
   const BlockState& block_state(int index) const { return *flat_[static_cast<std::size_t>(index)]; }
 
   StateLayout(const StateLayout&) = delete;
@@ -98,7 +99,7 @@ struct Belief {
   ErrorMatrix P;  ///< covariance of the active error states
 };
 
-/// Covariance of (x, y, yaw) out of a belief.
+/// Covariance of (x, y, yaw) of a belief.
 WAYMARK_API Eigen::Matrix3d pose_covariance(const Belief& belief, const StateLayout& layout);
 
 }  // namespace waymark

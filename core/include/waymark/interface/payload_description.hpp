@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// A field as a reference page or a schema shows it.
+/// Description of a field, for reference pages and schemas.
 struct FieldDescription {
   std::string name;  ///< as text formats write it; of an element of a list, "landmarks[].range_m"
   std::string kind;  ///< "number", "integer", "true or false", "list of numbers", the words of an enum, …

@@ -13,7 +13,7 @@
 
 #include "waymark/base/api.hpp"
 
-/// The fields of a payload, registered once beside the struct; checks, reference pages and text formats read them.
+/// The fields of a payload, registered once in the struct, for checks, reference pages and text formats.
 ///
 ///     template <class Visitor>
 ///     static void fields(Visitor&& field) {
@@ -23,18 +23,17 @@
 ///     }
 namespace waymark {
 
-/// What is registered of one field: a number, vector, quaternion, enum, flag, or a list.
+/// Properties of one field: a number, vector, quaternion, enum, flag, or a list.
 struct FieldInfo {
   /// Names in text formats: one, or one for each number of a vector (x, y, z) or quaternion (w, x, y, z).
   std::array<std::string_view, 4> names;
   std::string_view unit = {};     ///< "m/s"; empty: none
   std::string_view meaning = {};  ///< for reference pages
-  bool required = true;           ///< a text format must give it; otherwise its default stands
-  /// The value that stands for "not known", for reference pages: "NaN", "-1". Empty: the value is always known, and
-  /// finite.
+  bool required = true;           ///< text formats must contain it; otherwise it may keep its default
+  /// The value that means "not known", for reference pages: "NaN", "-1". Empty: the value is always known, and finite.
   std::string_view unknown = {};
   bool separable = false;                        ///< of a vector: some of its numbers may be known without the others
-  double limit = 0.0;                            ///< > 0: largest magnitude that has a meaning
+  double limit = 0.0;                            ///< > 0: largest valid magnitude
   std::span<const std::string_view> words = {};  ///< of an enum, in the order of its values 0, 1, …
 
   std::string_view name() const { return names.front(); }
@@ -46,16 +45,17 @@ struct FieldWord {
   std::string_view word;
 };
 
-/// What a field holds: the numbers of a number, vector or quaternion in the order of its names; or else.
+/// Value of a field. Numbers, vectors and quaternions are lists of numbers, in the order of their names.
 using FieldValue = std::variant<std::span<const double>, std::int64_t, bool, FieldWord, std::span<const float>,
                                 std::span<const Eigen::Vector3f>, std::span<const std::uint8_t>>;
 
-/// Reads the fields of any payload, also of one that a plugin brings. Spans are valid during the call.
+/// Visits the fields of any payload, also of one defined by a plugin. Spans are valid during the call.
 class WAYMARK_TYPE FieldVisitor {
  public:
   virtual ~FieldVisitor() = default;
+  /// One field with its value.
   virtual void field(const FieldInfo& info, const FieldValue& value) = 0;
-  /// A list of `size` elements that have fields of their own, which follow: for each `element`, then its fields.
+  /// A list of `size` elements with fields of their own. They follow: for each element `element`, then its fields.
   virtual void list(const FieldInfo&, std::size_t /*size*/) {}
   virtual void element(std::size_t /*index*/) {}
 };
@@ -69,7 +69,7 @@ struct AnyVisitor {
 
 }  // namespace field_detail
 
-/// T registers fields.
+/// True if T registers fields.
 template <class T>
 concept HasFields = requires(field_detail::AnyVisitor visitor) {
   T::fields(visitor);
@@ -114,7 +114,7 @@ void visit(const std::vector<T>& values, const FieldInfo& info, FieldVisitor& vi
 
 }  // namespace field_detail
 
-/// Gives all fields of `object` to `visitor`, in the order in which they are registered.
+/// Passes all fields of `object` to `visitor`, in the order in which they are registered.
 template <HasFields T>
 void visit_fields(const T& object, FieldVisitor& visitor) {
   T::fields([&](auto member, const FieldInfo& info) { field_detail::visit(object.*member, info, visitor); });

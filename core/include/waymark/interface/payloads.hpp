@@ -12,8 +12,8 @@
 #include "waymark/base/api.hpp"
 #include "waymark/interface/measurement.hpp"
 
-/// The payloads that cross between sources, sensors and maps. SI units; NaN only where a field has it for "not known".
-/// What a field means stands in `fields`, once: docs/payloads.md is made of it.
+/// The payloads exchanged between sources, sensors and maps. SI units. NaN only where a field has it for "not known".
+/// `fields` defines every field's meaning; docs/payloads.md is generated from it.
 namespace waymark {
 
 /// Speeds of the left and right wheel of a differential drive.
@@ -62,8 +62,8 @@ struct BodyTwist : PayloadOf<BodyTwist> {
   }
 };
 
-/// How far the base moved in the time from the stamp on: odometry that is given as poses. It becomes known at the end
-/// of that time.
+/// Motion of the base over an interval that begins at the stamp: odometry given as poses. It arrives at the end of the
+/// interval.
 struct PoseIncrement : PayloadOf<PoseIncrement> {
   static constexpr std::string_view kType = "waymark/PoseIncrement@1";
   double interval_s = 0.0;
@@ -74,12 +74,15 @@ struct PoseIncrement : PayloadOf<PoseIncrement> {
   template <class Visitor>
   static void fields(Visitor&& field) {
     field(&PoseIncrement::interval_s,
-          {.names = {"interval_s"}, .unit = "s", .meaning = "length of that time, more than 0"});
+          {.names = {"interval_s"}, .unit = "s", .meaning = "length of the interval, more than 0"});
     field(&PoseIncrement::x_m,
-          {.names = {"x_m"}, .unit = "m", .meaning = "position at its end, forward in the base's frame at the stamp"});
+          {.names = {"x_m"},
+           .unit = "m",
+           .meaning = "position at the end of the interval, forward in the base's frame at the stamp"});
     field(&PoseIncrement::y_m, {.names = {"y_m"}, .unit = "m", .meaning = "the same, to the left"});
-    field(&PoseIncrement::yaw_rad,
-          {.names = {"yaw_rad"}, .unit = "rad", .meaning = "turn meanwhile, left positive, within (-π, π)"});
+    field(
+        &PoseIncrement::yaw_rad,
+        {.names = {"yaw_rad"}, .unit = "rad", .meaning = "rotation over the interval, left positive, within (-π, π)"});
   }
   WAYMARK_API std::string_view contradiction() const;
 };
@@ -159,14 +162,15 @@ struct LaserScan : PayloadOf<LaserScan> {
     field(&LaserScan::start_rad, {.names = {"start_rad"}, .unit = "rad", .meaning = "direction of beam 0"});
     field(&LaserScan::step_rad,
           {.names = {"step_rad"}, .unit = "rad", .meaning = "angle from one beam to the next, not 0"});
-    field(&LaserScan::beam_interval_s, {.names = {"beam_interval_s"},
-                                        .unit = "s",
-                                        .meaning = "time from one beam to the next; beam 0 is at the stamp. 0: all are",
-                                        .required = false});
+    field(&LaserScan::beam_interval_s,
+          {.names = {"beam_interval_s"},
+           .unit = "s",
+           .meaning = "time from one beam to the next; beam 0 is at the stamp. 0: all beams are",
+           .required = false});
     field(&LaserScan::ranges_m, {.names = {"ranges_m"},
                                  .unit = "m",
-                                 .meaning = "one per beam, as the scanner gives them; which of them are not a return, "
-                                            "the YAML of the map module says",
+                                 .meaning = "one per beam, as the scanner delivers them; the YAML of the map module "
+                                            "defines which are without return",
                                  .unknown = "∞"});
     field(&LaserScan::intensities, {.names = {"intensities"},
                                     .meaning = "none, or one per beam, in the scanner's unit",
@@ -185,11 +189,12 @@ struct PointCloud : PayloadOf<PointCloud> {
 
   template <class Visitor>
   static void fields(Visitor&& field) {
-    field(&PointCloud::points_m,
-          {.names = {"points_m"}, .unit = "m", .meaning = "end points in the sensor's frame; only of what came back"});
+    field(&PointCloud::points_m, {.names = {"points_m"},
+                                  .unit = "m",
+                                  .meaning = "end points in the sensor's frame; beams without return are left out"});
     field(&PointCloud::offsets_s, {.names = {"offsets_s"},
                                    .unit = "s",
-                                   .meaning = "none, or when each point was measured, after the stamp",
+                                   .meaning = "none, or the time of each point after the stamp",
                                    .required = false});
     field(&PointCloud::intensities, {.names = {"intensities"},
                                      .meaning = "none, or one per point, in the scanner's unit",
@@ -251,8 +256,8 @@ struct ImuSample : PayloadOf<ImuSample> {
                                  .unknown = "NaN"});
     field(&ImuSample::q_enu_sensor,
           {.names = {"q_w", "q_x", "q_y", "q_z"},
-           .meaning = "orientation as the device estimates it: turns vectors of the sensor to east, north, up (of "
-                      "magnetic north, if the YAML says so)",
+           .meaning = "orientation estimated by the device: rotates vectors of the sensor to east, north, up (of "
+                      "magnetic north, if the YAML declares it)",
            .required = false,
            .unknown = "NaN"});
   }
@@ -270,7 +275,7 @@ struct MagneticField : PayloadOf<MagneticField> {
   }
 };
 
-/// What a compass shows: where the sensor's x axis points, clockwise as on a compass rose.
+/// Heading of a compass: direction of the sensor's x axis, clockwise from north.
 struct CompassHeading : PayloadOf<CompassHeading> {
   static constexpr std::string_view kType = "waymark/CompassHeading@1";
   double heading_rad = 0.0;
@@ -293,7 +298,7 @@ struct CompassHeading : PayloadOf<CompassHeading> {
   }
 };
 
-/// How high the sensor is above the ground or above a fixed level: ultrasound, barometer.
+/// Height of the sensor above the ground or above a fixed level: ultrasound, barometer.
 struct Height : PayloadOf<Height> {
   static constexpr std::string_view kType = "waymark/Height@1";
   double height_m = 0.0;
@@ -310,9 +315,10 @@ struct Height : PayloadOf<Height> {
   }
 };
 
-/// Landmarks that a device or a source detected by itself: all of one image or sweep are one observation set.
+/// Landmarks detected by a device or a source: all of one image or sweep are one observation set.
 struct LandmarkObservations : PayloadOf<LandmarkObservations> {
   static constexpr std::string_view kType = "waymark/LandmarkObservations@1";
+  /// One landmark.
   struct One {
     double range_m = 0.0;
     double bearing_rad = 0.0;
@@ -338,12 +344,12 @@ struct LandmarkObservations : PayloadOf<LandmarkObservations> {
   template <class Visitor>
   static void fields(Visitor&& field) {
     field(&LandmarkObservations::landmarks,
-          {.names = {"landmarks"}, .meaning = "may be empty: seen nothing is an observation too"});
+          {.names = {"landmarks"}, .meaning = "may be empty: no detection is an observation, too"});
   }
   WAYMARK_API std::string_view contradiction() const;
 };
 
-/// All of them, in the order of reference pages.
+/// All payloads of core, in the order of reference pages.
 using CorePayloads = std::tuple<WheelSpeeds, WheelSteering, BodyTwist, PoseIncrement, GnssFix, LaserScan, PointCloud,
                                 Image, ImuSample, CompassHeading, MagneticField, Height, LandmarkObservations>;
 

@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// A camera as OpenCV calibrates it: pinhole with the distortion of D. C. Brown (1966). All in pixels.
+/// Camera model of OpenCV: pinhole with the distortion of D. C. Brown (1966). All in pixels.
 struct Intrinsics {
   int width = 0;
   int height = 0;
@@ -23,12 +23,12 @@ struct Intrinsics {
   std::array<double, 5> distortion{};  ///< k1, k2, p1, p2, k3
 };
 
-/// One sensor as it is mounted on the robot.
+/// Name, payload and mounting of one sensor.
 struct Mounting {
   std::string name;     ///< as in the YAML, unique
-  std::string payload;  ///< payload type it must deliver ("waymark/LaserScan@1"), or empty: what its plugin takes
-  /// `base_T_sensor` of the YAML; absent if the YAML does not give it. A camera's frame, too, has x forward, y left, z
-  /// up (its optical frame follows from it: z forward, x right, y down).
+  std::string payload;  ///< payload type it must deliver ("waymark/LaserScan@1"), or empty: that of its plugin
+  /// `base_T_sensor` of the YAML; absent if the YAML does not contain it. A camera's frame, too, has x forward, y left,
+  /// z up (its optical frame follows from it: z forward, x right, y down).
   std::optional<Pose> T_base_sensor;
   std::optional<Intrinsics> intrinsics = {};  ///< of a camera
 };

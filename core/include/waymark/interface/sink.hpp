@@ -13,7 +13,7 @@
 
 namespace waymark {
 
-/// What a sink may know before the first snapshot.
+/// Information about a run, before its first snapshot.
 struct RunInfo {
   std::filesystem::path out_dir;  ///< exists and is writable
   const Rig* rig = nullptr;
@@ -22,18 +22,19 @@ struct RunInfo {
 };
 
 /// Receives read-only snapshots. Constructed from the YAML: `explicit MySink(const Config&)`. Files are written through
-/// `OutputFile`, so that a reader never sees half a file.
+/// `OutputFile`, so that a reader never sees an incomplete file.
 class WAYMARK_TYPE Sink {
  public:
   virtual ~Sink() = default;
-  /// Once, before the first snapshot.
+  /// Called once, before the first snapshot.
   virtual void start(const RunInfo&) = 0;
-  /// Every measurement as the source delivers it, in order of arrival, before the filter has it: also those that come
-  /// too late to be taken in. `sensor` is the index in the rig.
+  /// Called for every measurement in order of arrival, before the filter processes it; also for those that are too
+  /// late. `sensor` is the index in the rig.
   virtual void arrived(const Measurement&) {}
-  /// After every measurement that was taken in, in stamp order. The snapshot is valid only during the call.
+  /// Called after every measurement that the filter has processed or rejected (`Snapshot::fate`). The snapshot is valid
+  /// only during the call.
   virtual void write(const Snapshot&) = 0;
-  /// Once, after the last snapshot, also when the run was interrupted. `last` is null if there was none.
+  /// Called once, after the last snapshot, also if the run was interrupted. `last` is null if there was none.
   virtual void finish(const Snapshot* last, const RunReport& report) = 0;
 };
 

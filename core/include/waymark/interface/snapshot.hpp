@@ -16,7 +16,7 @@
 
 namespace waymark {
 
-/// A particle for pictures.
+/// Pose and weight of a particle, for pictures.
 struct ParticleView {
   Pose T_map_base;
   double weight;  ///< normalised
@@ -28,45 +28,45 @@ struct StampedPose {
   Pose T_map_base;
 };
 
-/// A pose that knows the whole log, with the covariance of (x, y, yaw).
+/// A pose estimated from the whole log, with the covariance of (x, y, yaw).
 struct SmoothedPose {
   Time stamp;
   Pose T_map_base;
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
 };
 
-/// What became of one measurement.
+/// Result of one measurement.
 enum class Fate {
   fused,         ///< all its updates were accepted
   gated,         ///< at least one update was rejected by the gate
-  mapped,        ///< a map module took it
-  skipped,       ///< a map module looked at it and has no use for it: the robot has hardly moved, nothing was seen
+  mapped,        ///< a map module used it
+  skipped,       ///< no map module used it: too little motion, or no detection
   held_out,      ///< the YAML keeps it out of the filter, for scoring
-  late,          ///< older than what the filter still remembers
+  late,          ///< older than the stored history
   before_start,  ///< the filter had not started
-  unusable,      ///< the plugin could not read it, or it held no finite value
+  unusable,      ///< rejected by the plugin, or an update was not finite
   ignored,       ///< no plugin in service takes it
-  paired,        ///< kept for a map module, which takes it with a measurement of its first input
-  mistimed       ///< its stamp cannot be right: zero, in the future, stuck, or far from all others
+  paired,        ///< stored for a map module, which uses it with a measurement of its first input
+  mistimed       ///< implausible stamp: zero, in the future, stuck, or far from all others
 };
 
-/// How much of the maps a sink asks for.
+/// Detail of the maps that a sink requests.
 enum class MapDetail {
   summary,       ///< landmarks, figures, sightings: cheap
   with_grids,    ///< dense maps seen from above, too
-  with_files,    ///< what the maps write as files, too; without grids
-  with_mixtures  ///< with grids, and with what all particles together make of them; as long as a grid of each particle
+  with_files,    ///< the maps' files, too; without grids
+  with_mixtures  ///< with grids, and with their mixture over all particles; costs a grid of each particle
 };
 
-/// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made when asked for.
+/// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made on request.
 class WAYMARK_TYPE Snapshot {
  public:
   virtual ~Snapshot() = default;
-  /// What `belief` speaks of. Later than the measurement's own stamp if that came late.
+  /// Time of `belief`. Later than the measurement's own stamp if that was late.
   virtual Time stamp() const = 0;
   virtual const Measurement& measurement() const = 0;  ///< the measurement behind this snapshot
   virtual Fate fate() const = 0;
-  /// True once the filter has started; before that only `measurement` and `fate` have a meaning.
+  /// True once the filter has started; before that only `measurement` and `fate` are valid.
   virtual bool started() const = 0;
   /// Moments of the mixture (circular mean for yaw) at `stamp`.
   virtual const Belief& belief() const = 0;
@@ -80,7 +80,7 @@ class WAYMARK_TYPE Snapshot {
   virtual std::vector<MapDescription> best_maps(MapDetail detail) const = 0;
 };
 
-/// What became of one sensor's measurements.
+/// Numbers of one sensor's measurements by `Fate`, and its NIS.
 struct SensorCounters {
   std::uint64_t fused = 0;
   std::uint64_t gated = 0;
@@ -91,27 +91,27 @@ struct SensorCounters {
   std::uint64_t before_start = 0;
   std::uint64_t unusable = 0;
   std::uint64_t ignored = 0;
-  std::uint64_t processed_late = 0;  ///< older than the commit horizon, and processed all the same
+  std::uint64_t processed_late = 0;  ///< older than the committed time, and processed
   double nis_sum = 0.0;              ///< of accepted and gated updates
   std::uint64_t nis_count = 0;
   std::uint64_t nis_dof = 0;  ///< sum of the updates' rows: mean NIS should be near nis_dof / nis_count
 };
 
-/// One sensor over a run.
+/// Report of one sensor over a run.
 struct SensorReport : SensorCounters {
   std::string name;
   std::string plugin;
   std::uint64_t measurements = 0;  ///< arrived
   std::uint64_t mistimed = 0;
-  std::uint64_t reordered = 0;  ///< stamped before another of the same sensor that came earlier
+  std::uint64_t reordered = 0;  ///< stamped before an earlier arrival of the same sensor
   double first_s = 0.0;         ///< stamp of the first and last measurement [s]
   double last_s = 0.0;
   double latency_mean_s = 0.0;  ///< arrival minus stamp
   double latency_max_s = 0.0;
-  double gap_max_s = 0.0;  ///< longest time between stamps of two that arrived one after the other
+  double gap_max_s = 0.0;  ///< longest time between the stamps of two successive arrivals
 };
 
-/// Something that a user must know about, with its time in the log.
+/// An event for the user, with its time in the log.
 struct Event {
   std::string text;
   double stamp_s = 0.0;
@@ -123,7 +123,7 @@ struct Event {
   }
 };
 
-/// What a run ends with.
+/// Report of a run.
 struct RunReport {
   std::vector<SensorReport> sensors;
   std::vector<BadRecord> bad_records;

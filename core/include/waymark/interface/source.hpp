@@ -18,8 +18,7 @@ struct Channel {
   std::string payload_type;  ///< "waymark/LaserScan@1"
 };
 
-/// What is known to be true, for pictures and scores: simulated truth, a survey, motion capture. Never seen by a
-/// filter.
+/// Ground truth, for pictures and scores: simulated truth, a survey, motion capture. Never used by a filter.
 struct Reference {
   struct Point {
     Time stamp;
@@ -41,13 +40,13 @@ struct BadRecord {
   std::string reason;  ///< what was found and what was expected
 };
 
-/// Where measurements come from. Pulled, so a replay is deterministic and drops nothing. Constructed from the YAML:
-/// `explicit MySource(const Config&)` or `MySource(const Config&, const Rig&)`.
+/// Delivers measurements. The host pulls them, so a replay is deterministic and drops nothing. Constructed from the
+/// YAML: `explicit MySource(const Config&)` or `MySource(const Config&, const Rig&)`.
 class WAYMARK_TYPE Source {
  public:
   virtual ~Source() = default;
 
-  /// What this source delivers; `Measurement::sensor` of `next()` is an index into this list.
+  /// The delivered channels; `Measurement::sensor` of `next()` is an index into this list.
   virtual const std::vector<Channel>& channels() const = 0;
 
   /// The next measurement in order of arrival, or nothing at the end. Throws DataError when the data cannot be read on.
@@ -62,10 +61,10 @@ class WAYMARK_TYPE Source {
     return none;
   }
 
-  /// What a person should know about the log once it was read: messages that nothing reads, repairs. One line each.
+  /// Messages about the log for users, once it was read: unused messages, repairs. One line each.
   virtual std::vector<std::string> notices() const { return {}; }
 
-  /// Truth or survey, if the source knows one.
+  /// Ground truth; null if the source has none.
   virtual std::shared_ptr<const Reference> reference() const { return nullptr; }
 };
 

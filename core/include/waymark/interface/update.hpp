@@ -16,8 +16,8 @@
 
 namespace waymark {
 
-/// What a sensor model says about one state: residual z ⊟ h(x), its noise R, and the Jacobians H = ∂h/∂(error state),
-/// by block. A block that is never asked for counts as zero, so no plugin knows the layout of the filter.
+/// A sensor model linearised at one state: residual z ⊟ h(x), its noise R, and the Jacobians H = ∂h/∂(error state), by
+/// block. A block that is not requested is zero, so plugins do not depend on the layout of the filter.
 class Linearization {
  public:
   using Jacobian3 = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxUpdateRows, 3>;
@@ -52,10 +52,10 @@ class Linearization {
     return block_;
   }
 
-  /// The block's uncertainty counts in S, and its covariances with the other states are kept up, but this update does
-  /// not estimate it: other sensors do, through those covariances (S. F. Schmidt, 1966, "consider states"). For states
-  /// that correct the very reading they would be estimated from: the reading's noise would be taken for information.
-  void consider_block() { block_estimated_ = false; }
+  /// Makes the block consider states (S. F. Schmidt, 1966): their uncertainty is part of S, and their covariances with
+  /// the other states are updated, but this update does not estimate them. Other sensors do, through those covariances.
+  /// For states that correct the reading itself: its noise would be taken for information about them.
+  void mark_block_considered() { block_estimated_ = false; }
 
   bool uses(Part p) const { return (used_ & (1u << p)) != 0; }
   bool uses_block() const { return block_used_; }
@@ -80,13 +80,13 @@ class Linearization {
   bool block_estimated_ = true;
 };
 
-/// A state as a sensor model sees it: the navigation state and the sensor's own block.
+/// The state at which a sensor model is linearised: the navigation state and the sensor's own block.
 struct StateView {
   const NavState& nav;
   const double* block;  ///< the sensor's own states, in the order it declared them
 };
 
-/// What an update observes, for monitors: innovations of a position are in metres.
+/// The quantity that an update observes, for monitoring.
 enum class Quantity { other, position, attitude, velocity };
 
 /// One measurement model bound to one measurement: immutable, evaluated for every particle, from many threads at once.
@@ -95,10 +95,12 @@ class WAYMARK_TYPE Update {
   virtual ~Update() = default;
   /// Fills `out`, which the host has not reset: call `out.reset(rows, block_size)` first. Pure: no side effects.
   virtual void linearize(const StateView& state, Linearization& out) const = 0;
+  /// The observed quantity. If it is a position with two or more rows, the first two are east and north [m], and the
+  /// host monitors the innovations for a bias.
   virtual Quantity observes() const { return Quantity::other; }
 };
 
-/// The updates out of one measurement, built in place: no heap.
+/// The updates of one measurement, constructed in place: no heap.
 class UpdateList {
  public:
   static constexpr std::size_t kSlots = 4;
@@ -109,7 +111,7 @@ class UpdateList {
   UpdateList& operator=(const UpdateList&) = delete;
   ~UpdateList() { clear(); }
 
-  /// Constructs a model of type U; at most four in one measurement.
+  /// Constructs an update of type U; at most four in one measurement.
   template <class U, class... Args>
   void emplace(Args&&... args) {
     static_assert(std::is_base_of_v<Update, U> && sizeof(U) <= kSlotBytes && alignof(U) <= 64);
@@ -118,45 +120,44 @@ class UpdateList {
     ++size_;
   }
 
-  /// A motion sensor says with every measurement whether it sees motion; the host's standstill logic needs it.
+  /// A motion sensor reports with every measurement whether it detects motion, for the detection of standstill.
   void report_motion(bool moving) { motion_ = moving ? Motion::moving : Motion::still; }
-  enum class Motion { not_said, still, moving };
+  enum class Motion { not_reported, still, moving };
   Motion motion() const { return motion_; }
 
-  /// σ of a velocity [m/s] and of a rate [rad/s] of which nothing is known.
+  /// σ of an unknown velocity [m/s] and of an unknown rate [rad/s].
   struct UnknownTwist {
     double velocity_sigma;
     double rate_sigma;
   };
-  /// The measurement tells the twist that the base has from its stamp on until the sensor's next one, and the twist
-  /// before it says nothing about that: velocity and rate get these σ before the updates are applied. They must be far
-  /// above the updates' own, so that the gain is 1, but not beyond all digits of P − W Wᵀ.
-  void forget_twist(UnknownTwist unknown) { forgotten_ = unknown; }
-  const std::optional<UnknownTwist>& forgotten_twist() const { return forgotten_; }
+  /// The measurement determines the twist from its stamp on until the sensor's next measurement, independently of the
+  /// twist before. Velocity and rate get these σ before the updates are applied. The σ must be far above the updates'
+  /// own, so that the gain is 1, but within the precision of P − W Wᵀ.
+  void reset_twist(UnknownTwist unknown) { twist_reset_ = unknown; }
+  const std::optional<UnknownTwist>& twist_reset() const { return twist_reset_; }
 
-  /// The sensor doubts its own measurement (a frozen position, a disturbed field), whether it gives updates out of it
-  /// or not: the host shows the sensor as degraded for this reason. `reason`: a literal, "position frozen while
-  /// moving".
-  void report_doubt(std::string_view reason) { doubt_ = reason; }
-  std::string_view doubt() const { return doubt_; }  ///< empty: none
+  /// The sensor reports its measurement as degraded (a frozen position, a disturbed field), with or without updates.
+  /// The sensor's health is then degraded for this reason. `reason`: a literal, "position frozen while moving".
+  void report_degraded(std::string_view reason) { degraded_reason_ = reason; }
+  std::string_view degraded_reason() const { return degraded_reason_; }  ///< empty: none
 
   std::size_t size() const { return size_; }
   const Update& operator[](std::size_t i) const { return *updates_[i]; }
   void clear() {
     for (std::size_t i = 0; i < size_; ++i) updates_[i]->~Update();
     size_ = 0;
-    motion_ = Motion::not_said;
-    forgotten_.reset();
-    doubt_ = {};
+    motion_ = Motion::not_reported;
+    twist_reset_.reset();
+    degraded_reason_ = {};
   }
 
  private:
   alignas(64) std::array<std::byte, kSlots * kSlotBytes> storage_;
   std::array<Update*, kSlots> updates_{};
   std::size_t size_ = 0;
-  Motion motion_ = Motion::not_said;
-  std::optional<UnknownTwist> forgotten_;
-  std::string_view doubt_;
+  Motion motion_ = Motion::not_reported;
+  std::optional<UnknownTwist> twist_reset_;
+  std::string_view degraded_reason_;
 };
 
 }  // namespace waymark

@@ -28,22 +28,22 @@ namespace waymark {
 ///       archive(last_, usual_s_, left_);
 ///     }
 ///
-/// `Archive::kReads` is the direction, for where reading must check or convert; writing must change nothing.
+/// `Archive::kReads` is the direction, if reading must check or convert. Writing must not change the object.
 template <class T, class Archive>
 concept Serializable = requires(T& object, Archive& archive) {
   object.serialize(archive);
 };
 
-/// A versioned binary stream for checkpoints, little endian. Objects that several owners share are written once and
-/// shared again after loading.
+/// A versioned binary stream for checkpoints, little endian. Shared objects are written once and are shared again after
+/// loading.
 class WAYMARK_API OutArchive {
  public:
   static constexpr bool kReads = false;
 
   explicit OutArchive(std::ostream& stream) : stream_(stream) {}
 
-  /// Writes all fields, one behind the other: numbers, enums, times, texts, matrices, quaternions, `std::optional`,
-  /// `std::vector` and `std::array` of these, and objects that have `serialize`, or `save` and `load`.
+  /// Writes all fields in order: numbers, enums, times, texts, matrices, quaternions, `std::optional`, `std::vector`
+  /// and `std::array` of these, and objects that have `serialize`, or `save` and `load`.
   template <class... Fields>
   void operator()(const Fields&... fields) {
     (field(fields), ...);
@@ -85,7 +85,7 @@ class WAYMARK_API OutArchive {
     bytes(v.data(), sizeof(T) * v.size());
   }
 
-  /// True if `object` is met for the first time and its content must follow; either way its number is written.
+  /// Writes the number of `object`. True at its first call for this object: its content must follow.
   bool first_sight(const void* object);
 
  private:
@@ -139,7 +139,8 @@ class WAYMARK_API InArchive {
     (field(fields), ...);
   }
 
-  /// As `OutArchive::each`. Element by element, so that a damaged count takes no more memory than the stream has content.
+  /// As `OutArchive::each`. Element by element, so that a damaged count takes no more memory than the stream has
+  /// content.
   template <class Objects, class Fields>
   void each(Objects& objects, const Fields& fields) {
     const std::size_t size = count(1);
@@ -190,8 +191,8 @@ class WAYMARK_API InArchive {
     bytes(v.data(), sizeof(T) * v.size());
   }
 
-  /// The shared object with the number that comes next: the one already loaded, or null, and then `remember` must be
-  /// called with it under the number returned in `number`.
+  /// Reads the number of a shared object into `number` and returns the object, or null if it is not loaded yet: its
+  /// content follows, and `remember` must be called with it.
   std::shared_ptr<void> shared(std::uint64_t& number);
   void remember(std::uint64_t number, std::shared_ptr<void> object) { objects_[number] = std::move(object); }
 

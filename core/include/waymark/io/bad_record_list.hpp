@@ -10,10 +10,10 @@
 
 namespace waymark {
 
-/// What a source skipped, up to a limit that the YAML sets.
+/// The records that a source skipped, up to a limit that the YAML sets.
 class WAYMARK_API BadRecordList {
  public:
-  /// How the message of the one too many speaks of a record, of the key of the limit, and of what a larger value does.
+  /// Words of the error message: for a record, for the key of the limit, and for the effect of a larger value.
   struct Words {
     std::string record;
     std::string key;
@@ -22,7 +22,7 @@ class WAYMARK_API BadRecordList {
 
   BadRecordList(std::uint64_t limit, Words words) : limit_(limit), words_(std::move(words)) {}
 
-  /// Counts one. Throws DataError with its place and reason if it is one too many.
+  /// Adds one. Throws DataError with its place and reason if it exceeds the limit.
   void add(const std::string& place, const std::string& reason);
 
   const std::vector<BadRecord>& records() const { return records_; }  ///< the first 1000

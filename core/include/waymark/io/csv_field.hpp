@@ -8,8 +8,7 @@
 
 namespace waymark {
 
-/// A text as a field of a CSV row, quoted where it must be (RFC 4180): a comma or a quote in a name must not tear a
-/// row.
+/// A text as a field of a CSV row, quoted if it contains a comma, a quote or a line break (RFC 4180).
 WAYMARK_API std::string csv_field(std::string_view text);
 
 }  // namespace waymark

@@ -9,9 +9,8 @@
 
 namespace waymark {
 
-/// Names out of a YAML (of sensors, of maps) as file names without extension, on any system: characters other than
-/// letters, digits, `_` and `-` become `_`. Of names that would become the same, or that are taken, later ones get a
-/// number.
+/// File names without extension, valid on any system, for names of the YAML (of sensors, of maps). Characters other
+/// than letters, digits, `_` and `-` become `_`. A name that would be equal to an earlier or taken one gets a number.
 class WAYMARK_API FileStems {
  public:
   explicit FileStems(std::set<std::string> taken) : taken_(std::move(taken)) {}

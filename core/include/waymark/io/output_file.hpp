@@ -9,8 +9,8 @@
 
 namespace waymark {
 
-/// A file that appears under its name only when it is complete: text goes to `<name>.partial`, `commit` renames. If the
-/// disk fills up, what was written up to the last complete line is kept under the name, and Error is thrown.
+/// A file that appears under its name only when it is complete: text is written to `<name>.partial`, and `commit`
+/// renames it. If the disk is full, all complete lines are kept under the name, and Error is thrown.
 class WAYMARK_API OutputFile {
  public:
   /// Throws Error if the file cannot be created.
@@ -22,7 +22,7 @@ class WAYMARK_API OutputFile {
 
   /// Appends text; buffered. Throws Error naming the file and the system's reason.
   void write(std::string_view text);
-  /// Writes out, syncs and renames. Throws Error; then what fits is kept.
+  /// Writes the buffer, syncs and renames. Throws Error; the complete lines are then kept.
   void commit();
 
  private:
@@ -37,11 +37,10 @@ class WAYMARK_API OutputFile {
   std::size_t last_line_end_ = 0;
 };
 
-/// One call: the whole file or none. Throws Error.
+/// Writes a whole file, or none. Throws Error.
 WAYMARK_API void write_file(const std::filesystem::path& path, std::string_view content);
 
-/// Creates a folder and those above it, as far as they are missing. Throws Error naming it, as `what` it is, and the
-/// system's reason.
+/// Creates a folder and its missing parents. Throws Error with its path, `what`, and the system's reason.
 WAYMARK_API void create_folder(const std::filesystem::path& folder, std::string_view what = "folder");
 
 }  // namespace waymark

@@ -10,12 +10,12 @@
 namespace waymark {
 
 /// Linear assignment by shortest augmenting paths with potentials (H. W. Kuhn 1955; R. Jonker, A. Volgenant 1987),
-/// O(rows² · columns). Keeps its storage, so that a warm solver does not allocate.
+/// O(rows² · columns). Storage is reused: further calls of the same size do not allocate.
 class WAYMARK_API AssignmentSolver {
  public:
-  /// Gives every row a column of its own so that the sum of the costs is least. `cost`: finite, rows <= columns (or it
-  /// throws Error). Returns each row's column, valid until the next call. The same costs give the same answer, ties
-  /// too.
+  /// Assigns every row to a different column with the least sum of costs. `cost`: finite, rows <= columns; otherwise
+  /// throws Error. Returns the column of every row, valid until the next call. Equal costs give equal results, also
+  /// with ties.
   const std::vector<int>& solve(const Eigen::Ref<const Eigen::MatrixXd>& cost);
 
  private:

@@ -25,7 +25,7 @@ WAYMARK_API Density density(const Vector& nu, const Matrix& S);
 /// The same, and L with L Lᵀ = S; if S is not positive definite, L is not to be used.
 WAYMARK_API Density density(const Vector& nu, const Matrix& S, Matrix& L);
 
-/// A ← A L⁻ᵀ in place, L lower triangular: with A = P Hᵀ and L Lᵀ = S the product A Aᵀ is what an update takes from P.
+/// A ← A L⁻ᵀ in place, L lower triangular: with A = P Hᵀ and L Lᵀ = S an update subtracts A Aᵀ from P.
 template <class A, class L>
 void divide_by_factor(A& a, const L& factor) {
   for (Eigen::Index j = 0; j < a.cols(); ++j) {
@@ -50,8 +50,8 @@ struct Eigen3 {
 /// Of a symmetric positive semi-definite matrix; eigenvalues below 1e-12 × the largest are rounding and become zero.
 WAYMARK_API Eigen3 eigen(const Eigen::Matrix3d& P);
 
-/// A P⁻¹ for a positive semi-definite P (n × n) and A with n columns: a gain. A state without variance gets none, and
-/// states may have units of their own.
+/// A P⁻¹ for a positive semi-definite P (n × n) and A with n columns: a gain. A state without variance gets no gain.
+/// States may have different units.
 WAYMARK_API Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P);
 
 /// A draw from N(0, I).

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// How odometry that is given as poses moved: `end` in the frame of `begin`, both (x [m], y [m], yaw [rad]).
+/// Increment of odometry given as poses: `end` in the frame of `begin`, both (x [m], y [m], yaw [rad]).
 inline PoseIncrement pose_increment(const Eigen::Vector3d& begin, const Eigen::Vector3d& end, double interval_s) {
   const double dx = end.x() - begin.x();
   const double dy = end.y() - begin.y();

@@ -12,12 +12,12 @@ namespace waymark {
 /// SC 2011). The stream is a pure function of its key, so results do not depend on threads or call order.
 class WAYMARK_API Random {
  public:
-  /// What a stream belongs to. Two different keys give independent streams.
+  /// Key of a stream. Different keys give independent streams.
   struct Key {
     std::uint64_t seed;    ///< of the run
     std::uint32_t slot;    ///< of the particle
     std::int64_t stamp;    ///< of the measurement [ns]
-    std::uint32_t sensor;  ///< index of the sensor, or what the draw is for
+    std::uint32_t sensor;  ///< index of the sensor, or another purpose of the draw
   };
 
   explicit Random(const Key& key);

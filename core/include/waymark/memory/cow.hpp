@@ -7,9 +7,9 @@
 
 namespace waymark {
 
-/// A value that copies share until one of them writes. Copying costs one atomic increment. Different handles to one
-/// value may be read, written and copied from different threads; one handle belongs to one thread at a time.
-/// (`std::shared_ptr::use_count` is a relaxed read and no licence to write in place; this count is read with acquire.)
+/// A copy-on-write value. Copying costs one atomic increment. Different handles to one value may be read, written and
+/// copied from different threads; one handle belongs to one thread at a time. (`std::shared_ptr::use_count` is a
+/// relaxed read, too weak for writing in place; this count is read with acquire.)
 template <class T>
 class Cow {
  public:

@@ -11,9 +11,8 @@
 
 namespace waymark {
 
-/// What has happened to a particle and its ancestors, one item after the other, as a leaf of the ancestry tree:
-/// particles with common ancestors share the trunk, and what no living particle descends from is freed. Copying is
-/// O(1).
+/// A sequence of items of a particle and its ancestors, as a leaf of the ancestry tree. Particles with common ancestors
+/// share the trunk. Branches without a living descendant are freed. Copying is O(1).
 template <class Item>
 class Lineage {
  public:

@@ -8,15 +8,14 @@
 
 namespace waymark {
 
-/// Writes an object that several owners share: the first time by `save()`, then only its number. `identity` tells
-/// objects apart.
+/// Writes a shared object: the first time with `save()`, then only its number. `identity` identifies the object.
 template <class Save>
 void save_shared(const void* identity, OutArchive& out, const Save& save) {
   if (out.first_sight(identity)) save();
 }
 
-/// Reads what `save_shared` wrote: the first time what `load()` returns, then copies of that. A `T` is a handle, whose
-/// copies share the object.
+/// Reads a shared object that `save_shared` wrote: the first time with `load()`, then as copies of that result. A `T`
+/// is a handle, whose copies share the object.
 template <class T, class Load>
 T load_shared(InArchive& in, const Load& load) {
   std::uint64_t number = 0;

@@ -8,8 +8,8 @@
 #include "waymark/config/config.hpp"
 #include "waymark/interface/rig.hpp"
 
-/// What a plugin's library and its host agree on. A plugin includes the header of its kind instead, which brings this
-/// one along: waymark/plugin/sensor.hpp, map_module.hpp, source.hpp or sink.hpp.
+/// The binary interface of plugin library and host. A plugin includes the header of its kind instead, which includes
+/// this one: waymark/plugin/sensor.hpp, map_module.hpp, source.hpp or sink.hpp.
 namespace waymark {
 
 /// Raised whenever an interface of core changes incompatibly.
@@ -35,7 +35,7 @@ struct PluginDescriptor {
   void* (*create)(const Config& config, const Rig& rig);  ///< returns the interface's pointer; may throw Error
 };
 
-/// The word of the descriptor for an interface, `PluginKind<Sensor>::kName`. The header of each kind defines its own.
+/// Kind of an interface in the descriptor, `PluginKind<Sensor>::kName`. Defined in the header of each kind.
 template <class Interface>
 struct PluginKind;
 
@@ -44,7 +44,7 @@ constexpr const char* plugin_kind() {
   return PluginKind<Interface>::kName;
 }
 
-/// Builds a T from its YAML node, with the rig if its constructor takes one.
+/// Creates a T from its YAML node, with the rig if its constructor takes one.
 template <class Interface, class T>
 void* create_plugin(const Config& config, const Rig& rig) {
   if constexpr (std::is_constructible_v<T, const Config&, const Rig&>) {

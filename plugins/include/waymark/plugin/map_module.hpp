@@ -4,7 +4,7 @@
 #include "waymark/interface/map_module.hpp"
 #include "waymark/plugin/descriptor.hpp"
 
-/// What the author of a map module includes. The plugin is one class and one line:
+/// The header for a map module plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::MapModule, DockMap, "dock_map", "1.0.0")
 namespace waymark {

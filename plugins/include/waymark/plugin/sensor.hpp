@@ -4,7 +4,7 @@
 #include "waymark/interface/sensor.hpp"
 #include "waymark/plugin/descriptor.hpp"
 
-/// What the author of a sensor includes. The plugin is one class and one line:
+/// The header for a sensor plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Sensor, Altimeter, "altimeter", "1.0.0")
 namespace waymark {

@@ -4,7 +4,7 @@
 #include "waymark/interface/sink.hpp"
 #include "waymark/plugin/descriptor.hpp"
 
-/// What the author of a sink includes. The plugin is one class and one line:
+/// The header for a sink plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Sink, Distance, "distance", "1.0.0")
 namespace waymark {

@@ -4,7 +4,7 @@
 #include "waymark/interface/source.hpp"
 #include "waymark/plugin/descriptor.hpp"
 
-/// What the author of a source includes. The plugin is one class and one line:
+/// The header for a source plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Source, Circle, "circle", "1.0.0")
 namespace waymark {

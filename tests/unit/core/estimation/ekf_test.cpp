@@ -108,7 +108,7 @@ TEST_P(Scatter, PutsEveryPartOfTheModelAtItsPlace) {
   model.R = Eigen::MatrixXd::Identity(4, 4);
   Eigen::MatrixXd core = Eigen::MatrixXd::Zero(4, kCoreStates);
   for (int i = 0; i < kCoreStates; ++i) core.col(i) = test::normals(4, random);
-  core.middleCols(6, 3).setZero();  // the velocity is never asked for
+  core.middleCols(6, 3).setZero();  // the velocity is not requested
   model.position() = core.middleCols(0, 3);
   model.attitude() = core.middleCols(3, 3);
   model.angular_rate() = core.middleCols(9, 3);
@@ -188,7 +188,7 @@ Linearization speedometer(const NavState& state, double z, double variance, bool
   model.R << variance;
   model.velocity()(0, 0) = 1.0;
   model.block()(0, 0) = -z;
-  if (considered) model.consider_block();
+  if (considered) model.mark_block_considered();
   return model;
 }
 
@@ -214,8 +214,8 @@ struct Ride {
   }
 };
 
-// The speed is known from the speedometer alone, so there is nothing that could tell its scale.
-TEST(Ekf, AConsideredBlockDoesNotLearnFromTheNoiseOfItsOwnReading) {
+// The speed is known from the speedometer alone, so its scale is not observable.
+TEST(Ekf, AConsideredBlockIsNotEstimatedFromTheNoiseOfItsOwnReading) {
   Ride considered(21);
   Ride estimated(21);
   for (int k = 1; k <= 3000; ++k) {
@@ -228,7 +228,7 @@ TEST(Ekf, AConsideredBlockDoesNotLearnFromTheNoiseOfItsOwnReading) {
   EXPECT_LT(estimated.belief.mean.block[0], -0.02);  // why it must be considered
 }
 
-TEST(Ekf, AConsideredBlockLearnsFromOtherMeasurements) {
+TEST(Ekf, AConsideredBlockIsEstimatedFromOtherMeasurements) {
   Ride ride(22);
   constexpr double kSpeed = 1.1;
   for (int k = 1; k <= 3000; ++k) {

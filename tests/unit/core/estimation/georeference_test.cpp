@@ -107,7 +107,7 @@ TEST_P(GeoreferenceOf, TakesOverTheStartSoThatTheMapBeginsAtACertainOrigin) {
       << "what was not known of the start is not known of the pose on the Earth";
 }
 
-TEST_P(GeoreferenceOf, APointFarFromTheOriginIsKnownWorseByTheYaw) {
+TEST_P(GeoreferenceOf, APointFarFromTheOriginIsLessCertainByTheYaw) {
   Belief belief = random_belief();
   belief.P.setZero();
   const int yaw = layout.size() - 1;
@@ -119,8 +119,8 @@ TEST_P(GeoreferenceOf, APointFarFromTheOriginIsKnownWorseByTheYaw) {
 INSTANTIATE_TEST_SUITE_P(Motions, GeoreferenceOf, ::testing::Values(Motion::planar, Motion::spatial),
                          [](const auto& which) { return which.param == Motion::planar ? "planar" : "spatial"; });
 
-/// One particle that starts with a wrong idea of its heading, knows its odometry exactly, and hears exact fixes.
-TEST(GeoreferenceFilter, FixesTurnTheMapAndLeaveTheWayInItAlone) {
+/// One particle that starts with a wrong heading, and has exact odometry and exact fixes.
+TEST(GeoreferenceFilter, FixesRotateTheMapAndLeaveThePathInItAlone) {
   const StateLayout layout(
       Motion::planar,
       {{"gps", {}},
@@ -151,7 +151,7 @@ TEST(GeoreferenceFilter, FixesTurnTheMapAndLeaveTheWayInItAlone) {
   }
   const particles::Particle& particle = filter.particles().front();
   EXPECT_NEAR(particle.belief.mean.T_map_base.yaw(), 0.0, 0.05) << "straight on in its own map";
-  EXPECT_NEAR(filter.T_enu_map(particle).yaw(), 0.0, 0.03) << "the fixes told how the map lies";
+  EXPECT_NEAR(filter.T_enu_map(particle).yaw(), 0.0, 0.03) << "the fixes rotate the map";
   EXPECT_NEAR(filter.mixture().mean.T_map_base.p.x(), 20.0, 0.2);
   EXPECT_NEAR(filter.mixture().mean.T_map_base.p.y(), 0.0, 0.2);
 }

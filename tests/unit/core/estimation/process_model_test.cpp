@@ -209,7 +209,7 @@ TEST_F(Blocks, RandomWalkInTimeGrowsWithTheRootOfTime) {
   EXPECT_EQ(belief.mean.block[1], 1.0);
 }
 
-TEST_F(Blocks, RandomWalkInDistanceGrowsWithTheWayDrivenAndNotAtAllAtAStand) {
+TEST_F(Blocks, RandomWalkInDistanceGrowsWithTheDistanceDrivenAndNotAtStandstill) {
   Belief belief = standing_belief();
   belief.mean.v_base.x() = 2.0;
   model_.predict(belief, test::at(10.0), false);

@@ -34,7 +34,7 @@ std::vector<Measurement> curve(double longest) {
   return log;
 }
 
-/// Takes every third fix: it counts them. The hundredth measurement breaks it.
+/// Uses every third fix: it counts them. The hundredth measurement breaks it.
 class EveryThird final : public MapModule {
  public:
   explicit EveryThird(int breaks_at) : breaks_at_(breaks_at) {}
@@ -105,7 +105,7 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
     FusionRobot second = make(GetParam());
     resume(second, checkpoint(first), log);
     EXPECT_TRUE(checkpoint(second) == checkpoint(first)) << split;
-    EXPECT_TRUE(second.seen().empty()) << "what was shown before is not shown again";
+    EXPECT_TRUE(second.seen().empty()) << "earlier snapshots are not repeated";
     for (std::size_t i = split; i < log.size(); ++i) second.fusion().add(log[i]);
     second.fusion().finish();
     EXPECT_TRUE(second.bytes() == whole.bytes()) << split;

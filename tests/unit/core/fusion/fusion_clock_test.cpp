@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: dgps, odometry
-// Stamps that cannot be right, and what the host says of its sensors.
+// Implausible stamps, and the health of the sensors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -163,7 +163,7 @@ TEST(FusionHealth, ASensorThatTheGateRejectsIsFaulty) {
   EXPECT_GT(last.probability_off_3_sigma, 0.05);
 }
 
-/// Knows the landmarks of one place, and sees one between two times.
+/// Has the landmarks of one place, and detects one between two times.
 class OneLandmark final : public MapModule {
  public:
   OneLandmark(bool loaded, double from, double to) : loaded_(loaded), from_(from), to_(to) {}
@@ -202,7 +202,7 @@ std::pair<std::vector<Health>, std::string> with_map(bool loaded, double from, d
   return {all, robot.events()};
 }
 
-TEST(FusionHealth, ARobotThatItsLoadedMapDoesNotKnowIsNotOk) {
+TEST(FusionHealth, ARobotThatIsNotLocalizedInItsLoadedMapIsNotOk) {
   const auto [all, events] = with_map(true, 100.0, 100.0);
   EXPECT_EQ(all[2].state, Health::State::ok) << "a scan or two may miss";
   EXPECT_EQ(all[8].state, Health::State::degraded);
@@ -211,7 +211,7 @@ TEST(FusionHealth, ARobotThatItsLoadedMapDoesNotKnowIsNotOk) {
   EXPECT_THAT(events, HasSubstr("scanner: most of its scans do not localise the robot in the loaded map"));
 }
 
-TEST(FusionHealth, WhereTheMapTellsNothingAnyMoreItIsDeadReckoning) {
+TEST(FusionHealth, WithoutInformationOfTheMapItIsDeadReckoning) {
   for (const bool loaded : {true, false}) {
     const auto [all, events] = with_map(loaded, 0.0, 12.0);
     EXPECT_EQ(all[20].state, Health::State::ok) << all[20].reason;
@@ -219,7 +219,7 @@ TEST(FusionHealth, WhereTheMapTellsNothingAnyMoreItIsDeadReckoning) {
   }
 }
 
-TEST(FusionHealth, AMapThatHasNothingToTellYetIsNoConcern) {
+TEST(FusionHealth, AMapWithoutInformationYetIsNoConcern) {
   const auto [all, events] = with_map(false, 100.0, 100.0);
   EXPECT_EQ(all.back().state, Health::State::ok) << all.back().reason;
   EXPECT_EQ(events, "");

@@ -105,7 +105,7 @@ std::vector<Measurement> toy_log() {
   return in_order(log);
 }
 
-TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
+TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunContinues) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: toy, plugin: toy }\n",
                     {{"toy", std::make_shared<Breaking>(4, false)}});
   robot.play(toy_log());
@@ -116,7 +116,7 @@ TEST(FusionFaults, ASensorThatThrowsIsTakenOutOfServiceAndTheRunGoesOn) {
   EXPECT_NEAR(robot.pose().p.x(), 9.9, 0.2);
 }
 
-/// Breaks when it is asked where the robot may start.
+/// Throws from `start_hint`.
 class BreakingHint final : public Sensor {
  public:
   SensorTraits traits() const override { return {.is_absolute = true}; }
@@ -139,15 +139,15 @@ TEST(FusionFaults, ASensorThatThrowsBeforeTheStartIsTakenOutOfServiceToo) {
   EXPECT_TRUE(robot.fusion().started());
 }
 
-/// Of two maps that hear the same sensor this one understands nothing, or breaks with what is no exception.
-class Deaf final : public MapModule {
+/// Of two maps with the same trigger this one rejects every measurement, or throws something that is not an exception.
+class RejectingMap final : public MapModule {
  public:
-  explicit Deaf(bool breaks) : breaks_(breaks) {}
+  explicit RejectingMap(bool breaks) : breaks_(breaks) {}
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
   std::shared_ptr<const Observation> extract(const Measurement&, std::span<const Companion>,
                                              const MotionWindow&) override {
     if (breaks_) throw 7;
-    throw DataError("heard nothing");
+    throw DataError("an empty scan");
   }
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
 
@@ -157,8 +157,8 @@ class Deaf final : public MapModule {
 
 std::string events_with(bool breaks) {
   std::vector<MapSlot> maps(2);
-  maps[0].name = "deaf";
-  maps[0].module = std::make_shared<Deaf>(breaks);
+  maps[0].name = "rejecting";
+  maps[0].module = std::make_shared<RejectingMap>(breaks);
   maps[1].name = "fine";
   maps[1].module = std::make_shared<ToyModule>();
   for (MapSlot& map : maps) map.inputs = {1};
@@ -168,16 +168,16 @@ std::string events_with(bool breaks) {
   return robot.events();
 }
 
-TEST(FusionFaults, WhatOneOfTwoMapsCannotUseIsSaidOnce) {
+TEST(FusionFaults, AMeasurementThatOneOfTwoMapsRejectsIsReportedOnce) {
   const std::string events = events_with(false);
-  const std::size_t first = events.find("deaf: heard nothing");
+  const std::size_t first = events.find("rejecting: an empty scan");
   ASSERT_NE(first, std::string::npos) << events;
-  EXPECT_EQ(events.find("heard nothing", first + 20), std::string::npos) << events;
-  EXPECT_THAT(events, HasSubstr("deaf: 10 measurements were of no use to it"));
+  EXPECT_EQ(events.find("an empty scan", first + 20), std::string::npos) << events;
+  EXPECT_THAT(events, HasSubstr("rejecting: 10 measurements were unusable"));
 }
 
 TEST(FusionFaults, AMapThatThrowsWhatIsNoExceptionIsTakenOutOfService) {
-  EXPECT_THAT(events_with(true), HasSubstr("map deaf: taken out of service: unknown exception"));
+  EXPECT_THAT(events_with(true), HasSubstr("map rejecting: taken out of service: unknown exception"));
 }
 
 TEST(FusionFaults, BadDataIsCountedAndTheSensorStays) {
@@ -206,7 +206,7 @@ TEST(FusionFaults, AReadingThatIsNotFiniteNeverReachesTheFilter) {
   EXPECT_TRUE(robot.pose().p.allFinite());
 }
 
-TEST(FusionFaults, ASensorWithoutListenerIsSaidOnce) {
+TEST(FusionFaults, ASensorWithoutPluginIsReportedOnce) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: lidar, payload: LaserScan }\n");
   robot.play(toy_log());
   EXPECT_EQ(robot.report(1).ignored, 10U);
@@ -341,7 +341,7 @@ class HalfWrong final : public Sensor {
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<HalfWrong>(*this); }
 };
 
-/// Sees two landmarks that it knows from where the robot is: it drives east with 1 m/s.
+/// Detects two known landmarks from the robot's true pose: it drives east with 1 m/s.
 class Surveyed final : public MapModule {
  public:
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
@@ -356,7 +356,7 @@ class Surveyed final : public MapModule {
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
 };
 
-TEST(FusionBias, FixesThatCreepAwayDoNotTearParticlesFromTheirMaps) {
+TEST(FusionBias, DriftingFixesDoNotTearParticlesFromTheirMaps) {
   MapSlot slot;
   slot.name = "surveyed";
   slot.module = std::make_shared<Surveyed>();
@@ -370,7 +370,7 @@ TEST(FusionBias, FixesThatCreepAwayDoNotTearParticlesFromTheirMaps) {
   for (int k = 0; k < 60; ++k) log.push_back(reading(k + 0.5, 2, std::make_shared<BodyTwist>()));
   robot.play(in_order(log));
   EXPECT_THAT(robot.events(), HasSubstr("gps: its innovations are biased"));
-  EXPECT_THAT(robot.events(), Not(HasSubstr("widened")));
+  EXPECT_THAT(robot.events(), Not(HasSubstr("inflated")));
   for (const Seen& seen : robot.seen()) {
     if (seen.stamp <= 5.0) continue;
     EXPECT_LT(pose_covariance(seen.belief, robot.fusion().layout())(1, 1), 0.03) << seen.stamp;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: dgps, odometry
-// Late and out-of-order measurements: without maps the host goes back, with maps it weighs.
+// Late and out-of-order measurements: without maps the host rolls back, with maps it weights the particles.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -97,7 +97,7 @@ TEST(FusionLate, AnObserverSeesTheLateMeasurementWithTheBeliefOfNow) {
   EXPECT_GE(last.belief.stamp, before.stamp);
 }
 
-TEST(FusionLate, WhatIsOlderThanTheHistoryIsCountedAndSaid) {
+TEST(FusionLate, WhatIsOlderThanTheHistoryIsCountedAndReported) {
   FusionRobot robot(robot_yaml("{ history_s: 0.5 }"));
   FusionRobot without(robot_yaml("{ history_s: 0.5 }"));
   std::vector<Measurement> log = curve();
@@ -113,14 +113,14 @@ TEST(FusionLate, WhatIsOlderThanTheHistoryIsCountedAndSaid) {
   EXPECT_THAT(robot.events(), HasSubstr("filter.history_s"));
 }
 
-TEST(FusionLate, WithoutHistoryNothingLateIsTakenIn) {
+TEST(FusionLate, WithoutHistoryNothingLateIsProcessed) {
   FusionRobot robot(robot_yaml("{ history_s: 0 }"));
   robot.play(shaken(curve(), 0.5, 72));
   EXPECT_GT(robot.report(1).late, 5U);
   EXPECT_EQ(robot.report(1).processed_late, 0U);
 }
 
-TEST(FusionLate, AFixedDelayIsTakenOffTheStamps) {
+TEST(FusionLate, AFixedDelayIsSubtractedFromTheStamps) {
   FusionRobot ideal(robot_yaml("{}"));
   ideal.play(curve());
   std::vector<Measurement> stamped_late = curve();
@@ -156,7 +156,7 @@ std::vector<MapSlot> idle_map() {
   return {slot};
 }
 
-/// A robot whose wheels are so good that its pose in the map is a point: what fixes tell is where the map is.
+/// A robot whose wheels are so good that its pose in the map is a point: fixes correct the map's place only.
 std::string surveyed(double walk) {
   return "initial: { x_m: 0, y_m: 0, position_sigma_m: 5, yaw_deg: 0, yaw_sigma_deg: 5 }\n"
          "motion: { velocity_noise_mps_per_sqrt_s: [1e-6, 1e-6, 1e-6], rate_noise_radps_per_sqrt_s: [1e-6, 1e-6, 1e-6] "
@@ -193,7 +193,7 @@ Ending end_of_survey(double walk, double delay) {
   return {robot.pose().p, robot.pose_P()};
 }
 
-TEST(FusionLate, WithMapsALateFixTellsOfAFixedMapWhatOneInOrderTells) {
+TEST(FusionLate, WithMapsALateFixCorrectsAFixedMapLikeOneInOrder) {
   const Ending ideal = end_of_survey(0.0, 0.0);
   const Ending late = end_of_survey(0.0, 1.0);
   EXPECT_NEAR(ideal.p.x(), 13.9, 0.3);
@@ -202,7 +202,7 @@ TEST(FusionLate, WithMapsALateFixTellsOfAFixedMapWhatOneInOrderTells) {
 }
 
 // Where the map wanders, fixes that are late together are taken as if those between had been of now.
-TEST(FusionLate, WithMapsALateFixTellsOfAWanderingMapNearlyTheSame) {
+TEST(FusionLate, WithMapsALateFixCorrectsADriftingMapNearlyLikeOneInOrder) {
   const Ending ideal = end_of_survey(0.05, 0.0);
   const Ending late = end_of_survey(0.05, 1.0);
   EXPECT_LT((late.p - ideal.p).norm(), 0.3 * std::sqrt(ideal.P(0, 0)));

@@ -24,7 +24,7 @@ Pose truth(double t) {
   return Pose::planar(radius * std::sin(yaw), radius * (1.0 - std::cos(yaw)), yaw);
 }
 
-/// Sees three known landmarks from where the robot truly is.
+/// Detects three known landmarks from the robot's true pose.
 class KnownLandmarks final : public MapModule {
  public:
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ToyMap>(ToyMap::Fails::never); }
@@ -54,7 +54,7 @@ std::vector<Measurement> scans(int count) {
   return in_order(log);
 }
 
-TEST(FusionToldByMaps, ScansAloneTellPoseAndTwist) {
+TEST(FusionMotionFromMaps, ScansAloneGivePoseAndTwist) {
   FusionRobot robot(kByMaps + kLidar, {}, one_map());
   robot.play(scans(31));
   const double end = 30 * kPeriod;
@@ -66,7 +66,7 @@ TEST(FusionToldByMaps, ScansAloneTellPoseAndTwist) {
   EXPECT_EQ(robot.report(0).mapped, 31U);
 }
 
-TEST(FusionToldByMaps, TheFirstMappingMeasurementStartsTheFilter) {
+TEST(FusionMotionFromMaps, TheFirstMappingMeasurementStartsTheFilter) {
   FusionRobot robot(kByMaps + kLidar + "  - { name: camera, payload: Image }\n", {}, one_map());
   std::vector<Measurement> log = scans(2);
   for (Measurement& scan : log) scan.stamp = scan.arrival = scan.stamp + from_seconds(0.5);
@@ -76,14 +76,14 @@ TEST(FusionToldByMaps, TheFirstMappingMeasurementStartsTheFilter) {
   EXPECT_EQ(robot.report(0).mapped, 2U);
 }
 
-TEST(FusionToldByMaps, WithoutAMappingMeasurementItNeverStarts) {
+TEST(FusionMotionFromMaps, WithoutAMappingMeasurementItNeverStarts) {
   FusionRobot robot(kByMaps + kLidar + "  - { name: camera, payload: Image }\n", {}, one_map());
   robot.play({reading(0.2, 1, std::make_shared<Image>())});
   EXPECT_FALSE(robot.fusion().started());
-  EXPECT_THAT(robot.events(), HasSubstr("the filter never started: no map has been given a measurement"));
+  EXPECT_THAT(robot.events(), HasSubstr("the filter never started: no map has received a measurement"));
 }
 
-TEST(FusionToldByMaps, NeedsAMapThatLocalisesAndNoMotionSensor) {
+TEST(FusionMotionFromMaps, NeedsAMapThatLocalisesAndNoMotionSensor) {
   const auto refused = [](const std::string& sensors, std::vector<MapSlot> maps, const std::string& words) {
     EXPECT_THAT([&] { FusionRobot(kByMaps + sensors, {}, maps); }, ThrowsMessage<ConfigError>(HasSubstr(words)));
   };

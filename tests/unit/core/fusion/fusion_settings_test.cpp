@@ -153,19 +153,19 @@ TEST(Mounting, RejectsIntrinsicsThatNoCameraHas) {
 
 class Shares : public ::testing::Test {
  protected:
-  static std::vector<MapSlot> settle(const std::string& maps) {
+  static std::vector<MapSlot> normalize(const std::string& maps) {
     const Config yaml = Config::parse("maps:\n" + maps, "robot.yaml");
     const Rig rig({{.name = "lidar", .payload = "", .T_base_sensor = {}},
                    {.name = "camera", .payload = "", .T_base_sensor = {}}});
     std::vector<MapSlot> slots;
     for (const Config& entry : yaml.items("maps")) slots.push_back(read_map_slot(entry, rig));
-    settle_shares(slots, yaml);
+    normalize_shares(slots, yaml);
     return slots;
   }
 };
 
 TEST_F(Shares, AreEqualByDefaultAmongMapsWithOneTrigger) {
-  const auto slots = settle(
+  const auto slots = normalize(
       "  - { name: a, plugin: p, inputs: [lidar] }\n"
       "  - { name: b, plugin: p, inputs: [lidar, camera] }\n"
       "  - { name: c, plugin: p, inputs: camera }\n");
@@ -176,7 +176,7 @@ TEST_F(Shares, AreEqualByDefaultAmongMapsWithOneTrigger) {
 }
 
 TEST_F(Shares, AMapThatOnlyMapsTakesNone) {
-  const auto slots = settle(
+  const auto slots = normalize(
       "  - { name: a, plugin: p, inputs: [lidar] }\n"
       "  - { name: b, plugin: p, inputs: [lidar], localize: false }\n");
   EXPECT_DOUBLE_EQ(slots[0].share, 1.0);
@@ -184,7 +184,7 @@ TEST_F(Shares, AMapThatOnlyMapsTakesNone) {
 }
 
 TEST_F(Shares, MayBeGiven) {
-  const auto slots = settle(
+  const auto slots = normalize(
       "  - { name: a, plugin: p, inputs: [lidar], information_share: 0.3 }\n"
       "  - { name: b, plugin: p, inputs: [lidar], information_share: 0.7 }\n");
   EXPECT_DOUBLE_EQ(slots[0].share, 0.3);
@@ -193,7 +193,7 @@ TEST_F(Shares, MayBeGiven) {
 
 TEST_F(Shares, AboveOneInSumAreRefused) {
   try {
-    settle(
+    normalize(
         "  - { name: a, plugin: p, inputs: [lidar], information_share: 0.6 }\n"
         "  - { name: b, plugin: p, inputs: [lidar], information_share: 0.6 }\n");
     FAIL() << "nothing was thrown";
@@ -205,13 +205,13 @@ TEST_F(Shares, AboveOneInSumAreRefused) {
 
 TEST_F(Shares, AnInputThatIsNoSensorIsRefused) {
   try {
-    settle("  - { name: a, plugin: p, inputs: [sonar] }\n");
+    normalize("  - { name: a, plugin: p, inputs: [sonar] }\n");
     FAIL() << "nothing was thrown";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(),
                 AllOf(StartsWith("robot.yaml:2:"), HasSubstr("inputs"), HasSubstr("\"sonar\" is no sensor")));
   }
-  EXPECT_THROW(settle("  - { name: a, plugin: p, inputs: [] }\n"), ConfigError);
+  EXPECT_THROW(normalize("  - { name: a, plugin: p, inputs: [] }\n"), ConfigError);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
   EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
 }
 
-TEST(FusionStart, TwoAntennasOfARobotThatStandsAreNoCourse) {
+TEST(FusionStart, TwoAntennasAtStandstillAreNoCourse) {
   const auto antenna = [](const std::string& name, const std::string& y) {
     return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [0, " + y + ", 0], sigma_m: 0.05 }\n";
   };
@@ -70,7 +70,7 @@ class KnownPlace final : public MapModule {
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override { return ToyMap::load(in); }
 };
 
-TEST(FusionStart, InALoadedMapTheHeadingIsAsUncertainAsTheYamlSaysAlsoIfItGivesNone) {
+TEST(FusionStart, InALoadedMapTheHeadingHasTheUncertaintyOfTheYamlAlsoIfItGivesNone) {
   for (const std::string yaw : {"", "yaw_deg: 0, "}) {
     MapSlot slot;
     slot.name = "place";
@@ -84,7 +84,7 @@ TEST(FusionStart, InALoadedMapTheHeadingIsAsUncertainAsTheYamlSaysAlsoIfItGivesN
   }
 }
 
-TEST(FusionStart, FromAFixTakesTheLeverArmOff) {
+TEST(FusionStart, FromAFixSubtractsTheLeverArm) {
   FusionRobot robot("initial: { yaw_deg: 90, yaw_sigma_deg: 2 }\nsensors:\n" + kWheels +
                     "  - { name: gps, plugin: dgps, base_p_antenna_m: [2, 0, 1], sigma_m: 0.1 }\n");
   robot.play(in_order({twist(0.0, 0.0), fix(0.05, 10.0, 5.0), twist(0.1, 0.0)}));
@@ -121,12 +121,12 @@ TEST(FusionStart, HeadingComesFromTwoFixesFarEnoughApart) {
   EXPECT_NEAR(robot.pose().yaw(), yaw, 1e-6);
   EXPECT_NEAR(robot.pose().p.x(), 5.0 + 3.9 * std::cos(yaw), 0.05);
   // 5σ of two fixes, 0.71 m, lie between the first fix and the fifth.
-  EXPECT_EQ(robot.report(1).before_start, 0U) << "the start is the first fix, so all later ones are taken in";
+  EXPECT_EQ(robot.report(1).before_start, 0U) << "the start is the first fix, so all later ones are fused";
   EXPECT_EQ(robot.report(1).fused, 20U);
   EXPECT_EQ(robot.report(0).before_start, 1U) << "only the twist before the first fix is lost";
 }
 
-TEST(FusionStart, WaitsForTheFirstWordAboutMotion) {
+TEST(FusionStart, WaitsForTheFirstMotionMeasurement) {
   FusionRobot robot("initial: { yaw_deg: 0 }\nsensors:\n" + kWheels + gps());
   robot.play(in_order({fix(0.0, 1.0, 2.0), fix(1.0, 1.0, 2.0)}));
   EXPECT_FALSE(robot.fusion().started());
@@ -145,7 +145,7 @@ TEST(FusionStart, FixesTooCloseTogetherGiveNoHeading) {
   EXPECT_EQ(robot.report(1).before_start, 5U);
 }
 
-TEST(FusionStart, MeasurementsBeforeTheFirstFixAreCountedAndShown) {
+TEST(FusionStart, MeasurementsBeforeTheFirstFixAreCountedAndReported) {
   std::vector<Measurement> log;
   drive(log, 0.0, 2.0, 1.0);
   log.push_back(fix(1.05, 0.0, 0.0));

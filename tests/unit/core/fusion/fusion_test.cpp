@@ -15,7 +15,7 @@ using namespace test;  // NOLINT(google-build-using-namespace): the robot's part
 
 double yaw_sigma(const Belief& belief) { return std::sqrt(belief.P(2, 2)); }
 
-TEST(FusionStandstill, TenMinutesOfStandingLeaveTheHeadingAsKnownAsItWas) {
+TEST(FusionStandstill, TenMinutesOfStandstillLeaveTheHeadingAsCertainAsItWas) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
   std::vector<Measurement> log;
   drive(log, 0.0, 5.0, 1.0);
@@ -47,7 +47,7 @@ TEST(FusionStandstill, BeginsHalfASecondAfterTheLastMotion) {
   }
 }
 
-/// Sees no motion, whatever the robot does: an IMU on a smooth drive.
+/// Reports no motion, whatever the robot does: an IMU on a smooth drive.
 class FeelsAtRest final : public Sensor {
  public:
   SensorTraits traits() const override { return {.is_motion_source = true}; }
@@ -55,7 +55,7 @@ class FeelsAtRest final : public Sensor {
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<FeelsAtRest>(*this); }
 };
 
-TEST(FusionStandstill, WheelsThatDieWhileTheyTurnDoNotStopTheRobot) {
+TEST(FusionStandstill, WheelsThatFailWhileTheyTurnDoNotStopTheRobot) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + "  - { name: rest, plugin: rest }\n",
                     {{"rest", std::make_shared<FeelsAtRest>()}});
   std::vector<Measurement> log;
@@ -77,7 +77,7 @@ TEST(FusionStandstill, TheRobotStartsAgain) {
   EXPECT_EQ(robot.report(0).gated, 0U);
 }
 
-TEST(Fusion, DrivesAsTheWheelsSay) {
+TEST(Fusion, DrivesAsTheWheelsMeasure) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
   std::vector<Measurement> log;
   drive(log, 0.0, 20.0, 1.0, 0.1, 50.0);
@@ -108,7 +108,7 @@ TEST(Fusion, HalvingTheOdometryRateDoesNotChangeThePoseCovariance) {
   const Eigen::Matrix3d full = covariance(50.0);
   const Eigen::Matrix3d half = covariance(25.0);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(half(i, i) / full(i, i), 1.0, 0.03) << i;
-  // And it is what the density says: 0.1 m/√s over a minute.
+  // And it equals the density: 0.1 m/√s over a minute.
   EXPECT_NEAR(full(0, 0), 0.01 * 60.0, 0.05 * 0.6);
 }
 
@@ -206,14 +206,14 @@ TEST(FusionFront, PredictsToTheTimeAsked) {
   EXPECT_GT(later.P(0, 0), now.P(0, 0));
 }
 
-TEST(Fusion, ShowsTheLastMeasurementAgain) {
+TEST(Fusion, ReportsTheLastMeasurementAgain) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
-  int shown = 0;
-  robot.fusion().show_last([&](const Snapshot&) { ++shown; });
-  EXPECT_EQ(shown, 0);
+  int calls = 0;
+  robot.fusion().visit_last([&](const Snapshot&) { ++calls; });
+  EXPECT_EQ(calls, 0);
   robot.play({twist(0.0, 1.0)});
-  robot.fusion().show_last([&](const Snapshot& s) { shown += s.stamp() == at(0.0) ? 1 : 0; });
-  EXPECT_EQ(shown, 1);
+  robot.fusion().visit_last([&](const Snapshot& s) { calls += s.stamp() == at(0.0) ? 1 : 0; });
+  EXPECT_EQ(calls, 1);
 }
 
 }  // namespace

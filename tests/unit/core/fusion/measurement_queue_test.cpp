@@ -102,7 +102,7 @@ TEST(MeasurementQueue, ALateArrivalStillMovesTheClock) {
   EXPECT_TRUE(queue.pop_due().has_value());
 }
 
-TEST(MeasurementQueue, ShowsWhatWaitsInOrder) {
+TEST(MeasurementQueue, ListsWaitingMeasurementsInOrder) {
   fusion::MeasurementQueue queue(from_seconds(1.0));
   for (const double stamp : {3.0, 1.0, 2.0}) queue.push(make(stamp, 3.0));
   std::vector<Key> waiting;

@@ -105,7 +105,7 @@ TEST(StateLayout, SpatialKeepsAllTwelve) {
   EXPECT_EQ(layout.pose_indices(), (std::array<int, 3>{0, 1, 5}));
 }
 
-TEST(StateLayout, BlocksStandOneBehindTheOther) {
+TEST(StateLayout, BlocksAreConsecutive) {
   const StateLayout layout(Motion::planar, {{"wheels", block_of(2)}, {"lidar", {}}, {"gps", block_of(3)}});
   EXPECT_EQ(layout.block_size(), 5);
   EXPECT_EQ(layout.size(), 11);

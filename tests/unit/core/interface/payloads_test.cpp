@@ -44,14 +44,14 @@ std::string section_of(const T&) {
 
 std::string page() {
   std::string text =
-      "# Payloads\n\nWhat measurements carry between sources, sensors and maps. Made of the fields that "
+      "# Payloads\n\nThe payloads exchanged between sources, sensors and maps. Generated from the fields that "
       "[payloads.hpp](../core/include/waymark/interface/payloads.hpp) registers; a test compares them.\nA text format "
-      "must give what is required. A value is finite, or it is what stands for \"not known\".\n";
+      "must contain every required field. A value is finite, or it is the one that means \"not known\".\n";
   for_each_core_payload([&](const auto& payload) { text += section_of(payload); });
   return text;
 }
 
-TEST(Payloads, ThePageShowsWhatIsRegistered) {
+TEST(Payloads, ThePageListsTheRegisteredFields) {
   std::ifstream file(WAYMARK_SOURCE_DIR "/docs/payloads.md");
   std::stringstream committed;
   committed << file.rdbuf();

@@ -27,7 +27,7 @@ TEST(BiasWatch, SeesNothingInWhiteInnovations) {
   Innovations innovations;
   monitoring::BiasWatch watch;
   int alarms = 0;
-  for (int k = 0; k < 100'000; ++k) alarms += watch.take(innovations.next({0.0, 0.0}), innovations.S);
+  for (int k = 0; k < 100'000; ++k) alarms += watch.add(innovations.next({0.0, 0.0}), innovations.S);
   // Neighbouring means share most of their innovations, so one chance shows several times.
   EXPECT_LE(alarms, 5);
 }
@@ -35,9 +35,9 @@ TEST(BiasWatch, SeesNothingInWhiteInnovations) {
 TEST(BiasWatch, SeesASmallBiasOfManyInnovations) {
   Innovations innovations;
   monitoring::BiasWatch watch;
-  const Eigen::Vector2d bias(0.8, 0.0);  // 1.1 σ: no gate would see it
+  const Eigen::Vector2d bias(0.8, 0.0);  // 1.1 σ: no gate would reject it
   int needed = 0;
-  while (!watch.take(innovations.next(bias), innovations.S) && needed < 1000) ++needed;
+  while (!watch.add(innovations.next(bias), innovations.S) && needed < 1000) ++needed;
   EXPECT_LT(needed, 60);
   EXPECT_LT((watch.mean().head<2>() - bias).norm(), 0.5);
   EXPECT_EQ(watch.mean().z(), 0.0);
@@ -47,16 +47,16 @@ TEST(BiasWatch, NeedsSeveralInnovationsHoweverLarge) {
   Innovations innovations;
   monitoring::BiasWatch watch;
   const gaussian::Vector far = Eigen::Vector2d(50.0, 0.0);
-  for (int k = 0; k < 4; ++k) EXPECT_FALSE(watch.take(far, innovations.S));
-  EXPECT_TRUE(watch.take(far, innovations.S));
-  watch.restart();
-  EXPECT_FALSE(watch.take(far, innovations.S));
+  for (int k = 0; k < 4; ++k) EXPECT_FALSE(watch.add(far, innovations.S));
+  EXPECT_TRUE(watch.add(far, innovations.S));
+  watch.reset();
+  EXPECT_FALSE(watch.add(far, innovations.S));
 }
 
-TEST(BiasWatch, GoesOnAfterItWasLoaded) {
+TEST(BiasWatch, ContinuesAfterItWasLoaded) {
   Innovations innovations;
   monitoring::BiasWatch one;
-  for (int k = 0; k < 7; ++k) one.take(innovations.next({0.5, 0.1}), innovations.S);
+  for (int k = 0; k < 7; ++k) one.add(innovations.next({0.5, 0.1}), innovations.S);
   std::stringstream stream;
   OutArchive out(stream);
   out(one);
@@ -65,7 +65,7 @@ TEST(BiasWatch, GoesOnAfterItWasLoaded) {
   in(other);
   for (int k = 0; k < 30; ++k) {
     const gaussian::Vector nu = innovations.next({0.5, 0.1});
-    EXPECT_EQ(one.take(nu, innovations.S), other.take(nu, innovations.S));
+    EXPECT_EQ(one.add(nu, innovations.S), other.add(nu, innovations.S));
     EXPECT_EQ(one.mean(), other.mean());
   }
 }

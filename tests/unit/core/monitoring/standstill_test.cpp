@@ -8,7 +8,7 @@ namespace {
 
 Time at(double s) { return Time{from_seconds(s)}; }
 
-TEST(Standstill, LapsesWhenItsSensorFallsSilent) {
+TEST(Standstill, LapsesWhenItsSensorBecomesSilent) {
   monitoring::Standstill standstill(1, from_seconds(0.5));
   for (int i = 0; i <= 10; ++i) standstill.report(0, at(0.1 * i), false);
   EXPECT_TRUE(standstill.standing());
@@ -17,7 +17,7 @@ TEST(Standstill, LapsesWhenItsSensorFallsSilent) {
   EXPECT_FALSE(standstill.standing());
 }
 
-TEST(Standstill, LastsWhileASensorSpeaksOfTheTimeUntilItsNextWord) {
+TEST(Standstill, LastsWhileAReportIsValidUntilTheSensorsNextOne) {
   monitoring::Standstill standstill(1, from_seconds(0.5));
   for (int i = 0; i <= 10; ++i) standstill.report(0, at(0.1 * i), false, true);
   EXPECT_FALSE(standstill.lapses(at(60.0)));

@@ -17,14 +17,14 @@ particles::WeightedGrid grid(double weight, double x, double y, int width, std::
   return {{Pose::planar(x, y, 0.0), 0.5, width, height, std::move(cells)}, weight};
 }
 
-TEST(GridMixture, IsTheShareOfTheWeightThatTakesACellForOccupied) {
+TEST(GridMixture, IsTheShareOfTheWeightThatHasACellOccupied) {
   const auto mixture = particles::mix_grids(
       std::vector{grid(0.75, 1.0, 2.0, 4, {90, 10, 90, kUnknown}), grid(0.25, 1.0, 2.0, 4, {80, 20, 10, kUnknown})});
   ASSERT_TRUE(mixture);
   EXPECT_THAT(mixture->cells, ElementsAre(100, 0, 75, kUnknown));
 }
 
-TEST(GridMixture, AParticleThatDoesNotKnowACellHasNoSayInIt) {
+TEST(GridMixture, AParticleWithAnUnknownCellHasNoWeightInIt) {
   const auto mixture = particles::mix_grids(std::vector{
       grid(0.5, 0, 0, 2, {90, kUnknown}), grid(0.25, 0, 0, 2, {kUnknown, 90}), grid(0.25, 0, 0, 2, {90, 10})});
   EXPECT_THAT(mixture->cells, ElementsAre(100, 50));

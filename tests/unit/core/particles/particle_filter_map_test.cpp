@@ -36,7 +36,7 @@ class FailingModule : public ::testing::TestWithParam<std::pair<Fails, bool>> {
   }
 };
 
-TEST_P(FailingModule, IsDroppedForAllParticlesAndTheOtherOneGoesOn) {
+TEST_P(FailingModule, IsDroppedForAllParticlesAndTheOtherOneContinues) {
   ParticleRun run(settings(), two_modules());
   run.filter().start(run.prior(), true);
   Random noise = test::stream(31);
@@ -50,7 +50,7 @@ TEST_P(FailingModule, IsDroppedForAllParticlesAndTheOtherOneGoesOn) {
     EXPECT_EQ(written(run, i, good()).size(), 1U)
         << "every particle's other map must have been written, also number 5's";
   }
-  EXPECT_TRUE(run.map(Pose{}, noise).empty()) << "it is not asked again";
+  EXPECT_TRUE(run.map(Pose{}, noise).empty()) << "it is out of service";
 }
 
 INSTANTIATE_TEST_SUITE_P(Places, FailingModule,
@@ -99,7 +99,7 @@ class MarkingModule final : public MapModule {
   mutable int strangers_ = 0;
 };
 
-TEST(ParticleFilterMap, EveryModuleMeetsItsOwnAssociationsWhoeverElseTakesPart) {
+TEST(ParticleFilterMap, EveryModuleGetsItsOwnAssociationsWhateverOthersTakePart) {
   const auto grid = std::make_shared<MarkingModule>(0);
   const auto features = std::make_shared<MarkingModule>(1);
   ParticleRun run(settings(), {grid, features});

@@ -136,7 +136,7 @@ TEST(ParticleFilter, AnUpdateThatIsNotFiniteForOneIsAppliedToNone) {
   EXPECT_EQ(run.bytes(), before);
 }
 
-TEST(ParticleFilter, TheInnovationToldBackIsTheMixtures) {
+TEST(ParticleFilter, TheReportedInnovationIsTheMixtures) {
   ParticleRun run(spread_settings(30));
   run.filter().start(run.prior(), true);
   const Belief mixture = run.filter().mixture();
@@ -194,7 +194,7 @@ TEST(ParticleFilter, OneParticleKeepsThePriorInsteadOfDrawing) {
   EXPECT_EQ(run.filter().mixture().mean.T_map_base.p, run.prior().mean.T_map_base.p);
 }
 
-TEST(ParticleFilter, ASavedFilterGoesOnAsIfNothingHadHappened) {
+TEST(ParticleFilter, ASavedFilterContinuesIdentically) {
   ParticleFilterSettings settings = spread_settings(20);
   settings.resample_threshold = 0.9;
   ParticleRun original(settings, {std::make_shared<test::ToyModule>()});

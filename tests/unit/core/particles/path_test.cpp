@@ -144,7 +144,7 @@ TEST(Path, SpreadsTheErrorOfDeadReckoningOverIt) {
   path.append_tentative(Time{Duration{2}}, Pose::planar(1.0, 0.0, 0.0));  // it stood
   path.append_tentative(Time{Duration{3}}, Pose::planar(3.0, 0.0, 0.0));
   EXPECT_EQ(path.poses().size(), 4U);
-  path.settle(Pose::planar(4.0, 0.0, 0.0), Pose::planar(4.0, 0.4, 0.0));
+  path.distribute_correction(Pose::planar(4.0, 0.0, 0.0), Pose::planar(4.0, 0.4, 0.0));
   path.append(Time{Duration{4}}, Pose::planar(4.0, 0.4, 0.0));
   const std::vector<StampedPose> poses = path.poses();
   ASSERT_EQ(poses.size(), 5U);
@@ -158,7 +158,7 @@ TEST(Path, TurnsWhatLiesBehindAnErrorOfHeading) {
   particles::Path path;
   path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));
   path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.0));
-  path.settle(Pose::planar(2.0, 0.0, 0.0), Pose::planar(2.0, 0.0, 0.02));
+  path.distribute_correction(Pose::planar(2.0, 0.0, 0.0), Pose::planar(2.0, 0.0, 0.02));
   const StampedPose middle = path.poses()[1];
   EXPECT_NEAR(middle.T_map_base.yaw(), 0.01, 1e-9);
   // Seen from the end it would lie 0.02 to the right, seen from the beginning straight ahead.
@@ -175,7 +175,7 @@ TEST(Path, KeepsDeadReckoningInAnArchive) {
   InArchive in(stream);
   particles::Path again;
   again.load(in);
-  again.settle(Pose::planar(1.0, 0.0, 0.1), Pose::planar(1.0, 0.2, 0.1));
+  again.distribute_correction(Pose::planar(1.0, 0.0, 0.1), Pose::planar(1.0, 0.2, 0.1));
   ASSERT_EQ(again.poses().size(), 2U);
   EXPECT_NEAR(again.poses()[1].T_map_base.p.y(), 0.2, 1e-12);
 }

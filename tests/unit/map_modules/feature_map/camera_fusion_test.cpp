@@ -68,7 +68,7 @@ TEST_F(CameraInAFusion, ImagesArePairedMovedByTheTurnAndDoneWithoutWhenTheyStop)
   EXPECT_EQ(robot.report(kLidar).mapped, 7u);
 
   std::vector<MapDescription> maps;
-  robot.fusion().show_last([&](const Snapshot& snapshot) { maps = snapshot.best_maps(MapDetail::summary); });
+  robot.fusion().visit_last([&](const Snapshot& snapshot) { maps = snapshot.best_maps(MapDetail::summary); });
   ASSERT_EQ(maps.size(), 1u);
   std::map<std::string, double> figures;
   for (const MapFigure& figure : maps[0].figures) figures[figure.name] = figure.value;

@@ -229,12 +229,12 @@ TEST(Compass, AFieldOfWrongStrengthOrDipIsRefused) {
   const Eigen::Quaterniond q = bench.state.T_map_base.q;
   for (int k = 0; k < 20; ++k) ASSERT_EQ(bench.feed(field(q)), 1u);
   EXPECT_EQ(bench.feed(field(q, 1.3 * kField)), 0u);
-  EXPECT_THAT(std::string(bench.updates.doubt()), HasSubstr("magnetic field disturbed"));
+  EXPECT_THAT(std::string(bench.updates.degraded_reason()), HasSubstr("magnetic field disturbed"));
   EXPECT_EQ(bench.feed(field(q, so3::exp({-0.3, 0.0, 0.0}) * kField)), 0u);  // the dip
   int waited = 0;
   while (bench.feed(field(q)) == 0u && waited < 100) ++waited;
   EXPECT_NEAR(waited, 9, 1);  // field_settle_s
-  EXPECT_TRUE(bench.updates.doubt().empty());
+  EXPECT_TRUE(bench.updates.degraded_reason().empty());
 }
 
 TEST(Compass, WithTheModelTheFirstFieldIsJudged) {
@@ -283,7 +283,7 @@ TEST(Compass, AHeadingThatJumpsIsDoubtedButNotForEver) {
   for (int k = 0; k < 100; ++k) {
     if (bench.feed(heading(130.0)) > 0) continue;
     ++doubted;
-    EXPECT_THAT(std::string(bench.updates.doubt()), HasSubstr("heading jumps"));
+    EXPECT_THAT(std::string(bench.updates.degraded_reason()), HasSubstr("heading jumps"));
   }
   EXPECT_EQ(doubted, 50);
 }

@@ -291,8 +291,8 @@ std::string doubt(Sensor& sensor, const StateLayout& layout, const NavState& mea
   belief.P = 0.01 * ErrorMatrix::Identity(layout.size(), layout.size());
   UpdateList updates;
   sensor.process(measurement_of(fix, t), {belief, layout, mean.block.data(), nullptr, false}, updates);
-  EXPECT_EQ(updates.size() == 0, !updates.doubt().empty());
-  return std::string(updates.doubt());
+  EXPECT_EQ(updates.size() == 0, !updates.degraded_reason().empty());
+  return std::string(updates.degraded_reason());
 }
 
 TEST(DgpsDoubts, AJumpIsSaidAndGivesNoUpdate) {

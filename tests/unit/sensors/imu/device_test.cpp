@@ -102,7 +102,7 @@ TEST(ImuDevice, AnAttitudeWithoutRateWillDo) {
   ImuSample sample = device(Eigen::Quaterniond::Identity());
   sample.w_sensor.setConstant(NAN);
   EXPECT_EQ(bench.feed(sample), 1u);
-  EXPECT_EQ(bench.updates.motion(), UpdateList::Motion::not_said);
+  EXPECT_EQ(bench.updates.motion(), UpdateList::Motion::not_reported);
   bench.t -= 0.1;
   EXPECT_THROW(bench.feed(sample), DataError);  // the same stamp again
 }

@@ -149,7 +149,7 @@ TEST(Imu, TellsRest) {
   EXPECT_EQ(bench.updates.motion(), UpdateList::Motion::moving);
   Bench silent(", tells_standstill: false");
   silent.feed(sample_of(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()), 3.0);
-  EXPECT_EQ(silent.updates.motion(), UpdateList::Motion::not_said);
+  EXPECT_EQ(silent.updates.motion(), UpdateList::Motion::not_reported);
 }
 
 TEST(Imu, HeadingComesInsteadOfTheRates) {

@@ -258,7 +258,7 @@ TEST(Odometry, AnIncrementIsTheTwistOfItsArc) {
   EXPECT_NEAR(model.residual[0], 0.5 * std::numbers::pi, kExact);
   EXPECT_NEAR(model.residual[1], 0.0, kExact);
   EXPECT_NEAR(model.residual[2], 0.5 * quarter, kExact);
-  EXPECT_TRUE(bench.forgotten_twist().has_value());
+  EXPECT_TRUE(bench.twist_reset().has_value());
   EXPECT_EQ(bench.motion(), UpdateList::Motion::moving);
   auto sideways = odometry("{ model: increment }");
   EXPECT_NEAR(sideways.feed(increment(0.5, 0.0, 0.1, 0.0)).residual[1], 0.2, kExact);

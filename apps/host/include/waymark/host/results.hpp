@@ -9,7 +9,7 @@
 
 namespace waymark::host {
 
-/// The results of a run as its sinks write them. A sink that throws is left out from then on, the others go on.
+/// Passes a run to its sinks. A sink that throws is not called again; the others continue.
 class Results {
  public:
   /// Starts the sinks.
@@ -19,7 +19,7 @@ class Results {
   void write(const Snapshot& snapshot);
   void finish(const Snapshot* last, const RunReport& report);
 
-  /// One line for every sink that was left out: "sink tum: taken out of service: …".
+  /// One line for every sink that failed: "sink tum: taken out of service: …".
   const std::vector<std::string>& failures() const { return failures_; }
 
  private:

@@ -22,7 +22,7 @@ struct SinkSlot {
   std::shared_ptr<Sink> sink;
 };
 
-/// Sensors that a program brings itself, each by the name of the plugin that it replaces.
+/// Sensors provided by the program, each with the name of the plugin that it replaces.
 using OwnSensors = std::vector<std::pair<std::string, std::shared_ptr<Sensor>>>;
 
 /// Finds plugins where the YAML's `plugin_path`, the environment and the installation name folders.
@@ -35,23 +35,24 @@ struct Robot {
   FusionSettings settings;
   std::vector<SensorSlot> sensors;
   std::vector<MapSlot> maps;
-  std::shared_ptr<Source> source;      ///< null if the program itself delivers the measurements
-  std::vector<int> sensor_of_channel;  ///< of the source; -1: the sensor is switched off
+  std::shared_ptr<Source> source;      ///< null if the program adds the measurements
+  std::vector<int> sensor_of_channel;  ///< of the source; -1: the sensor is disabled
   std::vector<SinkSlot> sinks;
 
-  /// Reads a file; plugins are looked for in its `plugin_path`, then where PluginLoader::standard_search_path looks.
-  /// Throws ConfigError, PluginError or DataError: one line that says what is wrong and where.
+  /// Reads a file. Plugins are searched in its `plugin_path`, then in the folders of
+  /// `PluginLoader::standard_search_path`. Throws ConfigError, PluginError or DataError, with place and cause in one
+  /// line.
   static Robot load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides = {});
-  /// The same for a YAML that was read already, with plugins from the folders of `loader` alone.
+  /// Builds a robot from a YAML that is already read, with plugins from the folders of `loader` only.
   static Robot load(const Config& yaml, const PluginLoader& loader);
-  /// A robot to which the program itself delivers measurements: `source:` is not needed, and ignored if it is there.
-  /// Whether the parts fit is only checked by `fusion`, so that the program can add its own before. Throws like `load`.
+  /// Builds a robot whose measurements the program adds: `source:` is optional and ignored. Whether the parts fit
+  /// together is checked by `fusion` only, so that the program can add its own before. Throws like `load`.
   static Robot live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own = {});
 
-  /// The filter of this robot. Throws ConfigError if the parts do not fit, with the name of the YAML.
+  /// Creates the filter of this robot. Throws ConfigError with the name of the YAML if the parts do not fit together.
   std::unique_ptr<Fusion> fusion(Fusion::Observer observer) const;
 
-  /// Assigns a measurement of a channel of the source to its sensor; false if that is switched off.
+  /// Replaces the channel of a source's measurement by the index of its sensor; false if that is disabled.
   bool assign(Measurement& measurement) const;
 };
 

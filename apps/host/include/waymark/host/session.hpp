@@ -14,27 +14,27 @@
 
 namespace waymark::host {
 
-/// What a session needs beside its robot.
+/// Options of a session.
 struct SessionOptions {
   std::filesystem::path out = {};                ///< folder of the sinks; exists and is writable
-  std::optional<double> until_s = std::nullopt;  ///< the log ends this long after its first arrival [s]
+  std::optional<double> until_s = std::nullopt;  ///< `play` ends this long after the first arrival [s]
   const std::atomic<bool>* stop = nullptr;       ///< true: `play` ends before the next measurement
   /// Called after every committed measurement, after the sinks, with the share of the log that was read (0 to 1,
   /// negative if unknown). The snapshot is valid during the call.
   std::function<void(const Snapshot&, double share)> observer = nullptr;
 };
 
-/// What a session ends with.
+/// Result of a session.
 struct SessionResult {
   RunReport report;       ///< with the source's bad records and notices
-  bool started = false;   ///< the filter had enough to start with
-  std::string log_error;  ///< why the log could not be read to its end; empty if it could
-  /// All that went wrong, one line each: `log_error`, plugins and sinks taken out of service, why nothing started.
+  bool started = false;   ///< the filter has started
+  std::string log_error;  ///< error that ended the log early; empty if there was none
+  /// All failures, one line each: `log_error`, plugins and sinks taken out of service, why the filter did not start.
   std::vector<std::string> failures;
 };
 
-/// One run of a robot: measurements in, results out. Either `play` takes them from the robot's source, or the program
-/// adds them. Ends with `finish` or `suspend`, once.
+/// One run of a robot. `play` reads the measurements from the robot's source, or the program adds them. Ends with one
+/// call of `finish` or `suspend`.
 class Session {
  public:
   /// Starts the robot's sinks. Throws ConfigError if the robot's parts do not fit.
@@ -43,18 +43,19 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Goes on where `suspend` wrote `checkpoint`, for the same configuration and log; before `play`. Throws Error.
+  /// Continues from the checkpoint that `suspend` wrote, with the same configuration and log. Call it before `play`.
+  /// Throws Error.
   void resume(const std::filesystem::path& checkpoint);
-  /// Reads the source to its end, `until_s` or `stop`. A log that cannot be read on ends here, too: what was read until
-  /// then is worth its results.
+  /// Reads the source to its end, `until_s` or `stop`. An error in the log also ends it (`SessionResult::log_error`);
+  /// results up to there are kept.
   void play();
-  /// Takes one measurement, whose `sensor` is an index into the robot's sensors.
+  /// Adds one measurement; `Measurement::sensor` is an index into the robot's sensors.
   void add(Measurement measurement);
 
-  /// Commits what waits, and finishes the sinks.
+  /// Commits the buffered measurements and finishes the sinks.
   SessionResult finish();
-  /// Writes a checkpoint, and finishes the sinks. What waits is not committed: a resumed session reads it again. Throws
-  /// Error if the file cannot be written.
+  /// Writes a checkpoint and finishes the sinks. Buffered measurements are not committed: a resumed session reads them
+  /// again. Throws Error if the file cannot be written.
   SessionResult suspend(const std::filesystem::path& checkpoint);
 
   const Robot& robot() const { return robot_; }
