@@ -81,7 +81,7 @@ void add_plugins_command(CLI::App& app, int& exit_code) {
   auto folders = std::make_shared<std::vector<std::string>>();
   auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
-  command->footer("Examples:\n  waymark plugins --path build/release/lib/waymark/plugins\n  waymark plugins dgps");
+  command->footer("Example:\n  waymark plugins dgps");
   command->add_option("name", request->name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
   CLI::Option* table = command->add_flag("--markdown", request->markdown, "the keys as a table");
