@@ -6,10 +6,12 @@
 #include <exception>
 #include <utility>
 
+#include "waymark/io/output_file.hpp"
+
 namespace waymark::host {
 
-Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info) : sinks_(std::move(sinks)) {
-  for_each([&](Sink& sink) { sink.start(info); });
+Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info) : info_(info), sinks_(std::move(sinks)) {
+  for_each([&](Sink& sink) { sink.start(info_); });
 }
 
 void Results::arrived(const Measurement& measurement) {
@@ -22,6 +24,12 @@ void Results::write(const Snapshot& snapshot) {
 
 void Results::finish(const Snapshot* last, const RunReport& report) {
   for_each([&](Sink& sink) { sink.finish(last, report); });
+  if (info_.out_dir.empty() || info_.config.empty()) return;
+  try {
+    write_file(info_.out_dir / "config.yaml", info_.config);
+  } catch (const std::exception& error) {
+    failures_.emplace_back(error.what());
+  }
 }
 
 void Results::for_each(const std::function<void(Sink&)>& call) {

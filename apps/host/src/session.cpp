@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
+#include <exception>
 #include <iterator>
 #include <sstream>
 #include <utility>
 
+#include "checkpoint_file.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/archive.hpp"
-#include "waymark/io/output_file.hpp"
 
 namespace waymark::host {
 
@@ -52,23 +52,29 @@ std::vector<std::string> failures_of(const SessionResult& result, const std::vec
 Session::Session(Robot robot, SessionOptions options)
     : robot_(std::move(robot)),
       options_(std::move(options)),
+      lock_(options_.out.empty() ? nullptr : std::make_unique<FolderLock>(options_.out)),
       results_(std::move(robot_.sinks), info_of(robot_, options_.out)),
       fusion_(robot_.fusion([this](const Snapshot& snapshot) {
         results_.write(snapshot);
         if (options_.observer) options_.observer(snapshot, robot_.source ? robot_.source->progress() : -1.0);
-      })) {}
+      })),
+      log_(std::make_unique<LogIdentity>()) {}
 
 Session::~Session() = default;
 
 void Session::resume(const std::filesystem::path& checkpoint) {
-  std::ifstream stream(checkpoint, std::ios::binary);
-  if (!stream) throw Error(fmt::format("{}: the checkpoint cannot be read", checkpoint.string()));
+  CheckpointIdentity identity;
+  std::istringstream stream(read_checkpoint(checkpoint, identity));
+  const auto fail = [&](std::string_view why) { throw Error(fmt::format("{}: {}", checkpoint.string(), why)); };
+  if (identity.config != identity_of(robot_.yaml.effective()))
+    fail("is of a run with another configuration; only sinks, plugin_path and filter.threads may differ");
   InArchive archive(stream);
   try {
     fusion_->resume(archive, [this] { return next(); });
   } catch (const DataError& error) {
-    throw Error(fmt::format("{}: {}", checkpoint.string(), error.what()));
+    fail(error.what());
   }
+  if (identity.log != log_->hash()) fail("is of a run with another log");
 }
 
 void Session::play() {
@@ -80,6 +86,8 @@ void Session::play() {
     }
   } catch (const Error& error) {
     log_error_ = error.what();
+  } catch (const std::exception& error) {
+    log_error_ = fmt::format("the run ended early: {}", error.what());
   }
 }
 
@@ -89,15 +97,23 @@ void Session::add(Measurement measurement) {
 }
 
 SessionResult Session::finish() {
-  fusion_->finish();
+  try {
+    fusion_->finish();
+  } catch (const std::exception& error) {
+    if (log_error_.empty()) log_error_ = fmt::format("the run ended early: {}", error.what());
+  }
   return conclude();
 }
 
 SessionResult Session::suspend(const std::filesystem::path& checkpoint) {
-  std::ostringstream bytes;
-  OutArchive archive(bytes);
-  fusion_->save(archive);
-  write_file(checkpoint, bytes.str());
+  try {
+    std::ostringstream state;
+    OutArchive archive(state);
+    fusion_->save(archive);
+    write_checkpoint(checkpoint, {identity_of(robot_.yaml.effective()), log_->hash()}, state.str());
+  } catch (const std::exception& error) {
+    checkpoint_error_ = fmt::format("the checkpoint is not written: {}", error.what());
+  }
   return conclude();
 }
 
@@ -106,7 +122,9 @@ std::optional<Measurement> Session::next() {
   while (std::optional<Measurement> measurement = next_of(*robot_.source)) {
     if (!first_arrival_) first_arrival_ = measurement->arrival;
     if (options_.until_s && to_seconds(measurement->arrival - *first_arrival_) > *options_.until_s) return std::nullopt;
-    if (robot_.assign(*measurement)) return measurement;
+    if (!robot_.assign(*measurement)) continue;
+    log_->add(*measurement);
+    return measurement;
   }
   return std::nullopt;
 }
@@ -129,6 +147,7 @@ SessionResult Session::conclude() {
   });
   if (!reported) results_.finish(nullptr, result.report);
   result.failures = failures_of(result, results_.failures());
+  if (!checkpoint_error_.empty()) result.failures.push_back(checkpoint_error_);
   return result;
 }
 

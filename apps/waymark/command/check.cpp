@@ -59,8 +59,10 @@ void explain_maps(const host::Robot& robot) {
   }
 }
 
-void check(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const host::Robot robot = host::Robot::load(file, overrides);
+void check(const std::filesystem::path& file, const std::vector<std::string>& overrides, bool allow_outside) {
+  const Config yaml = Config::load(file, overrides);
+  if (allow_outside) yaml.permit_outside();
+  const host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml));
   const std::unique_ptr<Fusion> fusion = robot.fusion(nullptr);
   fmt::print("{}: valid\n", file.string());
   const StateLayout& layout = fusion->layout();
@@ -86,8 +88,10 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->footer("Example:\n  waymark check config/quickstart.yaml --set filter.particles=100");
   command->add_option("config", *file, "the YAML")->required();
   command->add_option("--set", *overrides, "key=value: overrides a key of the YAML");
-  command->callback([file, overrides, &exit_code] {
-    check(*file, *overrides);
+  auto allow_outside = std::make_shared<bool>(false);
+  command->add_flag("--allow-outside", *allow_outside, "files named in the YAML may lie outside of the output folder");
+  command->callback([file, overrides, allow_outside, &exit_code] {
+    check(*file, *overrides, *allow_outside);
     exit_code = kSuccess;
   });
 }

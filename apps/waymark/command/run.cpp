@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -21,10 +22,24 @@ namespace {
 
 std::atomic<bool> interrupted{false};
 
+constexpr std::array<int, 3> kEndings{SIGINT, SIGTERM, SIGHUP};
+
 extern "C" void on_interrupt(int) {
   interrupted = true;
-  std::signal(SIGINT, SIG_DFL);  // a second one, of either kind, ends at once
-  std::signal(SIGTERM, SIG_DFL);
+  for (const int ending : kEndings) std::signal(ending, SIG_DFL);  // a second one, of any kind, ends at once
+}
+
+void end_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = 0;  // without SA_RESTART a source that waits for data wakes up
+  for (const int ending : kEndings) {
+    struct sigaction before {};
+    // What the shell has switched off stays so: `nohup waymark run …`.
+    if (sigaction(ending, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
+    sigaction(ending, &action, nullptr);
+  }
 }
 
 struct RunOptions {
@@ -36,6 +51,7 @@ struct RunOptions {
   std::optional<double> until_s;
   std::filesystem::path save;
   std::filesystem::path resume;
+  bool allow_outside = false;
   bool quiet = false;
 };
 
@@ -70,12 +86,12 @@ int run(const RunOptions& options) {
   std::vector<std::string> overrides = options.overrides;
   if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
   if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
-  host::Robot robot = host::Robot::load(options.config, overrides);
+  const Config yaml = Config::load(options.config, overrides);
+  if (options.allow_outside) yaml.permit_outside();
+  host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml));
   const std::filesystem::path out = prepare_output(options);
-  write_file(out / "config.yaml", robot.yaml.effective());
 
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  end_on_signals();
   Progress progress;
   host::SessionOptions session_options{out, options.until_s, &interrupted};
   if (!options.quiet)
@@ -116,7 +132,11 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--until", options->until_s, "stop reading this many seconds after the first arrival of the log")
       ->check(non_negative_number());
   command->add_option("--save", options->save, "write a checkpoint at the end of what was read, to go on from");
-  command->add_option("--resume", options->resume, "go on from a checkpoint of the same configuration and log");
+  command->add_option(
+      "--resume", options->resume,
+      "go on from a checkpoint of the same configuration and log; sinks, plugin_path and filter.threads "
+      "may differ");
+  command->add_flag("--allow-outside", options->allow_outside, "files named in the YAML may lie outside of the folder");
   command->add_flag("--quiet", options->quiet, "no progress and no summary; warnings and errors stay");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }

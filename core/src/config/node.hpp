@@ -29,6 +29,15 @@ struct Config::Node {
   std::string key;  ///< if the parent is a mapping
   std::vector<std::unique_ptr<Node>> children;
 
+  /// Of the root: the files that the readers write, each with the node and the key that names it.
+  struct Output {
+    std::string file;
+    const Node* node;
+    std::string key;
+  };
+  std::vector<Output> outputs;
+  bool permits_outside = false;  ///< of the root: outputs may lie anywhere
+
   bool is_default = false;   ///< not given, but filled in by a read with a fallback
   bool was_read = false;     ///< something asked for it
   bool ignored = false;      ///< nothing below needs to be read

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -30,9 +31,21 @@ std::filesystem::path partial_of(const std::filesystem::path& path) {
 int create(const std::filesystem::path& path, const std::filesystem::path& partial) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) throw_error(path, "creating", EISDIR);
-  const int descriptor = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  // A file of our own making: what somebody has put there, a link to another file for example, is not written to.
+  ::unlink(partial.c_str());
+  const int descriptor = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor < 0) throw_error(path, "creating", errno);
   return descriptor;
+}
+
+/// Gives the partial file its name. Returns the system's error or 0; EBUSY if another program has replaced the partial
+/// file meanwhile.
+int put_in_place(int descriptor, const std::filesystem::path& partial, const std::filesystem::path& path) {
+  struct stat ours {};
+  struct stat there {};
+  if (::fstat(descriptor, &ours) != 0 || ::lstat(partial.c_str(), &there) != 0) return errno;
+  if (ours.st_ino != there.st_ino || ours.st_dev != there.st_dev) return EBUSY;
+  return std::rename(partial.c_str(), path.c_str()) == 0 ? 0 : errno;
 }
 
 /// Writes until all is written or the system reports an error; `done`: bytes written. Returns the system's error or 0.
@@ -94,23 +107,18 @@ void OutputFile::commit() {
   if (descriptor_ < 0) throw_error(path_, "writing after it was closed", EBADF);
   flush();
   if (const int error = sync(descriptor_); error != 0) fail("syncing", error);
-  if (::close(std::exchange(descriptor_, -1)) != 0) {
-    const int error = errno;
-    std::rename(partial_.c_str(), path_.c_str());
-    throw_error(path_, "closing", error);
-  }
-  if (std::rename(partial_.c_str(), path_.c_str()) != 0) throw_error(path_, "renaming", errno);
+  const int error = put_in_place(descriptor_, partial_, path_);
+  const bool closed = ::close(std::exchange(descriptor_, -1)) == 0;
+  const int close_error = errno;
+  if (error != 0) throw_error(path_, "renaming", error);
+  if (!closed) throw_error(path_, "closing", close_error);
 }
 
 void OutputFile::fail(const char* doing, int system_error) {
   const bool cut = ::ftruncate(descriptor_, static_cast<off_t>(last_line_end_)) == 0;
-  ::close(std::exchange(descriptor_, -1));
   // Without a complete line there is no file: an empty one would hide an older one.
-  if (cut && last_line_end_ > 0) {
-    std::rename(partial_.c_str(), path_.c_str());
-  } else {
-    ::unlink(partial_.c_str());
-  }
+  if (!cut || last_line_end_ == 0 || put_in_place(descriptor_, partial_, path_) != 0) ::unlink(partial_.c_str());
+  ::close(std::exchange(descriptor_, -1));
   throw_error(path_, doing, system_error);
 }
 
@@ -124,14 +132,11 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
     doing = "syncing";
     error = sync(descriptor);
   }
-  if (::close(descriptor) != 0 && error == 0) {
-    doing = "closing";
-    error = errno;
-  }
-  if (error == 0 && std::rename(partial.c_str(), path.c_str()) != 0) {
+  if (error == 0) {
     doing = "renaming";
-    error = errno;
+    error = put_in_place(descriptor, partial, path);
   }
+  if (::close(descriptor) != 0 && error == 0) throw_error(path, "closing", errno);
   if (error == 0) return;
   ::unlink(partial.c_str());
   throw_error(path, doing, error);

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particles/workers.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <exception>
 
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
 #endif
+
+#include "waymark/base/error.hpp"
 
 namespace waymark::particles {
 
@@ -35,12 +40,18 @@ int spin_rounds(int threads) { return threads <= static_cast<int>(std::thread::h
 }  // namespace
 
 Workers::Workers(int threads) : spin_rounds_(spin_rounds(threads)) {
-  for (int member = 1; member < threads; ++member) {
-    team_.emplace_back([this] { work(); });
+  try {
+    for (int member = 1; member < threads; ++member) team_.emplace_back([this] { work(); });
+  } catch (const std::exception& error) {
+    const std::size_t started = team_.size() + 1;
+    close();
+    throw Error(fmt::format("only {} of {} threads can be started: {}", started, threads, error.what()));
   }
 }
 
-Workers::~Workers() {
+Workers::~Workers() { close(); }
+
+void Workers::close() {
   closing_.store(true, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();

@@ -17,7 +17,7 @@ namespace waymark::particles {
 /// stealing.
 class WAYMARK_API Workers {
  public:
-  /// `threads` >= 1 in total, the caller among them.
+  /// `threads` >= 1 in total, the caller among them. Throws Error if the system cannot start so many.
   explicit Workers(int threads);
   ~Workers();
   Workers(const Workers&) = delete;
@@ -31,6 +31,7 @@ class WAYMARK_API Workers {
 
  private:
   void work();
+  void close();
   void take_parts();
 
   int spin_rounds_;

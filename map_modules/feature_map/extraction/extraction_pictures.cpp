@@ -10,7 +10,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <system_error>
 
 #include "map_modules/feature_map/extraction/camera_picture.hpp"
 #include "map_modules/feature_map/extraction/picture_colors.hpp"
@@ -180,12 +179,8 @@ ExtractionPictures::ExtractionPictures(const Config& config)
            "scans to draw, counted from the first scan: `scan_Ts.png`, and with a camera `camera_Ts.png`"},
           -1, {})) {
   folder_ =
-      config.text({"folder", "where the pictures are written to, relative to the working directory"}, "extraction");
+      config.output({"folder", "where the pictures are written to, relative to the working directory"}, "extraction");
   if (!std::is_sorted(times_s_.begin(), times_s_.end())) config.fail("times_s", "must ascend");
-  if (times_s_.empty()) return;
-  std::error_code failure;
-  std::filesystem::create_directories(folder_, failure);
-  if (failure) config.fail("folder", "cannot make \"" + folder_.string() + "\": " + failure.message());
 }
 
 void ExtractionPictures::take(const ExtractionFrame& frame, const FeatureMapSettings& settings) {
@@ -194,6 +189,7 @@ void ExtractionPictures::take(const ExtractionFrame& frame, const FeatureMapSett
   const double elapsed_s = to_seconds(frame.stamp - *first_);
   for (; next_ < times_s_.size() && elapsed_s >= times_s_[next_]; ++next_) {
     const double due_s = times_s_[next_];
+    create_folder(folder_);
     write_file(folder_ / fmt::format("scan_{:g}s.png", due_s),
                draw_extraction(frame.view, frame.candidates, settings.extraction,
                                fmt::format("scan {:.2f} s after the first", elapsed_s)));

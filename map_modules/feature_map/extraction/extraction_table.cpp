@@ -6,17 +6,13 @@
 #include <cmath>
 #include <iterator>
 #include <string>
-#include <system_error>
 
 #include "waymark/base/error.hpp"
 
 namespace waymark::feature_map {
 
-ExtractionTable::ExtractionTable(const Config& config, const Config::Key& key) : path_(config.text(key, "")) {
-  if (!path_.has_parent_path()) return;
-  std::error_code failure;
-  std::filesystem::create_directories(path_.parent_path(), failure);
-  if (failure) config.fail(key.name, "cannot make the folder of \"" + path_.string() + "\": " + failure.message());
+ExtractionTable::ExtractionTable(const Config& config, const Config::Key& key) {
+  if (config.has(key.name)) path_ = config.output(key, "");
 }
 
 ExtractionTable::~ExtractionTable() {
@@ -30,6 +26,7 @@ ExtractionTable::~ExtractionTable() {
 void ExtractionTable::take(const ExtractionFrame& frame) {
   if (path_.empty()) return;
   if (!file_) {
+    if (path_.has_parent_path()) create_folder(path_.parent_path());
     file_.emplace(path_);
     file_->write(
         "t_s,first_beam,last_beam,verdict,range_m,bearing_rad,radius_m,x_m,y_m,in_image,radius_sigma_m,signature\n");

@@ -113,16 +113,13 @@ Json count_landmarks(const Snapshot& last) {
 class Diagnostics : public Sink {
  public:
   explicit Diagnostics(const Config& config)
-      : name_(config.text({"file", "file name in the output folder"}, "diagnostics.json")),
-        map_figures_name_(config.text({"map_figures_file", "file name of the maps' figures in the output folder"},
-                                      "map_figures.csv")),
+      : name_(config.output({"file", "file name in the output folder"}, "diagnostics.json")),
+        map_figures_name_(config.output({"map_figures_file", "file name of the maps' figures in the output folder"},
+                                        "map_figures.csv")),
         map_figures_every_(from_seconds(config.non_negative(
             {"map_figures_every_s", "s",
              "the figures of the maps over time, every so many seconds of the log; 0: they are not written"},
-            0.0))) {
-    if (map_figures_name_ == name_)
-      config.fail("map_figures_file", fmt::format("'{}' is also the file of the diagnostics", name_));
-  }
+            0.0))) {}
 
   void start(const RunInfo& info) override {
     path_ = info.out_dir / name_;

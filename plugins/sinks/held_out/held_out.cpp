@@ -23,7 +23,7 @@ std::string degrees(double value) { return std::isfinite(value) ? fmt::format("{
 class HeldOut : public Sink {
  public:
   explicit HeldOut(const Config& config)
-      : name_(config.text({"file", "file name in the output folder"}, "held_out.csv")) {}
+      : name_(config.output({"file", "file name in the output folder"}, "held_out.csv")) {}
 
   void start(const RunInfo& info) override {
     path_ = info.out_dir / name_;

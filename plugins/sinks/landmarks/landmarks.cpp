@@ -33,12 +33,10 @@ std::string row(std::string_view map, const LandmarkView& landmark) {
 class Landmarks : public Sink {
  public:
   explicit Landmarks(const Config& config)
-      : name_(config.text({"file", "file name in the output folder"}, "landmarks.csv")),
-        reference_name_(config.text({"reference_file", "file name of the true landmarks in the output folder"},
-                                    "reference_landmarks.csv")),
-        confirmed_only_(config.boolean({"confirmed_only", "leave provisional landmarks out"}, true)) {
-    if (name_ == reference_name_) config.fail("reference_file", fmt::format("'{}' is also the landmarks' file", name_));
-  }
+      : name_(config.output({"file", "file name in the output folder"}, "landmarks.csv")),
+        reference_name_(config.output({"reference_file", "file name of the true landmarks in the output folder"},
+                                      "reference_landmarks.csv")),
+        confirmed_only_(config.boolean({"confirmed_only", "leave provisional landmarks out"}, true)) {}
 
   void start(const RunInfo& info) override {
     out_dir_ = info.out_dir;

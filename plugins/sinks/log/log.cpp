@@ -28,13 +28,9 @@ class Log final : public Sink {
  public:
   Log(const Config& config, const Rig& rig)
       : yaml_(std::filesystem::absolute(config.file())),
-        folder_name_(config.text({"folder", "folder within the output folder"}, "log")),
+        folder_name_(config.output({"folder", "folder within the output folder"}, "log")),
         png_compression_(static_cast<int>(config.integer_in(
             {"png_compression", "compression of images that arrive as pixels, from fast to small"}, 0, 9, 1))) {
-    const std::filesystem::path folder = std::filesystem::path(folder_name_).lexically_normal();
-    if (folder.empty() || folder.is_absolute() || folder == "." || *folder.begin() == "..") {
-      config.fail("folder", fmt::format("\"{}\" is not a folder within the output folder", folder_name_));
-    }
     for (const std::string& name :
          config.texts({"leave_out", "", "sensors that are not written, a camera for example", "none"},
                       std::vector<std::string>{})) {

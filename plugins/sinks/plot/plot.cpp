@@ -66,7 +66,7 @@ class SpreadBeliefs {
 class Plot : public Sink {
  public:
   explicit Plot(const Config& config)
-      : file_(config.text({"file", "file name in the output folder, ends in `.png`"}, "map.png")) {
+      : file_(config.output({"file", "file name in the output folder, ends in `.png`"}, "map.png")) {
     style_.width_px =
         static_cast<int>(config.integer_in({"width_px", "px", "width of the picture"}, 480, 10000, style_.width_px));
     style_.height_px =

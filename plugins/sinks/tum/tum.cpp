@@ -38,21 +38,12 @@ class Tum : public Sink {
  public:
   explicit Tum(const Config& config)
       : trajectory_name_(
-            config.text({"trajectory", "file name of the online estimate in the output folder"}, "trajectory.txt")),
-        path_name_(config.text({"path", "file name of the best particle's path in the output folder"}, "path.txt")),
+            config.output({"trajectory", "file name of the online estimate in the output folder"}, "trajectory.txt")),
+        path_name_(config.output({"path", "file name of the best particle's path in the output folder"}, "path.txt")),
         reference_name_(
-            config.text({"reference", "file name of the source's reference in the output folder"}, "reference.txt")),
-        covariance_name_(config.text({"covariance", "file name of the covariance of (x, y, yaw) in the output folder"},
-                                     "covariance.csv")) {
-    if (path_name_ == trajectory_name_)
-      config.fail("path", fmt::format("'{}' is also the trajectory's file", path_name_));
-    if (reference_name_ == trajectory_name_ || reference_name_ == path_name_) {
-      config.fail("reference", fmt::format("'{}' is also another output's file", reference_name_));
-    }
-    if (covariance_name_ == trajectory_name_ || covariance_name_ == path_name_ || covariance_name_ == reference_name_) {
-      config.fail("covariance", fmt::format("'{}' is also another output's file", covariance_name_));
-    }
-  }
+            config.output({"reference", "file name of the source's reference in the output folder"}, "reference.txt")),
+        covariance_name_(config.output(
+            {"covariance", "file name of the covariance of (x, y, yaw) in the output folder"}, "covariance.csv")) {}
 
   void start(const RunInfo& info) override {
     out_dir_ = info.out_dir;

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <thread>
+#include <ctime>
 #include <utility>
 
 #include "waymark/base/error.hpp"
@@ -18,7 +18,11 @@ namespace waymark::nmea {
 namespace {
 
 constexpr std::size_t kBufferBytes = 1 << 14;
-constexpr auto kPause = std::chrono::milliseconds(20);
+/// Waits a little for more to be written; false if a signal came, for the run is to end then.
+bool pause() {
+  constexpr timespec kPause{0, 20'000'000};
+  return ::nanosleep(&kPause, nullptr) == 0;
+}
 
 }  // namespace
 
@@ -56,11 +60,11 @@ bool LineStream::refill() {
       end_ = static_cast<std::size_t>(count);
       return true;
     }
-    if (count < 0 && errno != EINTR)
-      throw DataError(fmt::format("{}: cannot be read on: {}", place(), std::strerror(errno)));
+    if (count < 0 && errno == EINTR) return false;  // a signal: the run is to end
+    if (count < 0) throw DataError(fmt::format("{}: cannot be read on: {}", place(), std::strerror(errno)));
     if (count == 0) {
       if (!is_file_ || std::chrono::steady_clock::now() >= give_up) return false;
-      std::this_thread::sleep_for(kPause);
+      if (!pause()) return false;
     }
   }
 }

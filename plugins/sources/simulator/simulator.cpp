@@ -67,11 +67,12 @@ class Simulator : public Source {
     if (config.has("surfaces_file")) {
       surfaces_file_ =
           config.file().parent_path() /
-          config.text({"surfaces_file", "",
-                       "CSV that a run writes: the true surfaces, for `waymark evaluate --voxels … --surfaces`; "
-                       "relative to the YAML. `kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m`: `cylinder` (centre, "
-                       "radius), `box` and `wall` (from, to, half the thickness), `level` (ground, ceiling)",
-                       "none"});
+          config.output({"surfaces_file", "",
+                         "CSV that a run writes: the true surfaces, for `waymark evaluate --voxels … --surfaces`; "
+                         "relative to the YAML. `kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m`: `cylinder` (centre, "
+                         "radius), `box` and `wall` (from, to, half the thickness), `level` (ground, ceiling)",
+                         "none"},
+                        "");
     }
   }
 

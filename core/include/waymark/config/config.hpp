@@ -96,6 +96,13 @@ class WAYMARK_API Config {
   std::vector<std::string> texts(const Key& key) const;  ///< a list of words, or one word
   std::vector<std::string> texts(const Key& key, const std::vector<std::string>& fallback) const;
 
+  // --- files that are written ----------------------------------------------------------------------------------------
+  /// Name of a file or folder that the reader writes, below the run's output folder. Throws ConfigError if it leads out
+  /// of that folder (an absolute path, "..") without `permit_outside`, or if another key names the same file.
+  std::string output(const Key& key, std::string_view fallback) const;
+  /// Outputs of this configuration may lie anywhere, from here on.
+  void permit_outside() const;
+
   // --- structure -----------------------------------------------------------------------------------------------------
   bool has(const Key& key) const;                   ///< does not count as a read
   Config child(const Key& key) const;               ///< a mapping that must be there

@@ -134,6 +134,50 @@ TEST(Session, KeepsWhatCameBeforeTheLogFailed) {
   EXPECT_TRUE(sink->has_last);
 }
 
+/// A source that runs out of memory.
+class NoMemory : public Twists {
+ public:
+  std::optional<Measurement> next() override {
+    if (++asked_ > 5) throw std::bad_alloc();
+    return Twists::next();
+  }
+
+ private:
+  int asked_ = 0;
+};
+
+TEST(Session, KeepsWhatCameBeforeMemoryRanOut) {
+  Robot robot = host::robot();
+  robot.source = std::make_shared<NoMemory>();
+  const auto sink = std::make_shared<Counter>();
+  robot.sinks = {{"counter", sink}};
+  Session session(std::move(robot), {.observer = [n = 0](const Snapshot&, double) mutable {
+                    if (++n == 4) throw std::bad_alloc();
+                  }});
+  session.play();
+  const SessionResult result = session.finish();
+  EXPECT_THAT(result.log_error, HasSubstr("the run ended early: std::bad_alloc"));
+  EXPECT_EQ(sink->finished, 1);
+  EXPECT_TRUE(sink->has_last);
+}
+
+TEST(Session, KeepsItsResultsWhereTheCheckpointCannotBeWritten) {
+  Robot robot = host::robot();
+  const auto sink = std::make_shared<Counter>();
+  robot.sinks = {{"counter", sink}};
+  Session session(std::move(robot), {});
+  session.play();
+  const SessionResult result = session.suspend("/no/such/folder/half.ckpt");
+  EXPECT_THAT(result.failures, ElementsAre(HasSubstr("the checkpoint is not written: /no/such/folder/half.ckpt")));
+  EXPECT_EQ(sink->finished, 1);
+}
+
+TEST(Session, TwoInOneFolderAreRefused) {
+  const test::TemporaryFolder folder;
+  Session first(host::robot(), {.out = folder.path()});
+  EXPECT_THROW(Session(host::robot(), {.out = folder.path()}), Error);
+}
+
 TEST(Session, LeavesOutASinkThatFails) {
   Robot robot = host::robot();
   const auto bad = std::make_shared<Counter>(3);

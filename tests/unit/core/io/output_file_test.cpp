@@ -154,5 +154,32 @@ TEST_F(OutputFileTest, WriteFileKeepsTheOldFileIfTheDiskIsFull) {
   EXPECT_FALSE(std::filesystem::exists(partial()));
 }
 
+TEST(OutputFile, ALinkInPlaceOfThePartialFileIsNotFollowed) {
+  const test::TemporaryFolder folder;
+  write_file(folder / "precious", "mine\n");
+  std::filesystem::create_symlink(folder / "precious", folder / "a.txt.partial");
+  {
+    OutputFile file(folder / "a.txt");
+    file.write("ours\n");
+    file.commit();
+  }
+  std::filesystem::create_symlink(folder / "precious", folder / "b.txt.partial");
+  write_file(folder / "b.txt", "ours\n");
+  EXPECT_EQ(content(folder / "precious"), "mine\n");
+  EXPECT_EQ(content(folder / "a.txt"), "ours\n");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "b.txt"));
+}
+
+TEST(OutputFile, DoesNotGiveItsNameToTheFileOfAnotherProgram) {
+  const test::TemporaryFolder folder;
+  OutputFile first(folder / "a.txt");
+  first.write("first\n");
+  OutputFile second(folder / "a.txt");
+  second.write("second\n");
+  EXPECT_THROW(first.commit(), Error);
+  second.commit();
+  EXPECT_EQ(content(folder / "a.txt"), "second\n");
+}
+
 }  // namespace
 }  // namespace waymark

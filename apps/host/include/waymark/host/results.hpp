@@ -9,7 +9,8 @@
 
 namespace waymark::host {
 
-/// Passes a run to its sinks. A sink that throws is not called again; the others continue.
+/// Passes a run to its sinks. A sink that throws is not called again; the others continue. The effective configuration
+/// is written with the results, when they are complete: until then, that of an earlier run stays beside its results.
 class Results {
  public:
   /// Starts the sinks.
@@ -25,6 +26,7 @@ class Results {
  private:
   void for_each(const std::function<void(Sink&)>& call);
 
+  RunInfo info_;
   std::vector<SinkSlot> sinks_;
   std::vector<std::string> failures_;
 };

@@ -9,10 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "waymark/host/folder_lock.hpp"
 #include "waymark/host/results.hpp"
 #include "waymark/host/robot.hpp"
 
 namespace waymark::host {
+
+class LogIdentity;
 
 /// Options of a session.
 struct SessionOptions {
@@ -37,17 +40,18 @@ struct SessionResult {
 /// call of `finish` or `suspend`.
 class Session {
  public:
-  /// Starts the robot's sinks. Throws ConfigError if the robot's parts do not fit.
+  /// Starts the robot's sinks. Throws ConfigError if the robot's parts do not fit, Error if another run writes to the
+  /// output folder.
   Session(Robot robot, SessionOptions options);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Continues from the checkpoint that `suspend` wrote, with the same configuration and log. Call it before `play`.
-  /// Throws Error.
+  /// Continues from the checkpoint that `suspend` wrote. Call it before `play`. Throws Error if it is damaged, or if
+  /// configuration (but for sinks, plugin_path and filter.threads) or log are others.
   void resume(const std::filesystem::path& checkpoint);
-  /// Reads the source to its end, `until_s` or `stop`. An error in the log also ends it (`SessionResult::log_error`);
-  /// results up to there are kept.
+  /// Reads the source to its end, `until_s` or `stop`. An error in the log or a lack of memory also ends it
+  /// (`SessionResult::log_error`); results up to there are kept.
   void play();
   /// Adds one measurement; `Measurement::sensor` is an index into the robot's sensors.
   void add(Measurement measurement);
@@ -55,7 +59,7 @@ class Session {
   /// Commits the buffered measurements and finishes the sinks.
   SessionResult finish();
   /// Writes a checkpoint and finishes the sinks. Buffered measurements are not committed: a resumed session reads them
-  /// again. Throws Error if the file cannot be written.
+  /// again. If the file cannot be written, the results are, and `failures` has the reason.
   SessionResult suspend(const std::filesystem::path& checkpoint);
 
   const Robot& robot() const { return robot_; }
@@ -67,10 +71,13 @@ class Session {
 
   Robot robot_;
   SessionOptions options_;
+  std::unique_ptr<FolderLock> lock_;  // before the sinks open their files
   Results results_;
   std::unique_ptr<Fusion> fusion_;
   std::optional<Time> first_arrival_;
+  std::unique_ptr<LogIdentity> log_;
   std::string log_error_;
+  std::string checkpoint_error_;
 };
 
 }  // namespace waymark::host

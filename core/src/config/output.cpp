@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of files that plugins write: within the output folder, and each only once.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "config/node.hpp"
+
+namespace waymark {
+namespace {
+
+/// The effective configuration, beside the results.
+const std::string kOwnFile = "config.yaml";
+
+bool leads_outside(const std::filesystem::path& normal) {
+  return normal.empty() || normal == "." || normal.is_absolute() || *normal.begin() == "..";
+}
+
+/// Equal, or one is a folder in which the other lies.
+bool overlap(const std::string& a, const std::string& b) {
+  return a == b || a.starts_with(b + '/') || b.starts_with(a + '/');
+}
+
+}  // namespace
+
+std::string Config::output(const Key& key, std::string_view fallback) const {
+  const std::string name = text(key, fallback);
+  const std::filesystem::path normal = std::filesystem::path(name).lexically_normal();
+  if (leads_outside(normal) && !root_->permits_outside) {
+    fail(key.name, fmt::format("\"{}\" is not a name within the output folder (--allow-outside permits others)", name));
+  }
+  const std::string file = normal.string();
+  if (overlap(file, kOwnFile)) fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
+  const auto is_this = [&](const Node::Output& other) { return other.node == node_ && other.key == key.name; };
+  for (const Node::Output& other : root_->outputs) {
+    if (is_this(other) || !overlap(file, other.file)) continue;
+    const std::string path = other.node->path();
+    fail(key.name, fmt::format("\"{}\" is also written by {}{}{}", name, path, path.empty() ? "" : ".", other.key));
+  }
+  if (std::ranges::none_of(root_->outputs, is_this)) root_->outputs.push_back({file, node_, std::string(key.name)});
+  return name;
+}
+
+void Config::permit_outside() const { root_->permits_outside = true; }
+
+}  // namespace waymark
