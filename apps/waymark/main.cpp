@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -30,10 +31,17 @@ void open_standard_streams() {
   }
 }
 
-}  // namespace
+std::atomic<bool> has_ended{false};
 
-int main(int argc, char** argv) {
-  open_standard_streams();
+// A plugin that calls exit, even exit(0) while it is loaded, must not make half a run look like a good one. This
+// program itself ends by returning from main only.
+void on_exit() {
+  if (has_ended) return;
+  command::print_message("waymark: error: a plugin ended the program\n");
+  _exit(command::kError);
+}
+
+int run_command(int argc, char** argv) {
   // A full disk or a closed pipe is an error to report, not a signal to die of.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
@@ -80,5 +88,16 @@ int main(int argc, char** argv) {
     command::print_message("waymark: error: internal, please report: {}\n", error.what());
     return command::kError;
   }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  open_standard_streams();
+  std::atexit(on_exit);
+  std::at_quick_exit(on_exit);
+  const int exit_code = run_command(argc, argv);
+  has_ended = true;
   return exit_code;
 }

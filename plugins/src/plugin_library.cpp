@@ -6,7 +6,11 @@
 
 #include <map>
 #include <mutex>
+#include <string>
+#include <string_view>
 #include <system_error>
+
+#include "plugin_file.hpp"
 
 #define BOOST_DLL_USE_STD_FS
 #include <boost/dll/shared_library.hpp>
@@ -53,59 +57,45 @@ std::filesystem::path canonical_path(const std::filesystem::path& file) {
   std::error_code error;
   auto path = std::filesystem::canonical(file, error);
   if (error) throw PluginError(error.message());
-  if (!std::filesystem::is_regular_file(path, error)) throw PluginError("is not a file");
   return path;
 }
 
-PluginLibrary open(const std::filesystem::path& file) {
+// Throws unless the symbol says what the file said. `abi` is compared first: the rest is of this program's layout only
+// if it is equal.
+void require_same(const PluginDescriptor& descriptor, const PluginRecord& record) {
+  const auto same = [](const char* text, std::string_view recorded) { return text != nullptr && recorded == text; };
+  if (descriptor.abi != record.abi || descriptor.eigen_max_align != record.eigen_max_align ||
+      !same(descriptor.build_key, record_text(record.build_key)) || !same(descriptor.kind, record_text(record.kind)) ||
+      !same(descriptor.name, record_text(record.name)) || !same(descriptor.version, record_text(record.version))) {
+    throw PluginError(fmt::format(
+        "its symbol \"{}\" differs from its section \"{}\"; use WAYMARK_PLUGIN(...), and start again if the "
+        "plugin was rebuilt meanwhile",
+        kSymbol, WAYMARK_PLUGIN_SECTION));
+  }
+  if (descriptor.create == nullptr) throw PluginError("its descriptor is incomplete; use WAYMARK_PLUGIN(...)");
+}
+
+PluginLibrary open(const std::filesystem::path& file, const PluginRecord& record) {
   const auto path = canonical_path(file);
   auto& libraries = open_libraries();
   const std::lock_guard lock(libraries.mutex);
   auto found = libraries.by_path.find(path);
   if (found == libraries.by_path.end()) found = libraries.by_path.emplace(path, load(path)).first;
   const Library& library = found->second;
-  if (!library->has(kSymbol)) {
-    throw PluginError(fmt::format(
-        "is a library, but not a waymark plugin: it does not export \"{}\" (is the line WAYMARK_PLUGIN(...) missing?)",
-        kSymbol));
-  }
-  return {library, &library->get<const PluginDescriptor>(kSymbol)};
+  if (!library->has(kSymbol)) throw not_a_plugin();
+  const auto& descriptor = library->get<const PluginDescriptor>(kSymbol);
+  require_same(descriptor, record);
+  return {library, &descriptor};
 }
 
 }  // namespace
 
-PluginLibrary open_plugin_library(const std::filesystem::path& file) {
+PluginLibrary open_plugin_library(const std::filesystem::path& file, const PluginRecord& record) {
   try {
-    return open(file);
+    return open(file, record);
   } catch (const PluginError& error) {
     throw PluginError(fmt::format("{}: {}", file.string(), error.what()));
   }
-}
-
-std::string misfit(const PluginDescriptor& descriptor) {
-  if (descriptor.abi != kPluginAbi) {
-    return fmt::format("built for plugin ABI {}, this program has {}; rebuild the plugin", descriptor.abi, kPluginAbi);
-  }
-  if (descriptor.build_key == nullptr || descriptor.kind == nullptr || descriptor.name == nullptr ||
-      descriptor.version == nullptr || descriptor.create == nullptr) {
-    return "its descriptor is incomplete; use WAYMARK_PLUGIN(...)";
-  }
-  if (std::string_view(descriptor.build_key) != kBuildKey) {
-    return fmt::format("built with \"{}\", this program with \"{}\"; rebuild the plugin", descriptor.build_key,
-                       kBuildKey);
-  }
-  if (descriptor.eigen_max_align != EIGEN_MAX_ALIGN_BYTES) {
-    return fmt::format("built with an Eigen alignment of {} bytes, this program with {}; different -march?",
-                       descriptor.eigen_max_align, EIGEN_MAX_ALIGN_BYTES);
-  }
-  return {};
-}
-
-std::string plugin_name_of(const std::filesystem::path& file) {
-  constexpr std::string_view kPrefix = "waymark_";
-  const std::string stem = file.stem().string();
-  if (file.extension() != ".so" || !stem.starts_with(kPrefix)) return {};
-  return stem.substr(kPrefix.size());
 }
 
 }  // namespace waymark

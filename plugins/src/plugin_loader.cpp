@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <cctype>
 #include <exception>
-#include <set>
+#include <map>
 #include <system_error>
 
+#include "plugin_file.hpp"
 #include "plugin_library.hpp"
 #include "waymark/config/nearest_name.hpp"
 
@@ -33,17 +34,18 @@ std::vector<std::filesystem::path> plugin_files(const std::filesystem::path& fol
   return files;
 }
 
-// The first file of each name, as `create` would take it, sorted by name.
+// The file of each name that `create` would take, sorted by name: the first that is no dangling link.
 std::vector<std::filesystem::path> plugin_files(const std::vector<std::filesystem::path>& folders) {
-  std::vector<std::filesystem::path> files;
-  std::set<std::string> names;
+  std::map<std::string, std::filesystem::path> by_name;
   for (const auto& folder : folders) {
     for (const auto& file : plugin_files(folder)) {
-      if (names.insert(plugin_name_of(file)).second) files.push_back(file);
+      const auto [known, is_new] = by_name.emplace(plugin_name_of(file), file);
+      if (!is_new && !dangling_link(known->second).empty() && dangling_link(file).empty()) known->second = file;
     }
   }
-  std::sort(files.begin(), files.end(),
-            [](const auto& a, const auto& b) { return plugin_name_of(a) < plugin_name_of(b); });
+  std::vector<std::filesystem::path> files;
+  files.reserve(by_name.size());
+  for (const auto& [name, file] : by_name) files.push_back(file);
   return files;
 }
 
@@ -66,6 +68,11 @@ std::filesystem::path find_file(std::string_view name, const std::vector<std::fi
     std::error_code error;
     if (std::filesystem::exists(folder / file_name, error)) return folder / file_name;
   }
+  for (const auto& folder : folders) {
+    if (const auto link = dangling_link(folder / file_name); !link.empty()) {
+      throw PluginError(fmt::format("plugin \"{}\" is not found: {} {}", name, (folder / file_name).string(), link));
+    }
+  }
   std::vector<std::string> names;
   for (const auto& file : plugin_files(folders)) names.push_back(plugin_name_of(file));
   const std::string nearest = nearest_name(name, names);
@@ -73,21 +80,21 @@ std::filesystem::path find_file(std::string_view name, const std::vector<std::fi
                                 nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
 }
 
+// Loads the file only if all that it says about itself fits.
 PluginLibrary open_fitting(const std::filesystem::path& file, std::string_view kind, std::string_view name) {
-  PluginLibrary library = open_plugin_library(file);
-  const PluginDescriptor& descriptor = *library.descriptor;
-  if (const auto problem = misfit(descriptor); !problem.empty()) {
+  const PluginRecord record = read_plugin_record(file);
+  if (const auto problem = misfit(record); !problem.empty()) {
     throw PluginError(fmt::format("{}: {}", file.string(), problem));
   }
-  if (kind != descriptor.kind) {
+  if (const auto its_kind = record_text(record.kind); kind != its_kind) {
     throw PluginError(
-        fmt::format("{}: is a plugin of kind \"{}\", but a \"{}\" is asked for", file.string(), descriptor.kind, kind));
+        fmt::format("{}: is a plugin of kind \"{}\", but a \"{}\" is asked for", file.string(), its_kind, kind));
   }
-  if (name != descriptor.name) {
+  if (const auto its_name = record_text(record.name); name != its_name) {
     throw PluginError(
-        fmt::format("{}: calls itself \"{}\", but its file name says \"{}\"", file.string(), descriptor.name, name));
+        fmt::format("{}: calls itself \"{}\", but its file name says \"{}\"", file.string(), its_name, name));
   }
-  return library;
+  return open_plugin_library(file, record);
 }
 
 // Where in the YAML the plugin was asked for, as ConfigError does it.
@@ -131,12 +138,14 @@ std::vector<PluginInfo> PluginLoader::list() const {
   for (const auto& file : plugin_files(folders_)) {
     PluginInfo info{file, "", plugin_name_of(file), "", ""};
     try {
-      const PluginDescriptor& descriptor = *open_plugin_library(file).descriptor;
-      info.problem = misfit(descriptor);
+      const PluginRecord record = read_plugin_record(file);
+      info.problem = misfit(record);
       if (info.problem.empty()) {
-        info.kind = descriptor.kind;
-        info.version = descriptor.version;
-        if (info.name != descriptor.name) info.problem = fmt::format("calls itself \"{}\"", descriptor.name);
+        info.kind = record_text(record.kind);
+        info.version = record_text(record.version);
+        if (const auto name = record_text(record.name); info.name != name) {
+          info.problem = fmt::format("calls itself \"{}\"", name);
+        }
       }
     } catch (const PluginError& error) {
       info.problem = error.what();

@@ -78,11 +78,24 @@ TEST(BadPlugins, IncompleteDescriptorIsRefused) {
               EndsWith(file_of("incomplete") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
 }
 
+TEST(BadPlugins, DescriptorWithoutCreateIsRefused) {
+  EXPECT_THAT(error_of<PluginError>("without_create"),
+              EndsWith(file_of("without_create") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
+}
+
+TEST(BadPlugins, DescriptorThatDiffersFromTheRecordIsRefused) {
+  EXPECT_THAT(
+      error_of<PluginError>("two_names"),
+      HasSubstr(file_of("two_names") + ": its symbol \"waymark_plugin\" differs from its section \".waymark_plugin\""));
+}
+
 TEST(BadPlugins, MissingSymbolIsNamed) {
-  EXPECT_THAT(error_of<PluginError>("no_symbol"),
-              EndsWith(file_of("no_symbol") +
-                       ": is a library, but not a waymark plugin: it does not export \"waymark_plugin\" (is the line "
-                       "WAYMARK_PLUGIN(...) missing?)"));
+  for (const char* name : {"no_symbol", "without_symbol"}) {
+    EXPECT_THAT(error_of<PluginError>(name),
+                EndsWith(file_of(name) +
+                         ": is a library, but not a waymark plugin: it does not export \"waymark_plugin\" (is the line "
+                         "WAYMARK_PLUGIN(...) missing?)"));
+  }
 }
 
 TEST(BadPlugins, UnresolvedFunctionIsNamed) {

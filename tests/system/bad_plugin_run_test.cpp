@@ -67,6 +67,34 @@ TEST(PluginConstruction, KeepsThePlaceThatThePluginNames) {
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 
+TEST(PluginThatCallsExit, EndsTheRunWithAnError) {
+  for (const char* plugin : {"exits_at_load", "exits_when_built"}) {
+    SCOPED_TRACE(plugin);
+    SmallRobot robot;
+    add_sensor(robot, plugin);
+    EXPECT_TRUE(reports_error(robot.run(), 1, {"a plugin ended the program"}));
+    EXPECT_FALSE(std::filesystem::exists(robot.out()));
+  }
+}
+
+TEST(PluginPath, OfTheYamlIsNoted) {
+  SmallRobot robot;
+  add_sensor(robot, "throws_at_1000");
+  const std::string note =
+      fmt::format("note: plugin_path of the YAML: plugins are searched in {} first\n", WAYMARK_BAD_PLUGIN_DIR);
+  EXPECT_THAT(robot.run().err, HasSubstr("waymark: " + note));
+  EXPECT_THAT(robot.check().out, HasSubstr("\n" + note));
+}
+
+TEST(PluginsCommand, ListsBadPluginsAndSaysWhatIsWrong) {
+  const Outcome list = waymark({"plugins", "--path", WAYMARK_BAD_PLUGIN_DIR});
+  EXPECT_EQ(list.exit_code, 0) << list.err;
+  EXPECT_THAT(list.out, HasSubstr("waymark_exits_at_load.so\n"));
+  EXPECT_THAT(list.out, HasSubstr("built for plugin ABI 999"));
+  EXPECT_TRUE(reports_error(waymark({"plugins", "wrong_abi", "--path", WAYMARK_BAD_PLUGIN_DIR}), 1,
+                            {"plugin \"wrong_abi\" does not fit", "ABI 999"}));
+}
+
 TEST(PluginInService, ThrowsAtMeasurement1000AndTheRunGoesOnWithoutIt) {
   SmallRobot robot;
   add_sensor(robot, "throws_at_1000");

@@ -41,8 +41,9 @@ TEST_P(Interrupt, EndsALongRunWithItsOutputsWritten) {
   EXPECT_LT(report["run"]["duration_s"].get<double>(), 3590.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Run, Interrupt, testing::Values(SIGINT, SIGTERM),
-                         [](const auto& number) { return number.param == SIGINT ? "CtrlC" : "Terminate"; });
+INSTANTIATE_TEST_SUITE_P(Run, Interrupt, testing::Values(SIGINT, SIGTERM, SIGHUP), [](const auto& number) {
+  return number.param == SIGINT ? "CtrlC" : number.param == SIGTERM ? "Terminate" : "HangUp";
+});
 
 }  // namespace
 }  // namespace waymark::system_test

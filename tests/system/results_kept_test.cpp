@@ -3,9 +3,6 @@
 // Whatever ends a run, its results are kept; no run writes over another's, or outside of its folder.
 #include <gmock/gmock.h>
 #include <sys/file.h>
-#include <sys/stat.h>
-
-#include <csignal>
 
 #include "tests/system/small_robot.hpp"
 
@@ -38,29 +35,6 @@ TEST(ResultsKept, WhereTheCheckpointCannotBeWritten) {
   const Outcome outcome = robot.run({"--save", robot.file("no/such/folder/half.ckpt").string()});
   EXPECT_TRUE(reports_error(outcome, 3, {"the checkpoint is not written", "half.ckpt"}));
   EXPECT_TRUE(robot.has_results(kRows));
-}
-
-TEST(ResultsKept, AfterAHangUp) {
-  SmallRobot robot;
-  robot.write();
-  const std::string pipe = robot.file("twist.csv").string();
-  // A log that does not end: the run waits for more of it.
-  std::filesystem::remove(pipe);
-  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  std::string rows;
-  for (const std::string& line : robot.twist) rows += line + "\n";
-  std::thread writer([&] {
-    const int file = ::open(pipe.c_str(), O_WRONLY);
-    [[maybe_unused]] const ssize_t count = ::write(file, rows.data(), 20'000);
-    std::this_thread::sleep_for(std::chrono::seconds(3));
-    ::close(file);
-  });
-  const auto is_under_way = [&] { return std::filesystem::exists(robot.out() / "trajectory.txt.partial"); };
-  const Outcome outcome = robot.command().send(SIGHUP, is_under_way).run();
-  writer.join();
-  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
-  EXPECT_TRUE(has_no_partial_file(robot.out()));
-  EXPECT_TRUE(std::filesystem::exists(robot.out() / "diagnostics.json"));
 }
 
 TEST(ResultsKept, ASecondRunInTheSameFolderIsRefused) {

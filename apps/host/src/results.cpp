@@ -4,14 +4,34 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "waymark/io/output_file.hpp"
 
 namespace waymark::host {
 
-Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info) : info_(info), sinks_(std::move(sinks)) {
+namespace {
+
+constexpr const char* kConfig = "config.yaml";
+constexpr const char* kNewConfig = "config.yaml.new";
+
+}  // namespace
+
+Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info, bool with_config)
+    : info_(info), sinks_(std::move(sinks)) {
+  if (with_config) {
+    // Before any sink opens a file: a full disk then leaves older results as they are.
+    write_file(info_.out_dir / kNewConfig, info_.config);
+    new_config_ = info_.out_dir / kNewConfig;
+  }
   for_each([&](Sink& sink) { sink.start(info_); });
+}
+
+Results::~Results() {
+  std::error_code ignored;
+  if (!new_config_.empty()) std::filesystem::remove(new_config_, ignored);
 }
 
 void Results::arrived(const Measurement& measurement) {
@@ -24,12 +44,11 @@ void Results::write(const Snapshot& snapshot) {
 
 void Results::finish(const Snapshot* last, const RunReport& report) {
   for_each([&](Sink& sink) { sink.finish(last, report); });
-  if (info_.out_dir.empty() || info_.config.empty()) return;
-  try {
-    write_file(info_.out_dir / "config.yaml", info_.config);
-  } catch (const std::exception& error) {
-    failures_.emplace_back(error.what());
-  }
+  if (new_config_.empty()) return;
+  std::error_code error;
+  std::filesystem::rename(new_config_, info_.out_dir / kConfig, error);
+  if (error) failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kConfig).string(), error.message()));
+  new_config_.clear();
 }
 
 void Results::for_each(const std::function<void(Sink&)>& call) {

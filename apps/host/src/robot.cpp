@@ -105,6 +105,17 @@ std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader,
   return slots;
 }
 
+std::vector<std::filesystem::path> plugin_path(const Config& yaml) {
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& folder : yaml.texts(
+           {"plugin_path", "", "folder or list of folders with plugins, searched first; relative to the YAML", "none"},
+           std::vector<std::string>{})) {
+    const std::filesystem::path path(folder);
+    folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
+  }
+  return folders;
+}
+
 /// Everything but the source.
 Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
   const FusionSettings settings = read_fusion_settings(yaml);
@@ -122,19 +133,18 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
 }  // namespace
 
 PluginLoader plugin_loader(const Config& yaml) {
-  std::vector<std::filesystem::path> folders;
-  for (const std::string& folder : yaml.texts(
-           {"plugin_path", "", "folder or list of folders with plugins, searched first; relative to the YAML", "none"},
-           std::vector<std::string>{})) {
-    const std::filesystem::path path(folder);
-    folders.push_back(path.is_absolute() ? path : yaml.file().parent_path() / path);
-  }
-  return PluginLoader(PluginLoader::standard_search_path(std::move(folders)));
+  return PluginLoader(PluginLoader::standard_search_path(plugin_path(yaml)));
 }
 
 Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
   const Config yaml = Config::load(file, overrides);
-  return load(yaml, plugin_loader(yaml));
+  Robot robot = load(yaml, plugin_loader(yaml));
+  // Who did not write the YAML should know that it brings code.
+  for (const std::filesystem::path& folder : plugin_path(yaml)) {
+    robot.settings.notices.push_back(
+        fmt::format("plugin_path of the YAML: plugins are searched in {} first", folder.string()));
+  }
+  return robot;
 }
 
 Robot Robot::load(const Config& yaml, const PluginLoader& loader) {

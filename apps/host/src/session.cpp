@@ -52,8 +52,8 @@ std::vector<std::string> failures_of(const SessionResult& result, const std::vec
 Session::Session(Robot robot, SessionOptions options)
     : robot_(std::move(robot)),
       options_(std::move(options)),
-      lock_(options_.out.empty() ? nullptr : std::make_unique<FolderLock>(options_.out)),
-      results_(std::move(robot_.sinks), info_of(robot_, options_.out)),
+      lock_(options_.owns_folder && !options_.out.empty() ? std::make_unique<FolderLock>(options_.out) : nullptr),
+      results_(std::move(robot_.sinks), info_of(robot_, options_.out), lock_ != nullptr),
       fusion_(robot_.fusion([this](const Snapshot& snapshot) {
         results_.write(snapshot);
         if (options_.observer) options_.observer(snapshot, robot_.source ? robot_.source->progress() : -1.0);

@@ -75,7 +75,9 @@ void check(const std::filesystem::path& file, const std::vector<std::string>& ov
   explain_maps(robot);
   fmt::print("\nsinks:");
   for (const host::SinkSlot& sink : robot.sinks) fmt::print(" {}", sink.plugin);
-  fmt::print("\n\neffective configuration\n\n{}", robot.yaml.effective());
+  fmt::print("\n");
+  for (const std::string& notice : robot.settings.notices) fmt::print("\nnote: {}\n", notice);
+  fmt::print("\neffective configuration\n\n{}", robot.yaml.effective());
 }
 
 }  // namespace

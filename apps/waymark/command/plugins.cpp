@@ -32,7 +32,10 @@ void list_plugins(const PluginLoader& loader) {
 PluginInfo find_plugin(const PluginLoader& loader, const std::string& name) {
   std::vector<std::string> names;
   for (const PluginInfo& plugin : loader.list()) {
-    if (plugin.name == name && plugin.problem.empty()) return plugin;
+    if (plugin.name == name) {
+      if (plugin.problem.empty()) return plugin;
+      throw PluginError(fmt::format("plugin \"{}\" does not fit: {}", name, plugin.problem));
+    }
     names.push_back(plugin.name);
   }
   const std::string near = nearest_name(name, names);

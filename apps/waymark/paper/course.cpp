@@ -63,8 +63,9 @@ class Run {
   Run(host::Robot robot, const std::filesystem::path& pictures)
       : truth_(truth_of(*robot.source)),
         survey_(survey_of(*robot.source)),
-        session_(std::move(robot),
-                 {.out = pictures, .observer = [this](const Snapshot& snapshot, double) { watch(snapshot); }}) {}
+        session_(std::move(robot), {.out = pictures,
+                                    .owns_folder = false,
+                                    .observer = [this](const Snapshot& snapshot, double) { watch(snapshot); }}) {}
 
   Source& source() { return *session_.robot().source; }
 

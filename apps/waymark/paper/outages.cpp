@@ -99,6 +99,7 @@ void Outages::run(std::size_t seed, const std::filesystem::path& pictures) {
   Recorder recorder;
   host::SessionOptions options;
   options.out = pictures;
+  options.owns_folder = false;
   options.observer = [&](const Snapshot& snapshot, double) { recorder.add(snapshot); };
   host::Session session(std::move(robot), std::move(options));
   session.play();

@@ -11,16 +11,18 @@
 
 namespace waymark {
 
-/// Properties of a library that may be a plugin, read without running any of its C++ code.
+/// Properties of a library that may be a plugin, read from its file. Nothing of the library runs.
 struct PluginInfo {
   std::filesystem::path file;
   std::string kind;
   std::string name;
   std::string version;
-  std::string problem;  ///< why this host cannot load it; empty if it can
+  std::string problem;  ///< why it does not fit this host; empty if it does
 };
 
-/// Finds, checks and loads plugins. A library is loaded once and never unloaded; every object keeps its library alive.
+/// Finds, checks and loads plugins. A library is loaded, and its static initialisers run, only after ABI, build key,
+/// alignment, kind and name were read from its file and fit. It is loaded once and never unloaded; every object keeps
+/// its library alive.
 class PluginLoader {
  public:
   /// Folders in the order of search. `standard_search_path` gives the usual ones.
@@ -31,16 +33,16 @@ class PluginLoader {
   static std::vector<std::filesystem::path> standard_search_path(std::vector<std::filesystem::path> first = {});
 
   /// Creates the object that `config` describes with plugin `name` (library `waymark_<name>.so`) of the kind of
-  /// `Interface`. Throws PluginError: not found (with the folders searched and the nearest name), not a library, no
-  /// descriptor, other ABI, build key, alignment or kind. Passes on an Error of the constructor; any other exception
-  /// becomes a ConfigError at the node's place.
+  /// `Interface`. Throws PluginError: not found (with the folders searched and the nearest name), not a library or a
+  /// truncated one, no descriptor, other ABI, build key, alignment, kind or name. Passes on an Error of the
+  /// constructor; any other exception becomes a ConfigError at the node's place.
   template <class Interface>
   std::shared_ptr<Interface> create(std::string_view name, const Config& config, const Rig& rig) const {
     return std::static_pointer_cast<Interface>(create_erased(
         plugin_kind<Interface>(), name, config, rig, [](void* object) { delete static_cast<Interface*>(object); }));
   }
 
-  /// All libraries `waymark_*.so` in the folders, sorted by name.
+  /// All libraries `waymark_*.so` in the folders, sorted by name. Loads none of them.
   std::vector<PluginInfo> list() const;
 
   const std::vector<std::filesystem::path>& folders() const { return folders_; }

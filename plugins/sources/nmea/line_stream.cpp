@@ -43,15 +43,17 @@ double LineStream::progress() const {
   return size_ == 0 ? 0.0 : std::min(1.0, static_cast<double>(consumed_) / static_cast<double>(size_));
 }
 
-void LineStream::open() {
+bool LineStream::open() {
   descriptor_ = file_ == "-" ? STDIN_FILENO : ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0 && errno == EINTR) return false;
   if (descriptor_ < 0) throw DataError(fmt::format("{}: cannot be read: {}", file_.string(), std::strerror(errno)));
   std::error_code ignored;
   if (is_file_) size_ = std::filesystem::file_size(file_, ignored);
+  return true;
 }
 
 bool LineStream::refill() {
-  if (descriptor_ < 0) open();
+  if (descriptor_ < 0 && !open()) return false;
   const auto give_up = std::chrono::steady_clock::now() + patience_;
   for (;;) {
     const ssize_t count = ::read(descriptor_, buffer_.data(), buffer_.size());

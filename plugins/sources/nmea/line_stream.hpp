@@ -23,7 +23,8 @@ class LineStream {
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  /// The next line, without its end; false at the end. Throws DataError if the file cannot be read.
+  /// The next line, without its end; false at the end, and where a signal ends the wait for more: the host handles only
+  /// those that end a run. Throws DataError if the file cannot be read.
   bool next(std::string& line);
 
   std::string place() const;  ///< "file:line" of the last line
@@ -31,7 +32,7 @@ class LineStream {
   double progress() const;
 
  private:
-  void open();
+  bool open();
   bool refill();
 
   std::filesystem::path file_;

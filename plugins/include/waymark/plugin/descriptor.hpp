@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <type_traits>
 
 #include "waymark/config/config.hpp"
@@ -13,18 +15,39 @@
 namespace waymark {
 
 /// Raised whenever an interface of core changes incompatibly.
-inline constexpr std::uint32_t kPluginAbi = 9;
+inline constexpr std::uint32_t kPluginAbi = 10;
 
 #define WAYMARK_STRINGIFY_(x) #x
 #define WAYMARK_STRINGIFY(x) WAYMARK_STRINGIFY_(x)
 
-/// Compiler ABI and Eigen version that C++ objects of this translation unit are laid out for.
-inline constexpr const char* kBuildKey =
-    "cxxabi=" WAYMARK_STRINGIFY(__GXX_ABI_VERSION) " cxx11=" WAYMARK_STRINGIFY(_GLIBCXX_USE_CXX11_ABI) " eigen=" WAYMARK_STRINGIFY(
-        EIGEN_WORLD_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MAJOR_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MINOR_VERSION);
+#ifdef _GLIBCXX_DEBUG
+#define WAYMARK_GLIBCXX_DEBUG_ 1
+#else
+#define WAYMARK_GLIBCXX_DEBUG_ 0
+#endif
 
-/// The one symbol that a plugin exports, `waymark_plugin`. Plain C layout, append only; the host checks it before it
-/// calls any C++.
+/// Compiler ABI, standard library and Eigen version that C++ objects of this translation unit are laid out for.
+inline constexpr const char* kBuildKey =
+    "cxxabi=" WAYMARK_STRINGIFY(__GXX_ABI_VERSION) " cxx11=" WAYMARK_STRINGIFY(_GLIBCXX_USE_CXX11_ABI) " debug=" WAYMARK_STRINGIFY(
+        WAYMARK_GLIBCXX_DEBUG_) " eigen=" WAYMARK_STRINGIFY(EIGEN_WORLD_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MAJOR_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MINOR_VERSION);
+
+/// What a plugin says about itself, as bytes in the section `.waymark_plugin` of its file: no pointers, so that the
+/// host reads and checks it before it loads the library. Append only; `abi` stays first. The texts are as in
+/// PluginDescriptor, each filled up with zeros, of which there is at least one.
+struct PluginRecord {
+  std::uint32_t abi;
+  std::uint32_t eigen_max_align;
+  char build_key[120];
+  char kind[16];
+  char name[64];
+  char version[32];
+};
+
+/// Name of the section of a PluginRecord.
+#define WAYMARK_PLUGIN_SECTION ".waymark_plugin"
+
+/// The one symbol that a plugin exports, `waymark_plugin`. Plain C layout, append only; the host compares it with the
+/// PluginRecord before it calls `create`.
 struct PluginDescriptor {
   std::uint32_t abi;              ///< kPluginAbi
   std::uint32_t eigen_max_align;  ///< EIGEN_MAX_ALIGN_BYTES: differs with -march, and with it the layout of objects
@@ -34,6 +57,23 @@ struct PluginDescriptor {
   const char* version;
   void* (*create)(const Config& config, const Rig& rig);  ///< returns the interface's pointer; may throw Error
 };
+
+/// Copies a text into a field of a PluginRecord; does not compile if it is too long.
+template <std::size_t N>
+consteval void set_record_text(char (&field)[N], std::string_view text) {
+  if (text.size() >= N) throw "WAYMARK_PLUGIN: the name or the version is too long";
+  for (std::size_t i = 0; i < text.size(); ++i) field[i] = text[i];
+}
+
+/// The record of a plugin that is built with this translation unit's ABI, build key and alignment.
+consteval PluginRecord make_plugin_record(std::string_view kind, std::string_view name, std::string_view version) {
+  PluginRecord record{kPluginAbi, EIGEN_MAX_ALIGN_BYTES, {}, {}, {}, {}};
+  set_record_text(record.build_key, kBuildKey);
+  set_record_text(record.kind, kind);
+  set_record_text(record.name, name);
+  set_record_text(record.version, version);
+  return record;
+}
 
 /// Kind of an interface in the descriptor, `PluginKind<Sensor>::kName`. Defined in the header of each kind.
 template <class Interface>
@@ -56,13 +96,20 @@ void* create_plugin(const Config& config, const Rig& rig) {
 
 }  // namespace waymark
 
+/// Places a PluginRecord where the host finds it in the file. Nothing refers to it, so compiler and linker must be told
+/// to keep it.
+#define WAYMARK_PLUGIN_RECORD(record)                   \
+  __attribute__((section(WAYMARK_PLUGIN_SECTION), used, \
+                 retain)) static constexpr ::waymark::PluginRecord kWaymarkPluginRecord = record;
+
 /// Exports class `Class` as the plugin `name_text` of this library.
-#define WAYMARK_PLUGIN(Interface, Class, name_text, version_text)                                     \
-  extern "C" __attribute__((visibility("default"))) const ::waymark::PluginDescriptor waymark_plugin; \
-  const ::waymark::PluginDescriptor waymark_plugin = {::waymark::kPluginAbi,                          \
-                                                      EIGEN_MAX_ALIGN_BYTES,                          \
-                                                      ::waymark::kBuildKey,                           \
-                                                      ::waymark::plugin_kind<Interface>(),            \
-                                                      name_text,                                      \
-                                                      version_text,                                   \
+#define WAYMARK_PLUGIN(Interface, Class, name_text, version_text)                                                    \
+  WAYMARK_PLUGIN_RECORD(::waymark::make_plugin_record(::waymark::plugin_kind<Interface>(), name_text, version_text)) \
+  extern "C" __attribute__((visibility("default"))) const ::waymark::PluginDescriptor waymark_plugin;                \
+  const ::waymark::PluginDescriptor waymark_plugin = {::waymark::kPluginAbi,                                         \
+                                                      EIGEN_MAX_ALIGN_BYTES,                                         \
+                                                      ::waymark::kBuildKey,                                          \
+                                                      ::waymark::plugin_kind<Interface>(),                           \
+                                                      name_text,                                                     \
+                                                      version_text,                                                  \
                                                       &::waymark::create_plugin<Interface, Class>};

@@ -176,6 +176,7 @@ TEST(Session, TwoInOneFolderAreRefused) {
   const test::TemporaryFolder folder;
   Session first(host::robot(), {.out = folder.path()});
   EXPECT_THROW(Session(host::robot(), {.out = folder.path()}), Error);
+  const Session shared(host::robot(), {.out = folder.path(), .owns_folder = false});
 }
 
 TEST(Session, LeavesOutASinkThatFails) {

@@ -18,7 +18,7 @@ void extend(particles::Path& path, int from, int to) {
 std::string saved(const std::vector<particles::Path>& paths) {
   std::ostringstream stream;
   OutArchive out(stream);
-  for (const particles::Path& path : paths) path.save(out);
+  for (const particles::Path& path : paths) out(path);
   return stream.str();
 }
 
@@ -95,7 +95,7 @@ TEST(Path, LoadingGivesBackTheSamePoses) {
   InArchive in(stream);
   particles::Path loaded;
   extend(loaded, 0, 2);
-  loaded.load(in);
+  in(loaded);
   const auto expected = path.poses();
   const auto actual = loaded.poses();
   ASSERT_EQ(actual.size(), expected.size());
@@ -117,7 +117,7 @@ TEST(Path, TheSharedTrunkIsSavedOnceAndSharedAgain) {
   std::istringstream stream(bytes);
   InArchive in(stream);
   std::vector<particles::Path> loaded(5);
-  for (particles::Path& path : loaded) path.load(in);
+  for (particles::Path& path : loaded) in(path);
   for (int i = 0; i < 5; ++i) {
     ASSERT_EQ(loaded[static_cast<std::size_t>(i)].poses().size(), 1001U);
     EXPECT_EQ(loaded[static_cast<std::size_t>(i)].poses().back().stamp, test::at(2000 + i));
@@ -132,7 +132,7 @@ TEST(Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
   std::istringstream stream(saved({path}));
   InArchive in(stream);
   particles::Path loaded;
-  loaded.load(in);
+  in(loaded);
   EXPECT_EQ(loaded.poses().size(), static_cast<std::size_t>(kLong));
   loaded = particles::Path();
 }
@@ -171,10 +171,10 @@ TEST(Path, KeepsDeadReckoningInAnArchive) {
   path.append_tentative(Time{Duration{1}}, Pose::planar(1.0, 0.0, 0.1));
   std::stringstream stream;
   OutArchive out(stream);
-  path.save(out);
+  out(path);
   InArchive in(stream);
   particles::Path again;
-  again.load(in);
+  in(again);
   again.distribute_correction(Pose::planar(1.0, 0.0, 0.1), Pose::planar(1.0, 0.2, 0.1));
   ASSERT_EQ(again.poses().size(), 2U);
   EXPECT_NEAR(again.poses()[1].T_map_base.p.y(), 0.2, 1e-12);

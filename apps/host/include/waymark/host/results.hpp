@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,8 +14,12 @@ namespace waymark::host {
 /// is written with the results, when they are complete: until then, that of an earlier run stays beside its results.
 class Results {
  public:
-  /// Starts the sinks.
-  Results(std::vector<SinkSlot> sinks, const RunInfo& info);
+  /// Starts the sinks. `with_config`: the effective configuration is written, too; throws Error if there is no room
+  /// for it.
+  Results(std::vector<SinkSlot> sinks, const RunInfo& info, bool with_config = false);
+  ~Results();
+  Results(const Results&) = delete;
+  Results& operator=(const Results&) = delete;
 
   void arrived(const Measurement& measurement);
   void write(const Snapshot& snapshot);
@@ -27,6 +32,7 @@ class Results {
   void for_each(const std::function<void(Sink&)>& call);
 
   RunInfo info_;
+  std::filesystem::path new_config_;  // until it takes the older one's place; empty: there is none
   std::vector<SinkSlot> sinks_;
   std::vector<std::string> failures_;
 };

@@ -19,7 +19,9 @@ class LogIdentity;
 
 /// Options of a session.
 struct SessionOptions {
-  std::filesystem::path out = {};                ///< folder of the sinks; exists and is writable
+  std::filesystem::path out = {};  ///< folder of the sinks; exists and is writable
+  /// The folder is locked, and the effective configuration is written beside the results. False: sessions share it.
+  bool owns_folder = true;
   std::optional<double> until_s = std::nullopt;  ///< `play` ends this long after the first arrival [s]
   const std::atomic<bool>* stop = nullptr;       ///< true: `play` ends before the next measurement
   /// Called after every committed measurement, after the sinks, with the share of the log that was read (0 to 1,

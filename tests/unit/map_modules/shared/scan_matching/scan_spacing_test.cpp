@@ -52,10 +52,10 @@ TEST_F(SpacingOfScans, GoesOnFromACheckpoint) {
   EXPECT_FALSE(takes(1.3, 1.0));
   std::stringstream file;
   OutArchive out(file);
-  spacing_.save(out);
+  out(spacing_);
   spacing_ = {};
   InArchive in(file);
-  spacing_.load(in);
+  in(spacing_);
   EXPECT_FALSE(takes(1.4, 1.0));
   EXPECT_TRUE(takes(1.6, 1.0));
 }
