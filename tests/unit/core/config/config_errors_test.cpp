@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
 #include <functional>
@@ -179,6 +180,49 @@ TEST(ConfigErrors, RefuseEndlessAliases) {
     bomb += "]\n";
   }
   EXPECT_NE(parse_error(bomb).find("nested too deeply or without end"), std::string::npos);
+}
+
+TEST(ConfigErrors, RefuseDeepNesting) {
+  for (const char* level : {"[", "{a: ", "- ", "? ", "[a, ", "{? "}) {
+    std::string text = "x:\n  ";
+    for (int i = 0; i < 100'000; ++i) text += level;
+    EXPECT_NE(parse_error(text).find("nested too deeply"), std::string::npos) << level;
+  }
+}
+
+TEST(ConfigErrors, RefuseWhatYamlCppReadsWithoutEnd) {
+  EXPECT_EQ(parse_error(",5"), "f.yaml:1:1: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("\"t\",\"x\"\n1,2\n"), "f.yaml:1:4: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("\xEF\xBB\xBF,a\n"), "f.yaml:1:1: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("a: 5", {"a=,5"}), "--set a=,5: a \",\" is not expected here; a text with it needs quotes");
+}
+
+/// Parses all texts of up to three of YAML's tokens in little memory and time, and ends the process.
+[[noreturn]] void parse_all_beginnings() {
+#ifndef __SANITIZE_ADDRESS__  // takes terabytes of addresses
+  const rlimit memory{rlim_t{1} << 30, rlim_t{1} << 30};
+  setrlimit(RLIMIT_AS, &memory);
+#endif
+  const rlimit seconds{120, 120};
+  setrlimit(RLIMIT_CPU, &seconds);
+  const std::vector<std::string> tokens = {",",   "[",   "]",  "{", "}", "- ", "? ",  ": ",  "a",  "\"b\" ", "&c ",
+                                           "*c ", "!d ", "!!", "%", "|", ">",  "---", "...", "\n", " ",      "#"};
+  const std::size_t base = tokens.size() + 1;
+  for (std::size_t i = 0; i < base * base * base; ++i) {
+    std::string text;
+    for (std::size_t left = i; left > 0; left /= base) {
+      if (left % base > 0) text += tokens[left % base - 1];
+    }
+    parse_error(text);
+  }
+  std::_Exit(0);
+}
+
+TEST(ConfigErrors, EndForEveryBeginning) { EXPECT_EXIT(parse_all_beginnings(), testing::ExitedWithCode(0), ""); }
+
+TEST(ConfigErrors, RefuseFilesThatAreNoConfiguration) {
+  EXPECT_EQ(message_of([] { Config::load("/dev/zero"); }),
+            "/dev/zero:1: is no text (byte 0x00), a YAML file is expected");
 }
 
 TEST(ConfigErrors, ExplainAnUnsetEnvironmentVariable) {
