@@ -247,7 +247,37 @@ TEST(ConfigErrors, ExplainWrongVariables) {
   EXPECT_EQ(parse_error("variables: 5\n"), "f.yaml:1:12: variables: 5 is not a mapping of names to values");
 }
 
+/// `name: "${above}${above}…"` for a number of levels, each made of the one before.
+std::string levels(int count, const std::string& line, const std::string& first) {
+  std::string text = "variables:\n  v0: " + first + "\n";
+  for (int i = 1; i <= count; ++i) {
+    std::string one = line;
+    for (auto at = one.find('@'); at != std::string::npos; at = one.find('@'))
+      one.replace(at, 1, "${v" + std::to_string(i - 1) + "}");
+    text += "  v" + std::to_string(i) + ": " + one + "\n";
+  }
+  return text + "a: ${v" + std::to_string(count) + "}\n";
+}
+
+TEST(ConfigErrors, BoundWhatVariablesExpandTo) {
+  const std::string longer = parse_error(levels(9, "\"@@@@@@@@@@\"", "0123456789"));
+  EXPECT_EQ(longer, "f.yaml:8:7: ${v5}: the text becomes longer than 1 MiB");
+  const std::string more = parse_error(levels(9, "[\"@\", \"@\", \"@\", \"@\", \"@\", \"@\", \"@\", \"@\"]", "x"));
+  EXPECT_NE(more.find("}: the variables of this file hold more than 200000 values"), std::string::npos) << more;
+  const std::string chain = parse_error(levels(10'000, "@", "x"));
+  EXPECT_EQ(chain.rfind("f.yaml:9939:10: ${v9936}: variables refer to one another over more than 64 levels", 0), 0u)
+      << chain;
+  const std::string deep = parse_error(levels(40, "[[\"@\"]]", "x"));
+  EXPECT_NE(deep.find("}: nested too deeply: at most 64 levels are expected"), std::string::npos) << deep;
+  std::string wide = levels(0, "", std::string(1000 * 1000, 'x'));
+  for (int i = 0; i < 20; ++i) wide += "b" + std::to_string(i) + ": ${v0}\n";
+  EXPECT_EQ(parse_error(wide), "f.yaml:19:6: ${v0}: the variables of this file expand to more than 16 MiB");
+}
+
 TEST(ConfigErrors, ExplainWrongOverrides) {
+  std::string deep = "a";
+  for (int i = 0; i < 64; ++i) deep += ".a";
+  EXPECT_EQ(parse_error("", {deep + "=1"}), "--set " + deep + "=1: the key has more than 64 parts");
   EXPECT_EQ(parse_error("variables: { log: x }\n", {"variables.lgo=y"}),
             "--set variables.lgo=y: there is no variable \"lgo\"; did you mean \"log\"?");
   EXPECT_EQ(parse_error("sensors: [{name: gps}, {plugin: imu}, {x: 1}]", {"sensors.lidar.x=1"}),
