@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 
 #include "temporary_folder.hpp"
@@ -220,9 +221,11 @@ TEST(ConfigErrors, RefuseWhatYamlCppReadsWithoutEnd) {
 
 TEST(ConfigErrors, EndForEveryBeginning) { EXPECT_EXIT(parse_all_beginnings(), testing::ExitedWithCode(0), ""); }
 
-TEST(ConfigErrors, RefuseFilesThatAreNoConfiguration) {
-  EXPECT_EQ(message_of([] { Config::load("/dev/zero"); }),
-            "/dev/zero:1: is no text (byte 0x00), a YAML file is expected");
+TEST(ConfigErrors, RefuseFilesThatAreTooLong) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder / "log.yaml";
+  std::ofstream(file) << "a: 1\n" << std::string(std::size_t{1} << 26, '#');
+  EXPECT_EQ(message_of([&] { Config::load(file); }), file + ": is longer than 64 MiB, a YAML file is expected");
 }
 
 TEST(ConfigErrors, ExplainAnUnsetEnvironmentVariable) {
