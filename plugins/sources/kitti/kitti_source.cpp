@@ -67,9 +67,10 @@ Stream open_stream(const Config& config, const std::filesystem::path& folder, co
 }
 
 Config::Key declared_calibration() {
-  return {"calibration",
+  return {"calibration", "",
           "folder with `calib_cam_to_cam.txt` and `calib_velo_to_cam.txt`; `auto`: `calib` in `folder`, "
-          "`folder` or the one above; `none`: the camera is not checked"};
+          "`folder` or the one above; `none`: the camera is not checked",
+          "auto"};
 }
 
 /// The folder with the calibration, as the key says; nothing if it is not to be checked.
