@@ -17,6 +17,9 @@ namespace {
 
 constexpr std::size_t kMostNodes = std::size_t{1} << 28;
 constexpr std::size_t kMostTiles = std::size_t{1} << 20;
+// A few bytes may claim a cube of kilometres. In maps of rooms and streets a cube takes bytes, not the reverse.
+constexpr std::size_t kTilesOfAnyFile = 1024;
+constexpr std::size_t kTilesPerByte = 16;
 
 class Reader {
  public:
@@ -75,9 +78,12 @@ class Reader {
     tile_.known.fill(0);
   }
   void room_for(std::size_t more) const {
-    if (tiles_ + more > kMostTiles) {
-      bytes_.fail(fmt::format("the map fills more than {} cubes of {} voxels, the most that a map can have", kMostTiles,
-                              VoxelOctree::kVoxels));
+    const std::size_t size = bytes_.content().size();
+    const std::size_t most = std::min(kMostTiles, kTilesOfAnyFile + kTilesPerByte * size);
+    if (tiles_ + more > most) {
+      bytes_.fail(
+          fmt::format("the map fills more than {} cubes of {} voxels, the most that {}", most, VoxelOctree::kVoxels,
+                      most == kMostTiles ? "a map can have" : fmt::format("a file of {} bytes may hold", size)));
     }
   }
 

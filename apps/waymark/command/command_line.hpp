@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/waymark/command/visible_text.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::command {
@@ -19,10 +20,11 @@ class UsageError : public Error {
   using Error::Error;
 };
 
-/// Prints a message on standard error. A closed standard error does not end a run.
+/// Prints a message on standard error, with control characters made visible. A closed standard error does not end a
+/// run.
 template <class... Args>
 void print_message(fmt::format_string<Args...> text, Args&&... args) {
-  const std::string line = fmt::format(text, std::forward<Args>(args)...);
+  const std::string line = visible_text(fmt::format(text, std::forward<Args>(args)...));
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 

@@ -16,6 +16,9 @@ namespace waymark::maps {
 namespace {
 
 constexpr int kHalfKeys = 32768;  // voxels from the middle of an octree to its ends
+// A few bytes may claim a cube of kilometres: a grid takes no more cells than these, or than these for each node.
+constexpr std::int64_t kCellsOfAnyTree = std::int64_t{1} << 24;
+constexpr std::int64_t kCellsPerNode = 4096;
 constexpr std::uint8_t kFreePercent = 0;
 constexpr std::uint8_t kOccupiedPercent = 100;
 
@@ -56,6 +59,11 @@ GridView slice_of(const octomap::OcTree& tree, const Slice& slice) {
                 [&](const VoxelBox& box, bool) { extent.add(box.low[0], box.low[1], box.high[0] - box.low[0]); });
   if (extent.empty())
     throw Error(fmt::format("--slice-m {},{}: nothing is known between these heights", slice.low_m, slice.high_m));
+  const std::int64_t most = std::max(kCellsOfAnyTree, kCellsPerNode * static_cast<std::int64_t>(tree.size()));
+  if (extent.cells() > most) {
+    throw Error(fmt::format("--slice-m {},{}: {} cells are too many for an octree of {} nodes; at most {} are expected",
+                            slice.low_m, slice.high_m, extent.cells(), tree.size(), most));
+  }
   GridView grid = extent.unknown(resolution);
   for_leaves_in(tree, layers, [&](const VoxelBox& box, bool occupied) {
     for (int y = box.low[1]; y < box.high[1]; ++y) {

@@ -11,13 +11,14 @@
 #include <utility>
 
 #include "config/node.hpp"
+#include "config/yaml_bounds.hpp"
 
 namespace waymark {
 namespace config {
 namespace {
 
-constexpr int kMaxDepth = 64;
-constexpr int kMaxNodes = 200'000;  // aliases of aliases grow without end
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 26;  // of a file: a log that was given by mistake is larger
+constexpr std::size_t kFilePieceBytes = std::size_t{1} << 20;
 
 /// Turns yaml-cpp's nodes into ours.
 class Converter {
@@ -86,7 +87,7 @@ class Converter {
 
   std::shared_ptr<const std::string> origin_;
   bool in_lines_;
-  int count_ = 0;
+  std::size_t count_ = 0;
 };
 
 std::string line_of(const std::string& text, int line) {
@@ -99,9 +100,10 @@ std::string line_of(const std::string& text, int line) {
 }  // namespace
 
 std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const std::string> origin, bool in_lines) {
-  std::vector<YAML::Node> documents;
+  YAML::Node document;
   try {
-    documents = YAML::LoadAll(text);
+    check_yaml_bounds(text);
+    document = YAML::Load(text);
   } catch (const YAML::Exception& error) {
     const bool placed = in_lines && !error.mark.is_null();
     // In flow style the braces of a variable are YAML's own.
@@ -110,8 +112,7 @@ std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const 
         "{}{}: {}{}", *origin, placed ? fmt::format(":{}:{}", error.mark.line + 1, error.mark.column + 1) : "",
         error.msg, variable ? "; between { } or [ ] a variable needs quotes: \"${name}\"" : ""));
   }
-  if (documents.size() > 1) throw ConfigError(*origin + ": has several documents (---), one is expected");
-  return Converter(std::move(origin), in_lines).convert(documents.empty() ? YAML::Node() : documents.front());
+  return Converter(std::move(origin), in_lines).convert(document);
 }
 
 namespace {
@@ -129,6 +130,17 @@ std::unique_ptr<Node> load_tree(const std::string& text, const std::string& name
   return root;
 }
 
+/// Throws ConfigError if there is a byte from `begin` on that no text has.
+void check_is_text(const std::string& content, std::size_t begin, const std::filesystem::path& file) {
+  const auto is_binary = [](char c) {
+    return (c >= '\0' && c < ' ' && c != '\n' && c != '\r' && c != '\t') || c == '\x7f';
+  };
+  const auto at = std::find_if(content.begin() + static_cast<std::ptrdiff_t>(begin), content.end(), is_binary);
+  if (at == content.end()) return;
+  throw ConfigError(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
+                                std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
+}
+
 std::string read_whole(const std::filesystem::path& file) {
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(file, error);
@@ -137,16 +149,18 @@ std::string read_whole(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::generic_category().message(errno)));
-  std::ostringstream text;
-  if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
+  std::string content;
+  do {
+    const std::size_t before = content.size();
+    content.resize(before + kFilePieceBytes);
+    stream.read(content.data() + before, static_cast<std::streamsize>(kFilePieceBytes));
+    content.resize(before + static_cast<std::size_t>(stream.gcount()));
+    check_is_text(content, before, file);
+  } while (stream && content.size() <= kMaxFileBytes);
   if (stream.bad()) throw ConfigError(fmt::format("{}: reading failed", file.string()));
-  std::string content = std::move(text).str();
-  const auto is_binary = [](char c) {
-    return (c >= '\0' && c < ' ' && c != '\n' && c != '\r' && c != '\t') || c == '\x7f';
-  };
-  if (const auto at = std::ranges::find_if(content, is_binary); at != content.end()) {
-    throw ConfigError(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
-                                  std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
+  if (content.size() > kMaxFileBytes) {
+    throw ConfigError(
+        fmt::format("{}: is longer than {} MiB, a YAML file is expected", file.string(), kMaxFileBytes >> 20));
   }
   return content;
 }

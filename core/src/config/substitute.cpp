@@ -7,6 +7,7 @@
 #include <set>
 
 #include "config/node.hpp"
+#include "config/yaml_bounds.hpp"
 #include "waymark/config/nearest_name.hpp"
 
 namespace waymark::config {
@@ -95,11 +96,35 @@ bool is_name(std::string_view name) {
          std::all_of(name.begin(), name.end(), [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
 }
 
+constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20;      // of one value
+constexpr std::size_t kMaxExpandedBytes = std::size_t{1} << 24;  // of all
+constexpr std::size_t kMaxChain = 64;                            // variables in variables
+
+/// What a tree takes.
+struct Size {
+  std::size_t bytes = 0;
+  std::size_t nodes = 0;
+  int depth = 0;  ///< of lists and mappings in each other
+};
+
+void add_size_of(const Node& node, int depth, Size& size) {
+  size.bytes += node.text.size() + node.key.size();
+  ++size.nodes;
+  if (node.kind == Kind::list || node.kind == Kind::mapping) size.depth = std::max(size.depth, ++depth);
+  for (const auto& child : node.children) add_size_of(*child, depth, size);
+}
+
+int depth_of(const Node& node) {
+  int depth = 0;
+  for (const Node* above = node.parent; above != nullptr; above = above->parent) ++depth;
+  return depth;
+}
+
 bool is_in_capitals(std::string_view name) {
   return std::none_of(name.begin(), name.end(), [](char c) { return c >= 'a' && c <= 'z'; });
 }
 
-/// Replaces variables; each is resolved when it is first used.
+/// Replaces variables; each is resolved when it is first used. Bounded: variables of variables multiply.
 class Substitution {
  public:
   explicit Substitution(Node* variables) : variables_(variables) {}
@@ -137,6 +162,9 @@ class Substitution {
           throw_at(node, fmt::format("${{{}}}: is {} and cannot stand inside a text", name, found.description()));
         }
         result += found.text;
+        if (result.size() > kMaxTextBytes) {
+          throw_at(node, fmt::format("${{{}}}: the text becomes longer than {} MiB", name, kMaxTextBytes >> 20));
+        }
         replaced = true;
         at = end + 1;
       } else {
@@ -160,11 +188,32 @@ class Substitution {
     if (variable == nullptr) return from_environment(name, user);
     if (!done_.contains(variable)) {
       if (!open_.insert(variable).second) throw_at(user, fmt::format("${{{}}}: the variable refers to itself", name));
+      if (open_.size() > kMaxChain) {
+        throw_at(user,
+                 fmt::format("${{{}}}: variables refer to one another over more than {} levels", name, kMaxChain));
+      }
       apply(*variable);
       open_.erase(variable);
       done_.insert(variable);
     }
+    spend(*variable, name, user);
     return copy(*variable);
+  }
+
+  /// Before a value is copied to its user: is there room for it?
+  void spend(const Node& variable, const std::string& name, const Node& user) {
+    Size size;
+    add_size_of(variable, 0, size);
+    if (depth_of(user) + size.depth > kMaxDepth)
+      throw_at(user, fmt::format("${{{}}}: nested too deeply: at most {} levels are expected", name, kMaxDepth));
+    nodes_ += size.nodes;
+    bytes_ += size.bytes;
+    if (nodes_ > kMaxNodes)
+      throw_at(user, fmt::format("${{{}}}: the variables of this file hold more than {} values", name, kMaxNodes));
+    if (bytes_ > kMaxExpandedBytes) {
+      throw_at(user, fmt::format("${{{}}}: the variables of this file expand to more than {} MiB", name,
+                                 kMaxExpandedBytes >> 20));
+    }
   }
 
   Node from_environment(const std::string& name, const Node& user) const {
@@ -191,6 +240,8 @@ class Substitution {
   Node* variables_;
   std::set<const Node*> open_;
   std::set<const Node*> done_;
+  std::size_t nodes_ = 0;  // copied so far
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace
@@ -200,6 +251,8 @@ void apply_override(Node& root, const Config::Override& override_text) {
   const std::size_t equals = override_text.find('=');
   if (equals == std::string::npos || equals == 0) throw ConfigError(*origin + ": key=value is expected");
   const std::vector<std::string> words = split(std::string_view(override_text).substr(0, equals));
+  if (words.size() > static_cast<std::size_t>(kMaxDepth))
+    throw ConfigError(fmt::format("{}: the key has more than {} parts", *origin, kMaxDepth));
   auto value = parse_yaml(override_text.substr(equals + 1), origin, false);
   Node* node = &root;
   for (const std::string& word : words) {

@@ -5,12 +5,13 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "map_modules/feature_map/extraction/image_size.hpp"
+
 namespace waymark::feature_map {
 
 namespace {
 
 cv::Mat decompress(const std::vector<std::uint8_t>& file) {
-  if (file.empty()) return {};
   try {
     return cv::imdecode(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
@@ -45,6 +46,10 @@ ImageState exposure_of(const cv::Mat& bgr) {
 DecodedImage decode(const Image& image, const Intrinsics& intrinsics) {
   cv::Mat bgr;
   if (image.encoding == Image::Encoding::compressed) {
+    // Before decoding: what a file unpacks to has no bound but this one.
+    const std::optional<ImageSize> size = size_in_header(image.data);
+    if (!size) return {ImageState::undecodable, {}};
+    if (*size != ImageSize{intrinsics.width, intrinsics.height}) return {ImageState::wrong_size, {}};
     bgr = decompress(image.data);
     if (bgr.empty()) return {ImageState::undecodable, {}};
     if (bgr.cols != intrinsics.width || bgr.rows != intrinsics.height) return {ImageState::wrong_size, {}};

@@ -13,7 +13,7 @@ namespace waymark::feature_map {
 enum class ImageState {
   used,
   missing,      ///< there was none, or none that is fresh enough
-  undecodable,  ///< a compressed image that OpenCV cannot read
+  undecodable,  ///< neither a PNG nor a JPEG, or one that OpenCV cannot read
   wrong_size,   ///< not the size that the intrinsics are for, or other than as many bytes as that takes
   dark,         ///< nearly all black: night, or a covered lens
   overexposed   ///< nearly all white

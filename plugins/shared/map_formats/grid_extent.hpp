@@ -22,6 +22,8 @@ class GridExtent {
   }
   bool empty() const { return low_x_ > high_x_; }
 
+  /// Cells of the rectangle; it is not empty.
+  std::int64_t cells() const { return (std::int64_t{high_x_} - low_x_ + 1) * (std::int64_t{high_y_} - low_y_ + 1); }
   /// A picture in which nothing is known yet. Throws Error if it were too large.
   GridView unknown(double resolution_m) const;
   /// Where a cell stands in the picture's `cells`.

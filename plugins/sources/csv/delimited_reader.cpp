@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <utility>
 
 #include "number_text.hpp"
@@ -131,17 +132,23 @@ void DelimitedReader::settle_layout() {
   const int stated_header_rows = format_.header_rows.value_or(1);
   std::vector<std::string> head;  // as many rows as a header may have, and the one after
   std::string_view line;
+  std::exception_ptr damage;
+  const auto fail_without_rows = [&] {
+    if (damage) std::rethrow_exception(damage);
+    throw DataError(file_.string() + ": no data rows");
+  };
   try {
     while (static_cast<int>(head.size()) <= stated_header_rows && lines.next(line)) head.emplace_back(line);
   } catch (const DataError&) {
-    if (head.empty() || format_.header_rows) throw;  // one row before the damage: the caller reaches it
+    if (head.empty() || format_.header_rows) throw;
+    damage = std::current_exception();  // the caller reaches it, if there is a data row before it
   }
-  if (head.empty()) throw DataError(file_.string() + ": no data rows");
+  if (head.empty()) fail_without_rows();
 
   delimiter_ = format_.delimiter.value_or(guess_delimiter(head.back()));
   split(head.front(), delimiter_, fields_);
   header_rows_ = format_.header_rows.value_or(has_number(fields_) ? 0 : 1);
-  if (static_cast<int>(head.size()) <= header_rows_) throw DataError(file_.string() + ": no data rows");
+  if (static_cast<int>(head.size()) <= header_rows_) fail_without_rows();
   if (header_rows_ > 0) header_.assign(fields_.begin(), fields_.end());
   fields_.clear();
 }

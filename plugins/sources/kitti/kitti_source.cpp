@@ -66,6 +66,13 @@ Stream open_stream(const Config& config, const std::filesystem::path& folder, co
   }
 }
 
+Config::Key declared_calibration() {
+  return {"calibration", "",
+          "folder with `calib_cam_to_cam.txt` and `calib_velo_to_cam.txt`; `auto`: `calib` in `folder`, "
+          "`folder` or the one above; `none`: the camera is not checked",
+          "auto"};
+}
+
 /// The folder with the calibration, as the key says; nothing if it is not to be checked.
 std::optional<std::filesystem::path> calibration_of(const Config& config, const std::string& given,
                                                     const std::filesystem::path& folder) {
@@ -93,6 +100,11 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
   const Duration period = period_of(config);
   const Config lidar = config.child({"lidar", "the scanner; its `sensor` needs `base_T_sensor`"});
   if (!config.has("camera")) {
+    if (config.has("calibration")) {
+      const std::string given = config.text(declared_calibration(), "auto");
+      if (given != "none" && given != "auto")
+        config.fail("calibration", "is for the camera, and there is no `camera`; leave it out, or write none");
+    }
     const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
     cut_.emplace(lidar, rig.T_base_sensor(scanner.name));
     require_folder(config, folder);
@@ -111,11 +123,7 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
   const int number = static_cast<int>(camera.integer_in({"number", "N of the folder `image_0N`"}, 0, 3, 2));
   const bool own = camera.choice({"stamp", "`scan`: that of the scan of the same frame; `own`: its own"},
                                  {"scan", "own"}, "scan") == "own";
-  const std::string calibration_key =
-      config.text({"calibration",
-                   "folder with `calib_cam_to_cam.txt` and `calib_velo_to_cam.txt`; `auto`: `calib` in `folder`, "
-                   "`folder` or the one above; `none`: the camera is not checked"},
-                  "auto");
+  const std::string calibration_key = config.text(declared_calibration(), "auto");
 
   require_folder(config, folder);
   const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});

@@ -34,13 +34,14 @@ std::optional<std::uint64_t> frame_of(const std::string& name, const std::string
   return number;
 }
 
+constexpr std::size_t kMostBytes = std::size_t{1} << 28;  // a turn of the scanner has two million, an image fewer
+
 struct CloseGzip {
   void operator()(gzFile file) const { gzclose(file); }
 };
 
 std::vector<std::uint8_t> inflate(const std::filesystem::path& file) {
   constexpr unsigned kChunk = 1 << 20;
-  constexpr std::size_t kMost = std::size_t{1} << 28;  // a turn of the scanner has two million bytes
   const std::string place = file.string();
   errno = 0;
   const std::unique_ptr<gzFile_s, CloseGzip> in(gzopen(file.c_str(), "rb"));
@@ -48,7 +49,7 @@ std::vector<std::uint8_t> inflate(const std::filesystem::path& file) {
   std::vector<std::uint8_t> bytes;
   std::size_t end = 0;
   for (int count = 1; count > 0; end += static_cast<std::size_t>(std::max(count, 0))) {
-    if (end > kMost) throw Unusable(place, "is far too long for one turn of a scanner");
+    if (end > kMostBytes) throw Unusable(place, "is far too long for one turn of a scanner");
     bytes.resize(end + kChunk);
     count = gzread(in.get(), bytes.data() + end, kChunk);
   }
@@ -148,8 +149,10 @@ std::vector<std::uint8_t> read_bytes(const std::filesystem::path& file) {
   // of ours.
   std::vector<std::uint8_t> bytes;
   std::array<char, 65536> block{};
-  while (in.read(block.data(), block.size()) || in.gcount() > 0)
+  while (in.read(block.data(), block.size()) || in.gcount() > 0) {
     bytes.insert(bytes.end(), block.begin(), block.begin() + in.gcount());
+    if (bytes.size() > kMostBytes) throw Unusable(file.string(), "is larger than 256 MiB");
+  }
   if (in.bad()) throw Unusable(file.string(), "cannot be read on");
   if (bytes.empty()) throw Unusable(file.string(), "is empty");
   return bytes;

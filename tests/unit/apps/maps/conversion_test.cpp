@@ -48,6 +48,13 @@ std::string message(const std::function<void()>& call) {
   return "none";
 }
 
+TEST(MapConversion, AFewNodesAreNoLargePicture) {
+  octomap::OcTree tree(0.01);
+  tree.updateNode(-300.0, -300.0, 0.5, true);
+  tree.updateNode(20.0, 20.0, 0.5, true);
+  EXPECT_THAT(message([&] { slice_of(tree, {0.0, 1.0}); }), HasSubstr("cells are too many for an octree of"));
+}
+
 TEST(MapConversion, ASliceIsWhatStandsBetweenItsHeights) {
   const octomap::OcTree tree = table();
   const GridView whole = slice_of(tree, {0.0, 1.6});

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 
 #include "temporary_folder.hpp"
@@ -181,6 +183,51 @@ TEST(ConfigErrors, RefuseEndlessAliases) {
   EXPECT_NE(parse_error(bomb).find("nested too deeply or without end"), std::string::npos);
 }
 
+TEST(ConfigErrors, RefuseDeepNesting) {
+  for (const char* level : {"[", "{a: ", "- ", "? ", "[a, ", "{? "}) {
+    std::string text = "x:\n  ";
+    for (int i = 0; i < 100'000; ++i) text += level;
+    EXPECT_NE(parse_error(text).find("nested too deeply"), std::string::npos) << level;
+  }
+}
+
+TEST(ConfigErrors, RefuseWhatYamlCppReadsWithoutEnd) {
+  EXPECT_EQ(parse_error(",5"), "f.yaml:1:1: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("\"t\",\"x\"\n1,2\n"), "f.yaml:1:4: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("\xEF\xBB\xBF,a\n"), "f.yaml:1:1: a \",\" is not expected here; a text with it needs quotes");
+  EXPECT_EQ(parse_error("a: 5", {"a=,5"}), "--set a=,5: a \",\" is not expected here; a text with it needs quotes");
+}
+
+/// Parses all texts of up to three of YAML's tokens in little memory and time, and ends the process.
+[[noreturn]] void parse_all_beginnings() {
+#ifndef __SANITIZE_ADDRESS__  // takes terabytes of addresses
+  const rlimit memory{rlim_t{1} << 30, rlim_t{1} << 30};
+  setrlimit(RLIMIT_AS, &memory);
+#endif
+  const rlimit seconds{120, 120};
+  setrlimit(RLIMIT_CPU, &seconds);
+  const std::vector<std::string> tokens = {",",   "[",   "]",  "{", "}", "- ", "? ",  ": ",  "a",  "\"b\" ", "&c ",
+                                           "*c ", "!d ", "!!", "%", "|", ">",  "---", "...", "\n", " ",      "#"};
+  const std::size_t base = tokens.size() + 1;
+  for (std::size_t i = 0; i < base * base * base; ++i) {
+    std::string text;
+    for (std::size_t left = i; left > 0; left /= base) {
+      if (left % base > 0) text += tokens[left % base - 1];
+    }
+    parse_error(text);
+  }
+  std::_Exit(0);
+}
+
+TEST(ConfigErrors, EndForEveryBeginning) { EXPECT_EXIT(parse_all_beginnings(), testing::ExitedWithCode(0), ""); }
+
+TEST(ConfigErrors, RefuseFilesThatAreTooLong) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder / "log.yaml";
+  std::ofstream(file) << "a: 1\n" << std::string(std::size_t{1} << 26, '#');
+  EXPECT_EQ(message_of([&] { Config::load(file); }), file + ": is longer than 64 MiB, a YAML file is expected");
+}
+
 TEST(ConfigErrors, ExplainAnUnsetEnvironmentVariable) {
   unsetenv("WAYMARK_TEST_UNSET");
   const std::string unset = parse_error("a:\n  b: x/${WAYMARK_TEST_UNSET}\n");
@@ -203,7 +250,37 @@ TEST(ConfigErrors, ExplainWrongVariables) {
   EXPECT_EQ(parse_error("variables: 5\n"), "f.yaml:1:12: variables: 5 is not a mapping of names to values");
 }
 
+/// `name: "${above}${above}…"` for a number of levels, each made of the one before.
+std::string levels(int count, const std::string& line, const std::string& first) {
+  std::string text = "variables:\n  v0: " + first + "\n";
+  for (int i = 1; i <= count; ++i) {
+    std::string one = line;
+    for (auto at = one.find('@'); at != std::string::npos; at = one.find('@'))
+      one.replace(at, 1, "${v" + std::to_string(i - 1) + "}");
+    text += "  v" + std::to_string(i) + ": " + one + "\n";
+  }
+  return text + "a: ${v" + std::to_string(count) + "}\n";
+}
+
+TEST(ConfigErrors, BoundWhatVariablesExpandTo) {
+  const std::string longer = parse_error(levels(9, "\"@@@@@@@@@@\"", "0123456789"));
+  EXPECT_EQ(longer, "f.yaml:8:7: ${v5}: the text becomes longer than 1 MiB");
+  const std::string more = parse_error(levels(9, "[\"@\", \"@\", \"@\", \"@\", \"@\", \"@\", \"@\", \"@\"]", "x"));
+  EXPECT_NE(more.find("}: the variables of this file hold more than 200000 values"), std::string::npos) << more;
+  const std::string chain = parse_error(levels(10'000, "@", "x"));
+  EXPECT_EQ(chain.rfind("f.yaml:9939:10: ${v9936}: variables refer to one another over more than 64 levels", 0), 0u)
+      << chain;
+  const std::string deep = parse_error(levels(40, "[[\"@\"]]", "x"));
+  EXPECT_NE(deep.find("}: nested too deeply: at most 64 levels are expected"), std::string::npos) << deep;
+  std::string wide = levels(0, "", std::string(1000 * 1000, 'x'));
+  for (int i = 0; i < 20; ++i) wide += "b" + std::to_string(i) + ": ${v0}\n";
+  EXPECT_EQ(parse_error(wide), "f.yaml:19:6: ${v0}: the variables of this file expand to more than 16 MiB");
+}
+
 TEST(ConfigErrors, ExplainWrongOverrides) {
+  std::string deep = "a";
+  for (int i = 0; i < 64; ++i) deep += ".a";
+  EXPECT_EQ(parse_error("", {deep + "=1"}), "--set " + deep + "=1: the key has more than 64 parts");
   EXPECT_EQ(parse_error("variables: { log: x }\n", {"variables.lgo=y"}),
             "--set variables.lgo=y: there is no variable \"lgo\"; did you mean \"log\"?");
   EXPECT_EQ(parse_error("sensors: [{name: gps}, {plugin: imu}, {x: 1}]", {"sensors.lidar.x=1"}),

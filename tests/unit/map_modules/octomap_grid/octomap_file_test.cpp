@@ -163,6 +163,19 @@ TEST_F(OctomapFile, RefusesAMapThatIsTooLarge) {
   EXPECT_THAT(message(root_leaves + "\x55\x55"), HasSubstr("the map fills more than"));
 }
 
+TEST_F(OctomapFile, RefusesAFewBytesThatClaimALot) {
+  // A chain of inner nodes down to one occupied leaf: after 6 of them it has 1024 voxels a side, 262144 cubes.
+  const auto file = [](int inner) {
+    std::string text = fmt::format("# Octomap OcTree file\nid OcTree\nsize {}\nres 0.1\ndata\n", inner + 1);
+    const std::string odds("\0\0\x40\x40", 4);  // 3
+    for (int i = 0; i < inner; ++i) text += odds + '\x01';
+    return text + odds + '\0';
+  };
+  EXPECT_THAT(message(file(6)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
+  EXPECT_THAT(message(file(8)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
+  EXPECT_EQ(message(file(9)), "none");
+}
+
 TEST(OctomapSample, OfFreiburgIsRead) {
   const char* data = std::getenv("WAYMARK_DATA");
   if (data == nullptr || *data == '\0') GTEST_SKIP() << "WAYMARK_DATA is not set";

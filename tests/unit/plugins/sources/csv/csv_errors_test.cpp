@@ -56,6 +56,22 @@ TEST_P(CsvWithoutRows, IsAnError) {
 INSTANTIATE_TEST_SUITE_P(Files, CsvWithoutRows,
                          ::testing::Values("", "\n\n", "# comment\n", "t,left,right\n", gzip("t,left,right\n")));
 
+TEST_F(CsvErrors, LineWithoutEnd) {
+  const std::string endless(std::size_t{70} << 20, '1');
+  write("first.csv", endless);
+  EXPECT_EQ(construction_error<DataError>(wheels_yaml("first.csv")),
+            at("first.csv", 1) + "the line is longer than 64 MiB");
+  write("second.csv", "t,left,right\n" + endless);
+  EXPECT_EQ(construction_error<DataError>(wheels_yaml("second.csv")),
+            at("second.csv", 2) + "the line is longer than 64 MiB");
+}
+
+TEST_F(CsvErrors, TruncatedGzipAfterTheHeader) {
+  const std::string packed = gzip("t,left,right\n0,1,2\n", 13);
+  write("a.csv.gz", packed.substr(0, 10 + 5 + 13 + 5 + 2));
+  EXPECT_THAT(construction_error<DataError>(wheels_yaml("a.csv.gz")), HasSubstr("the gzip stream ends early"));
+}
+
 TEST_F(CsvErrors, TruncatedGzipAfterAllCompleteRows) {
   const std::string packed = gzip("0,1,2\n1,1,2\n2,1,2\n3,1,2\n", 5);
   const auto in_the_third_row = 10 + 3 * (5 + 5) + 3;

@@ -40,6 +40,13 @@ class KittiErrorsTest : public KittiTest {
   const std::string kCamera = "calibration: none\ncamera: { sensor: camera }\n";
 };
 
+TEST_F(KittiErrorsTest, ACalibrationNeedsACamera) {
+  write_cloud(0, kPoints);
+  EXPECT_EQ(read_all(*make("height_m: [1, 2]", "calibration: none")).size(), 1U);
+  EXPECT_EQ(read_all(*make("height_m: [1, 2]", "calibration: auto")).size(), 1U);
+  expect_refused("height_m: [1, 2]", "calibration: calib", "is for the camera, and there is no `camera`");
+}
+
 TEST_F(KittiErrorsTest, ATruncatedCloudIsABadRecord) {
   write_cloud(0, kPoints);
   write(cloud_file(1), bytes_of(kPoints).substr(0, 30));
@@ -51,6 +58,14 @@ TEST_F(KittiErrorsTest, AnEmptyCloudIsABadRecord) {
   write_cloud(0, kPoints);
   write(cloud_file(1), "");
   expect_one_bad("", cloud_file(1), "is empty", 1);
+}
+
+TEST_F(KittiErrorsTest, AFileThatIsFarTooLongIsABadRecord) {
+  write_cloud(0, kPoints);
+  write(cloud_file(1), "");
+  std::filesystem::resize_file(folder_ / "log" / cloud_file(1),
+                               std::uintmax_t{257} << 20);  // takes no room on the disk
+  expect_one_bad("", cloud_file(1), "is larger than 256 MiB", 1);
 }
 
 TEST_F(KittiErrorsTest, AGzipFileThatEndsEarlyOrIsDamagedIsABadRecord) {
