@@ -138,17 +138,16 @@ PluginLoader plugin_loader(const Config& yaml) {
 
 Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides) {
   const Config yaml = Config::load(file, overrides);
-  Robot robot = load(yaml, plugin_loader(yaml));
+  return load(yaml, plugin_loader(yaml));
+}
+
+Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
+  Robot robot = load_parts(yaml, loader, {});
   // Who did not write the YAML should know that it brings code.
   for (const std::filesystem::path& folder : plugin_path(yaml)) {
     robot.settings.notices.push_back(
         fmt::format("plugin_path of the YAML: plugins are searched in {} first", folder.string()));
   }
-  return robot;
-}
-
-Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
-  Robot robot = load_parts(yaml, loader, {});
   const Config source_node =
       yaml.child({"source", "where the measurements come from: `plugin` and the keys of the plugin"});
   robot.source =

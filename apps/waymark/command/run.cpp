@@ -93,7 +93,7 @@ int run(const RunOptions& options) {
 
   end_on_signals();
   Progress progress;
-  host::SessionOptions session_options{out, options.until_s, &interrupted};
+  host::SessionOptions session_options{.out = out, .until_s = options.until_s, .stop = &interrupted};
   if (!options.quiet)
     session_options.observer = [&](const Snapshot& snapshot, double share) { progress.update(snapshot, share); };
   host::Session session(std::move(robot), std::move(session_options));

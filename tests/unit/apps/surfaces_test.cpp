@@ -102,7 +102,9 @@ TEST_F(SurfacesFile, WhatTheSimulatorSeesLiesOnWhatItWrites) {
       file_.string() + "' }";
   const Pose T_base_lidar{so3::from_rpy(0.1, -0.2, 0.3), {0.1, 0.2, 0.9}};
   const Rig rig({{.name = "lidar", .payload = "", .T_base_sensor = T_base_lidar}});
-  const auto source = PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("simulator", Config::parse(yaml), rig);
+  const Config config = Config::parse(yaml);
+  config.permit_outside();
+  const auto source = PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("simulator", config, rig);
   EXPECT_FALSE(std::filesystem::exists(file_)) << "written by who only looked";
   const Pose T_map_lidar = source->reference()->trajectory.back().T_map_base * T_base_lidar;
   std::vector<Surface> surfaces;

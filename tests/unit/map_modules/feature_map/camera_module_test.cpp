@@ -29,6 +29,7 @@ class CameraModule : public ::testing::Test {
   }
   std::shared_ptr<MapModule> make(const std::string& yaml, bool calibrated = true) const {
     const Config config = Config::parse(yaml);
+    config.permit_outside();
     const auto intrinsics = calibrated ? std::optional(scene_.intrinsics) : std::nullopt;
     auto module = PluginLoader({WAYMARK_PLUGIN_DIR}).create<MapModule>("feature_map", config, rig(intrinsics));
     config.reject_unread();

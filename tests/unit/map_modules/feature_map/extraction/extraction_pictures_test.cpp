@@ -21,8 +21,9 @@ using feature_map_test::World;
 class ExtractionPicturesTest : public ::testing::Test {
  protected:
   ExtractionPictures pictures(const std::string& times_s) const {
-    return ExtractionPictures(
-        Config::parse("{ times_s: " + times_s + ", folder: " + (folder_ / "in/it").string() + " }"));
+    const Config config = Config::parse("{ times_s: " + times_s + ", folder: " + (folder_ / "in/it").string() + " }");
+    config.permit_outside();
+    return ExtractionPictures(config);
   }
   std::vector<std::string> files() const {
     std::vector<std::string> names;
@@ -85,9 +86,10 @@ TEST_F(ExtractionPicturesTest, DroppedCandidatesHaveTheColourOfTheirReason) {
 
 TEST_F(ExtractionPicturesTest, TimesThatDoNotAscendAreRefused) { EXPECT_THROW(pictures("[3, 1]"), ConfigError); }
 
-TEST_F(ExtractionPicturesTest, AFolderThatCannotBeMadeIsRefused) {
+TEST_F(ExtractionPicturesTest, AFolderThatCannotBeMadeIsAnErrorOfTheFirstPicture) {
   std::ofstream(folder_ / "in") << "a file";
-  EXPECT_THROW(pictures("[1]"), ConfigError);
+  ExtractionPictures taken = pictures("[0]");
+  EXPECT_THROW(taken.take({at(0.0), view_, candidates_}, all_settings_), Error);
 }
 
 }  // namespace

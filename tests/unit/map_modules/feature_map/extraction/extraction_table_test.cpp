@@ -24,7 +24,11 @@ using ::testing::ElementsAre;
 
 class ExtractionTableTest : public ::testing::Test {
  protected:
-  Config config() const { return Config::parse("{ extraction_table: " + file_.string() + " }"); }
+  Config config() const {
+    Config config = Config::parse("{ extraction_table: " + file_.string() + " }");
+    config.permit_outside();
+    return config;
+  }
   /// Fields of each row, the first row names them.
   std::vector<std::vector<std::string>> rows() const {
     std::ifstream in(file_);
@@ -100,9 +104,14 @@ TEST_F(ExtractionTableTest, NothingIsWrittenUnlessAskedOrBeforeTheFirstScan) {
   EXPECT_TRUE(std::filesystem::is_empty(file_.parent_path()));
 }
 
-TEST_F(ExtractionTableTest, AFolderThatCannotBeMadeIsRefused) {
+TEST_F(ExtractionTableTest, AFolderThatCannotBeMadeIsAnErrorOfTheFirstScan) {
   std::ofstream(folder_ / "in") << "a file";
-  EXPECT_THROW(ExtractionTable(config(), "extraction_table"), ConfigError);
+  EXPECT_THROW(write(LookedAt(scene_, nullptr), false), Error);
+}
+
+TEST_F(ExtractionTableTest, AFileAnywhereNeedsAPermission) {
+  const Config config = Config::parse("{ extraction_table: " + file_.string() + " }");
+  EXPECT_THROW(ExtractionTable(config, "extraction_table"), ConfigError);
 }
 
 }  // namespace
