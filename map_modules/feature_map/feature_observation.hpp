@@ -15,7 +15,7 @@ struct Detection {
   Eigen::Vector3d xyr = Eigen::Vector3d::Zero();  ///< [m]; r is meaningless where the map does not use it
   Eigen::Matrix3d R = Eigen::Matrix3d::Zero();    ///< noise covariance [m²]
   Signature signature;
-  bool may_be_new = true;  ///< if it fits no landmark; false: nothing but the scan speaks for it
+  bool may_be_new = true;  ///< if it fits no landmark; false: only the scan supports it
   int identity = -1;       ///< what a device read off it (a barcode, a tag); -1: nothing
   int first_beam = -1;     ///< of the scan, for pictures
   int last_beam = -1;

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Reads what a library says about itself from its file, without mapping or loading it: nothing of the library runs,
+/// Reads a library's record from its file, without mapping or loading it: nothing of the library runs,
 /// and a file that is cut short is found by its headers. Throws PluginError, whose text starts with the file, if the
 /// file is missing, is not a whole library for this machine, or holds no record.
 PluginRecord read_plugin_record(const std::filesystem::path& file);

@@ -60,8 +60,8 @@ std::filesystem::path canonical_path(const std::filesystem::path& file) {
   return path;
 }
 
-// Throws unless the symbol says what the file said. `abi` is compared first: the rest is of this program's layout only
-// if it is equal.
+// Throws unless the symbol agrees with the file's record. `abi` is compared first: the rest is of this program's layout
+// only if it is equal.
 void require_same(const PluginDescriptor& descriptor, const PluginRecord& record) {
   const auto same = [](const char* text, std::string_view recorded) { return text != nullptr && recorded == text; };
   if (descriptor.abi != record.abi || descriptor.eigen_max_align != record.eigen_max_align ||

@@ -80,7 +80,7 @@ std::filesystem::path find_file(std::string_view name, const std::vector<std::fi
                                 nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
 }
 
-// Loads the file only if all that it says about itself fits.
+// Loads the file only if its record fits.
 PluginLibrary open_fitting(const std::filesystem::path& file, std::string_view kind, std::string_view name) {
   const PluginRecord record = read_plugin_record(file);
   if (const auto problem = misfit(record); !problem.empty()) {
@@ -119,7 +119,7 @@ std::shared_ptr<void> PluginLoader::create_erased(std::string_view kind, std::st
   try {
     object = library.descriptor->create(config, rig);
   } catch (const ConfigError& error) {
-    // What the rig throws knows its key, but neither file nor line.
+    // What the rig throws names its key, but neither file nor line.
     if (!std::string_view(error.what()).starts_with("sensors.")) throw;
     config.fail(error.what());
   } catch (const Error&) {

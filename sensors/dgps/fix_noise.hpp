@@ -17,7 +17,6 @@ class FixNoise {
 
   double horizontal(const GnssFix& fix) const;  ///< per axis [m]
   double vertical(const GnssFix& fix) const;    ///< [m]
-  double floor() const { return sigma_; }       ///< horizontal [m]
 
  private:
   double sigma_;

@@ -47,7 +47,6 @@ class Reacquisition {
   /// Of a fix with this innovation; `prior` is the covariance of the antenna's predicted place and `R` the fix's own,
   /// both in the plane [m²]. Call once for each fix that is fused.
   double factor(Time stamp, const Eigen::Vector2d& innovation, const Eigen::Matrix2d& prior, const Eigen::Matrix2d& R);
-  bool active() const { return left_ > 0; }
 
   template <class Archive>
   void serialize(Archive& archive) {

@@ -58,7 +58,7 @@ bool AttitudeFilter::process(Time stamp, const ImuSample& sample) {
 
   if (dt > settings_.max_gap_s) {
     ++counts_.gaps;
-    // Nobody knows how it turned meanwhile; the heading is uniform.
+    // The rotation meanwhile is unknown; the heading is uniform.
     P_.topRows<3>().setZero();
     P_.leftCols<3>().setZero();
     P_.diagonal().head<3>().setConstant(square(std::numbers::pi) / 3.0);

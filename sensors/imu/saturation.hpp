@@ -10,7 +10,7 @@
 namespace waymark::imu {
 
 /// Detects when a gyro axis is at the end of its range: a large reading that stays the same, near the largest ever
-/// seen. The true rate is then larger by nobody knows how much.
+/// seen. The true rate is then larger by an unknown amount.
 class SaturationDetector {
  public:
   /// Takes the measured rate [rad/s], `dt` [s] after the last. Returns for how long each axis has newly been found

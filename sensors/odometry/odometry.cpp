@@ -71,7 +71,7 @@ class TwistUpdate final : public Update {
     velocity(1, 1) = 1.0;
     out.angular_rate()(2, 2) = 1.0;
     if (systematic_.block.empty()) return;
-    // The states correct the measurement, so their Jacobian is that of −z. Odometry alone knows nothing of its own
+    // The states correct the measurement, so their Jacobian is that of −z. Odometry alone does not observe its own
     // scale: estimated here, it would follow the noise of z.
     out.mark_block_considered();
     auto& block = out.block();

@@ -8,8 +8,8 @@ namespace waymark::command {
 /// What the command ends with.
 enum ExitCode {
   kSuccess = 0,
-  kError = 1,          ///< a user's error; one line on stderr says what and where
-  kUsage = 2,          ///< the command line is wrong; one line on stderr says what
+  kError = 1,          ///< a user's error; one line on stderr names what and where
+  kUsage = 2,          ///< the command line is wrong; one line on stderr names what
   kImpaired = 3,       ///< the run ended, but a plugin was taken out of service or an output could not be written
   kInterrupted = 130,  ///< Ctrl-C: ended cleanly, outputs written
 };

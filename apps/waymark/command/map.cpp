@@ -216,7 +216,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "  waymark map convert hall.bt hall.yaml --slice-m 0.2,1.5     (and hall.pgm)\n"
       "  waymark map convert room.yaml room.bt");
   convert_command->add_option("in", options->in, ".bt, .ot or .yaml")->required();
-  convert_command->add_option("out", options->out, ".bt, .ot or .yaml; its extension says what it becomes")->required();
+  convert_command->add_option("out", options->out, ".bt, .ot or .yaml; its extension decides the format")->required();
   convert_command
       ->add_option("--slice-m", options->slice_m,
                    "low,high: an octree's voxels whose middles lie between these heights [m] become the grid")

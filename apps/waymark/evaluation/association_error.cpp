@@ -58,7 +58,7 @@ AssociationError score_associations(const std::vector<Sighting>& sightings, cons
     }
     const auto meant = thing_of.find(sighting.landmark);
     const int other = meant == thing_of.end() ? kNothing : meant->second;
-    if (thing == kNothing && other == kNothing) continue;  // a stone again, or another: nobody knows
+    if (thing == kNothing && other == kNothing) continue;  // a stone again, or another: unknown
     ++(thing == other ? score.correct : score.wrong);
   }
   return score;

@@ -19,7 +19,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// from_chars knows no leading plus.
+/// from_chars accepts no leading plus.
 std::string_view without_plus(std::string_view text) {
   const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+';
   return plus ? text.substr(1) : text;

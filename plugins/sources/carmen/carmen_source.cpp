@@ -138,7 +138,7 @@ void CarmenSource::add_laser(const Config& entry, const Rig& rig) {
     entry.fail("message", laser.message + " is given twice");
   if (entry.has("start_deg") || entry.has("step_deg")) {
     const double start_deg = entry.number(
-        {"start_deg", "°", "first beam, counter-clockwise; with `step_deg`, instead of what the message says",
+        {"start_deg", "°", "first beam, counter-clockwise; with `step_deg`, instead of that of the message",
          "from the message"});
     const double step_deg =
         entry.number({"step_deg", "°", "from beam to beam, counter-clockwise; with `start_deg`", "from the message"});

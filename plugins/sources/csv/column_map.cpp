@@ -34,7 +34,7 @@ double finite_number(std::string_view field, const std::string& label) {
   return value;
 }
 
-/// The key `column` of a mapping that says more about one.
+/// The key `column` of a mapping that describes one.
 Column read_column(const Config& settings, std::string_view field, ColumnFinder& finder) {
   return finder.find(settings, {"column", "a number, counted from 0, or a name from the header"}, field);
 }
@@ -285,7 +285,7 @@ void check_fields(const Config& columns, const std::vector<std::string_view>& va
 
 std::filesystem::path text_file(const Config& config) {
   return readable_file(
-      config, {"path", "plain text or gzip, told apart by content; relative paths count from the folder of the YAML"});
+      config, {"path", "plain text or gzip, recognised by content; relative paths count from the folder of the YAML"});
 }
 
 bool empty_is_unknown(const Config& config) {

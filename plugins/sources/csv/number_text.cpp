@@ -86,7 +86,7 @@ bool parse_decimal(std::string_view text, Decimal& decimal) {
 NumberText parse_number(std::string_view text, double& value) {
   if (text.empty()) return NumberText::empty;
   if (parse_short_decimal(text, value)) return NumberText::ok;
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // from_chars knows no plus sign
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // from_chars accepts no plus sign
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (stop != text.data() + text.size() || error == std::errc::invalid_argument) return NumberText::not_a_number;
   return error == std::errc{} ? NumberText::ok : NumberText::out_of_range;

@@ -161,7 +161,7 @@ Config::Key cumulative_key() {
 void PayloadBuilder::append(Row, Payload&) const { assert(false && "only a builder with can_append() forms sets"); }
 
 std::shared_ptr<Payload> PayloadBuilder::growth(const Payload&, const Payload&, double, double) const {
-  assert(false && "only a builder that knows totals() is asked");
+  assert(false && "only for a builder that has totals()");
   return nullptr;
 }
 

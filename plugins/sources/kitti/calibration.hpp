@@ -9,7 +9,7 @@
 
 namespace waymark::kitti {
 
-/// What the recording knows about its scanner and one of its rectified cameras.
+/// The recording's calibration of its scanner and one of its rectified cameras.
 struct Calibration {
   Pose T_lidar_camera;  ///< both with x forward, y left, z up
   Intrinsics intrinsics;

@@ -73,7 +73,7 @@ Config::Key declared_calibration() {
           "auto"};
 }
 
-/// The folder with the calibration, as the key says; nothing if it is not to be checked.
+/// The folder with the calibration that the key names; nothing if it is not to be checked.
 std::optional<std::filesystem::path> calibration_of(const Config& config, const std::string& given,
                                                     const std::filesystem::path& folder) {
   if (given == "none") return std::nullopt;

@@ -30,7 +30,7 @@ class Epoch {
 
   /// True if the receiver reports that it has a fix.
   bool has_fix() const;
-  /// The fix; null if no sentence speaks of one. Throws Unusable if it has no position.
+  /// The fix; null if no sentence has one. Throws Unusable if it has no position.
   std::shared_ptr<GnssFix> fix() const;
   /// The heading, or null.
   std::shared_ptr<CompassHeading> heading() const;

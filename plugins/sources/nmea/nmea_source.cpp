@@ -22,7 +22,7 @@
 namespace waymark::nmea {
 namespace {
 
-/// A GNSS receiver's sentences of NMEA 0183: fixes, and headings of a compass that knows true north.
+/// A GNSS receiver's sentences of NMEA 0183: fixes, and headings of a compass that refers to true north.
 class NmeaSource final : public Source {
  public:
   NmeaSource(const Config& config, const Rig& rig);
@@ -128,7 +128,7 @@ void NmeaSource::deliver(Time stamp, std::uint32_t channel, std::shared_ptr<cons
   ready_.push_back(std::move(measurement));
 }
 
-/// Makes measurements of what the sentences of one time said.
+/// Makes measurements of the sentences of one time.
 void NmeaSource::finish_epoch() {
   const Epoch epoch = std::exchange(epoch_, {});
   const auto stamp = clock_.stamp(epoch, bad_);
@@ -164,7 +164,7 @@ void NmeaSource::take(const std::string& line) {
     if (!sentence || !Epoch::reads(*sentence)) return;
     if (sentence->type == "HDT") return take_heading(*sentence);
     const auto time = Epoch::time_of(*sentence);
-    // Without a time a receiver knows nothing else either; VTG has none of its own.
+    // Without a time a receiver has no fix either; VTG has none of its own.
     if (!time && !(sentence->type == "VTG" && epoch_.time_of_day)) return;
     if (time && epoch_.time_of_day != time) {
       if (epoch_.time_of_day) finish_epoch();

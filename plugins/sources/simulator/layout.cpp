@@ -72,7 +72,7 @@ std::vector<Cylinder> drawn(const Config& config, const Path& path, std::uint64_
   return cylinders;
 }
 
-/// Which texture each landmark of an explicit list has: as the YAML says, else -1.
+/// Which texture each landmark of an explicit list has: as in the YAML, else -1.
 std::vector<int> listed_textures(const Config& config, std::size_t landmarks, int textures) {
   if (!config.has("list_m")) return std::vector<int>(landmarks, -1);
   const std::vector<double> numbers =

@@ -99,7 +99,7 @@ void Renderer::cast_columns(const World& world, const Pose& T_map_camera, const 
 Eigen::Vector3f Renderer::ground(std::size_t column, float distance_m, float slope,
                                  const Eigen::Vector3d& p_map_camera) const {
   const Eigen::Vector2f p = p_map_camera.head<2>().cast<float>() + distance_m * direction_[column];
-  // A pixel covers much more along the ray than across; the tile knows square footprints only.
+  // A pixel covers much more along the ray than across; the tile has square footprints only.
   const float footprint = distance_m / (static_cast<float>(focal_px_) * std::sqrt(-slope) * kGroundTile);
   return tiles_.back().colour(p.x() / kGroundTile, p.y() / kGroundTile, footprint);
 }

@@ -39,7 +39,7 @@ class SimulatedImu : public SimulatedSensor {
   double magnetometer_noise_t_;
 };
 
-/// A compass that knows only where the horizontal part of the field points.
+/// A compass that measures only the direction of the horizontal part of the field.
 class SimulatedCompass : public SimulatedSensor {
  public:
   /// `magnetism` must outlive the sensor.

@@ -17,7 +17,7 @@ inline constexpr SensorTraits::Instrument kMagnetometer{"a magnetometer", "set o
 /// The Earth's magnetic field as far as the YAML or the model gives it.
 struct Field {
   double declination = 0.0;            ///< east positive [rad]
-  std::optional<double> strength_t{};  ///< only the model knows
+  std::optional<double> strength_t{};  ///< of the model only
   std::optional<double> dip{};         ///< below the horizon positive [rad]
 };
 
