@@ -146,7 +146,7 @@ class Explorer {
     auto known = std::ranges::find(found_, asked.path, [](const DescribedKey& key) { return key.asked.path; });
     if (known == found_.end()) {
       known = found_.insert(known, DescribedKey{asked, {}});
-      for (const auto& [path, value] : revealing) known->given.push_back(path + '=' + value);
+      for (const auto& [path, value] : revealing) known->given.push_back(fmt::format("{}={}", path, value));
     } else if (known->asked.type == Type::none || (known->asked.meaning.empty() && !asked.meaning.empty())) {
       known->asked = asked;  // it was only looked for, or its declaration stands elsewhere
     } else {

@@ -25,7 +25,7 @@ bool overlap(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string Config::output(const Key& key, std::string_view fallback) const {
-  const std::string name = text(key, fallback);
+  std::string name = text(key, fallback);
   const std::filesystem::path normal = std::filesystem::path(name).lexically_normal();
   if (leads_outside(normal) && !root_->permits_outside) {
     fail(key.name, fmt::format("\"{}\" is not a name within the output folder (--allow-outside permits others)", name));

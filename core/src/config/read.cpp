@@ -239,6 +239,7 @@ std::vector<double> Config::numbers(const Key& key, int count, const std::vector
   note(*node_, key, Type::numbers).count = count;
   if (Node* node = find(*node_, key); node != nullptr) return to_numbers(*node, count);
   std::vector<std::string> values;
+  values.reserve(fallback.size());
   for (const double value : fallback) values.push_back(config::shortest(value));
   fill_in_list(*node_, key, values);
   return fallback;

@@ -29,12 +29,12 @@ class WAYMARK_API Path {
   template <class Archive>
   void serialize(Archive& archive) {
     const std::uint32_t version = archive.section("path", 2);
-    poses_.serialize(archive, fields_of_pose);
-    if (version >= 2) archive.each(tentative_, fields_of_pose);
+    poses_.serialize(archive, kFieldsOfPose);
+    if (version >= 2) archive.each(tentative_, kFieldsOfPose);
   }
 
  private:
-  static constexpr auto fields_of_pose = [](auto& archive, StampedPose& pose) {
+  static constexpr auto kFieldsOfPose = [](auto& archive, StampedPose& pose) {
     archive(pose.stamp, pose.T_map_base.p, pose.T_map_base.q);
   };
 

@@ -99,6 +99,7 @@ Rosbag1Source::Rosbag1Source(const Config& config, const Rig& rig)
   const std::vector<Config> entries = config.items({"channels", "which sensor gets which topic"});
   if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
   std::vector<Route> routes;
+  routes.reserve(entries.size());
   for (const Config& entry : entries) routes.push_back(read_route(entry));
 
   open_bags(config, names);

@@ -93,7 +93,7 @@ struct FusionSettings {
   ClockSettings clock;
   HealthSettings health;
   Duration standstill_after = from_seconds(0.5);
-  std::vector<std::string> notices = {};  ///< of the configuration, such as old names of keys
+  std::vector<std::string> notices = {};  ///< old names of keys that were read
 };
 
 /// Reads the host's own keys: `motion`, `initial`, `datum`, `filter`, `georeference`. Throws ConfigError.

@@ -127,7 +127,7 @@ struct Event {
 struct RunReport {
   std::vector<SensorReport> sensors;
   std::vector<BadRecord> bad_records;
-  std::vector<std::string> notices;  ///< of configuration and source
+  std::vector<std::string> notices;  ///< of the source
   std::vector<Event> events;         ///< plugins taken out of service, lock-outs, …
   bool interrupted = false;
   std::uint64_t resamplings = 0;
