@@ -13,11 +13,11 @@
 namespace waymark::dgps {
 
 /// How much larger than stated the noise is: the windowed mean of ½|ν_k − ν_{k−1}|² − tr(H P Hᵀ) over what tr(R) of the
-/// stated noise claims, within [1, 25]. What white noise as stated would give by chance (3σ of that mean) leaves it at 1.
-/// Matching the innovations' covariance is R. K. Mehra's (IEEE Trans. Automatic Control 15(2), 1970), in a window A. H.
-/// Mohamed's and K. P. Schwarz's (Journal of Geodesy 73, 1999); they take νᵀν, but innovations that all point to one
-/// side are not noise of the fixes: wheels slip, or the belief is off. Successive differences do not see them (J. von
-/// Neumann et al., Ann. Math. Statistics 12(2), 1941).
+/// stated noise claims, within [1, 25]. What white noise as stated would give by chance (3σ of that mean) leaves it
+/// at 1. Matching the innovations' covariance is R. K. Mehra's (IEEE Trans. Automatic Control 15(2), 1970), in a window
+/// A. H. Mohamed's and K. P. Schwarz's (Journal of Geodesy 73, 1999); they take νᵀν, but innovations that all point to
+/// one side are not noise of the fixes: wheels slip, or the belief is off. Successive differences do not see them (J.
+/// von Neumann et al., Ann. Math. Statistics 12(2), 1941).
 class AdaptiveNoise {
  public:
   static constexpr int kMaxWindow = 64;

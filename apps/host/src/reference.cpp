@@ -163,19 +163,15 @@ std::vector<DescribedKey> plugin_keys(const PluginLoader& loader, const PluginIn
   return keys_of<Sink>(loader, plugin.name, {{{}, {kText}, {}}});
 }
 
-std::string key_table(const std::vector<DescribedKey>& keys, std::string_view block, bool nested) {
-  const std::string prefix = block.empty() ? "" : std::string(block) + '.';
+std::string key_table(const std::vector<DescribedKey>& keys) {
   std::string table = "| key | value | unit | default | meaning |\n|---|---|---|---|---|\n";
   for (const DescribedKey& key : keys) {
     const Config::Asked& asked = key.asked;
-    if (!asked.path.starts_with(prefix) || asked.meaning.empty()) continue;
-    const std::string name = asked.path.substr(prefix.size());
-    if (!nested && name.find('.') != std::string::npos) continue;
+    if (asked.meaning.empty()) continue;  // of the host, or only looked for
     std::string meaning = asked.meaning;
-    if (const std::string given = condition(key, keys); !given.empty())
-      meaning += meaning.empty() ? given : "; " + given;
+    if (const std::string given = condition(key, keys); !given.empty()) meaning += "; " + given;
     const std::string fallback = asked.is_required ? "required" : readable(asked.fallback.value_or(""));
-    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", name, escaped(asked.expectation()), asked.unit,
+    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", asked.path, escaped(asked.expectation()), asked.unit,
                          escaped(fallback), escaped(meaning));
   }
   return table;

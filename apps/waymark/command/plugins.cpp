@@ -57,21 +57,13 @@ void print_keys(const std::vector<DescribedKey>& keys) {
   }
 }
 
-/// What to print.
-struct Request {
-  std::string name;        ///< a plugin, or "robot"
-  bool markdown = false;   ///< as a table
-  std::string block = {};  ///< only of keys right below this one; "." for the top level
-  std::string below = {};  ///< only of keys anywhere below this one
-};
-
-void print_reference(const PluginLoader& loader, const Request& request) {
-  const bool of_robot = request.name == "robot";
-  const PluginInfo plugin = of_robot ? PluginInfo{} : find_plugin(loader, request.name);
+/// `name`: a plugin, or "robot".
+void print_reference(const PluginLoader& loader, const std::string& name, bool markdown) {
+  const bool of_robot = name == "robot";
+  const PluginInfo plugin = of_robot ? PluginInfo{} : find_plugin(loader, name);
   const std::vector<DescribedKey> keys = of_robot ? host::robot_keys() : host::plugin_keys(loader, plugin);
-  if (request.markdown) {
-    const std::string& block = request.block.empty() ? request.below : request.block;
-    fmt::print("{}", host::key_table(keys, block == "." ? "" : block, request.block.empty()));
+  if (markdown) {
+    fmt::print("{}", host::key_table(keys));
     return;
   }
   if (!of_robot) fmt::print("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
@@ -82,24 +74,19 @@ void print_reference(const PluginLoader& loader, const Request& request) {
 
 void add_plugins_command(CLI::App& app, int& exit_code) {
   auto folders = std::make_shared<std::vector<std::string>>();
-  auto request = std::make_shared<Request>();
+  auto name = std::make_shared<std::string>();
+  auto markdown = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
   command->footer("Example:\n  waymark plugins dgps");
-  command->add_option("name", request->name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
+  command->add_option("name", *name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
-  CLI::Option* table = command->add_flag("--markdown", request->markdown, "the keys as a table");
-  CLI::Option* block =
-      command->add_option("--block", request->block, "only the keys right below this one; \".\": of the top level");
-  command->add_option("--below", request->below, "only the keys anywhere below this one")
-      ->needs(table)
-      ->excludes(block);
-  block->needs(table);
-  command->callback([folders, request, &exit_code] {
+  command->add_flag("--markdown", *markdown, "the keys as a table");
+  command->callback([folders, name, markdown, &exit_code] {
     const PluginLoader loader(PluginLoader::standard_search_path({folders->begin(), folders->end()}));
-    if (request->name.empty()) {
+    if (name->empty()) {
       list_plugins(loader);
     } else {
-      print_reference(loader, *request);
+      print_reference(loader, *name, *markdown);
     }
     exit_code = kSuccess;
   });
