@@ -74,13 +74,10 @@ TEST(BadPlugins, WrongNameNamesBothNames) {
 }
 
 TEST(BadPlugins, IncompleteDescriptorIsRefused) {
-  EXPECT_THAT(error_of<PluginError>("incomplete"),
-              EndsWith(file_of("incomplete") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
-}
-
-TEST(BadPlugins, DescriptorWithoutCreateIsRefused) {
-  EXPECT_THAT(error_of<PluginError>("without_create"),
-              EndsWith(file_of("without_create") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
+  for (const char* name : {"incomplete", "without_create"}) {
+    EXPECT_THAT(error_of<PluginError>(name),
+                EndsWith(file_of(name) + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
+  }
 }
 
 TEST(BadPlugins, DescriptorThatDiffersFromTheRecordIsRefused) {

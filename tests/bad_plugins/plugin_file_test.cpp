@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the loader tells from a file, without loading it.
+// What the loader reads in a file, without loading it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <link.h>

@@ -51,7 +51,7 @@ void LogIdentity::add(const Measurement& measurement) {
 }
 
 std::uint64_t identity_of(std::string_view effective_config) {
-  std::uint64_t result = 0xcbf29ce484222325U;
+  std::uint64_t result = kEmptyHash;
   bool counts = true;  // the block of the top level that a line belongs to
   bool of_filter = false;
   while (!effective_config.empty()) {

@@ -10,6 +10,9 @@
 
 namespace waymark::host {
 
+/// The hash of nothing (FNV-1a).
+inline constexpr std::uint64_t kEmptyHash = 0xcbf29ce484222325U;
+
 /// The beginning of a log, to recognise it: stamps, arrivals and sensors of its first measurements.
 class LogIdentity {
  public:
@@ -20,7 +23,7 @@ class LogIdentity {
   static constexpr std::uint64_t kMeasurements = 1000;
 
   std::uint64_t count_ = 0;
-  std::uint64_t hash_ = 0xcbf29ce484222325U;
+  std::uint64_t hash_ = kEmptyHash;
 };
 
 /// Of an effective configuration: all but `sinks`, `plugin_path` and `filter.threads`, which may differ in a run that

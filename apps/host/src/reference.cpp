@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -89,8 +88,7 @@ std::vector<KeyTrials> trials_of_map() {
 
 void append_new(std::vector<DescribedKey>& keys, std::vector<DescribedKey> more) {
   for (DescribedKey& key : more) {
-    const bool known = std::ranges::any_of(keys, [&](const DescribedKey& k) { return k.asked.path == key.asked.path; });
-    if (!known) keys.push_back(std::move(key));
+    if (find_key(keys, key.asked.path) == nullptr) keys.push_back(std::move(key));
   }
 }
 
@@ -119,8 +117,8 @@ std::string condition(const DescribedKey& key, const std::vector<DescribedKey>& 
   for (const std::string& given : key.given) {
     const std::string path = given.substr(0, given.find('='));
     if (parent(path) != parent(key.asked.path) || path == key.asked.path) continue;
-    const auto of = std::ranges::find(all, path, [](const DescribedKey& k) { return k.asked.path; });
-    if (of == all.end() || of->asked.type == Type::text || of->asked.type == Type::none) continue;
+    const DescribedKey* of = find_key(all, path);
+    if (of == nullptr || of->asked.type == Type::text || of->asked.type == Type::none) continue;
     const bool shows_value = of->asked.type == Type::choice || of->asked.type == Type::boolean;
     const std::string name = path.substr(path.rfind('.') + 1);
     const std::string condition =

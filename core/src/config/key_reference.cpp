@@ -143,9 +143,9 @@ class Explorer {
   }
 
   void note(const Asked& asked, const Values& revealing) {
-    auto known = std::ranges::find(found_, asked.path, [](const DescribedKey& key) { return key.asked.path; });
-    if (known == found_.end()) {
-      known = found_.insert(known, DescribedKey{asked, {}});
+    DescribedKey* known = find_key(found_, asked.path);
+    if (known == nullptr) {
+      known = &found_.emplace_back(DescribedKey{asked, {}});
       for (const auto& [path, value] : revealing) known->given.push_back(fmt::format("{}={}", path, value));
     } else if (known->asked.type == Type::none || (known->asked.meaning.empty() && !asked.meaning.empty())) {
       known->asked = asked;  // it was only looked for, or its declaration stands elsewhere
@@ -160,9 +160,9 @@ class Explorer {
   std::string context(const Trial& trial) const {
     if (trial.revealing.empty()) return {};
     const auto& [path, value] = trial.revealing.front();
-    const auto key = std::ranges::find(found_, path, [](const DescribedKey& k) { return k.asked.path; });
-    const bool decides = key != found_.end() && key->asked.is_required &&
-                         (key->asked.type == Type::choice || key->asked.type == Type::text);
+    const DescribedKey* key = find_key(found_, path);
+    const bool decides =
+        key != nullptr && key->asked.is_required && (key->asked.type == Type::choice || key->asked.type == Type::text);
     return decides ? path + '=' + value : "";
   }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/base/api.hpp"
@@ -16,6 +18,14 @@ struct DescribedKey {
   /// Other keys without which it is not asked for, with their values: "model=ackermann"; empty: it always is.
   std::vector<std::string> given;
 };
+
+/// The one of `keys` with this path; null if there is none.
+template <class Keys>
+auto* find_key(Keys& keys, std::string_view path) {
+  const auto at =
+      std::ranges::find(keys, path, [](const DescribedKey& key) -> std::string_view { return key.asked.path; });
+  return at == keys.end() ? nullptr : &*at;
+}
 
 /// What a reader is tried with.
 struct KeyTrials {

@@ -96,8 +96,8 @@ void* create_plugin(const Config& config, const Rig& rig) {
 
 }  // namespace waymark
 
-/// Places a PluginRecord where the host finds it in the file. Nothing refers to it, so compiler and linker must be told
-/// to keep it.
+/// Places a PluginRecord where the host finds it in the file. Nothing refers to it; the attributes make
+/// compiler and linker keep it.
 #define WAYMARK_PLUGIN_RECORD(record)                   \
   __attribute__((section(WAYMARK_PLUGIN_SECTION), used, \
                  retain)) static constexpr ::waymark::PluginRecord kWaymarkPluginRecord = record;

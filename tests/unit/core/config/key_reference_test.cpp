@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace waymark {
@@ -14,8 +13,8 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 const DescribedKey& find(const std::vector<DescribedKey>& keys, const std::string& path) {
-  const auto key = std::ranges::find(keys, path, [](const DescribedKey& k) { return k.asked.path; });
-  if (key == keys.end()) throw std::runtime_error("no key " + path);
+  const DescribedKey* key = find_key(keys, path);
+  if (key == nullptr) throw std::runtime_error("no key " + path);
   return *key;
 }
 
