@@ -12,6 +12,7 @@
 #include "map_modules/feature_map/landmarks/existence.hpp"
 #include "map_modules/feature_map/landmarks/landmark_file.hpp"
 #include "map_modules/feature_map/landmarks/merging.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::feature_map {
 
@@ -221,10 +222,22 @@ template <class Archive>
 void ParticleFeatureMap::serialize(Archive& archive) {
   const std::uint32_t version = archive.section("feature_map", 3);
   if (version >= 2) archive(figures_.born, figures_.deleted, figures_.merged, figures_.associated, figures_.ambiguous);
-  archive(signature_distance_sum_, signature_distance_count_, landmarks_);
+  archive(signature_distance_sum_);
+  archive.within(signature_distance_count_, 1.0, std::numeric_limits<double>::max());
+  archive(landmarks_);
+  if constexpr (Archive::kReads) require_bins();
   if (version < 3) return;
   sightings_.serialize(archive, [](auto& each, Sighting& sighting) {
     each(sighting.stamp, sighting.p_base, sighting.landmark, sighting.is_first);
+  });
+}
+
+void ParticleFeatureMap::require_bins() const {
+  const std::size_t expected = settings_->signature_bins();
+  landmarks_.for_all([&](StoredLandmark landmark) {
+    const std::size_t bins = landmark.signature().size();
+    if (expected != 0 && bins != 0 && bins != expected)
+      throw DataError("checkpoint: landmarks: a signature with another number of bins");
   });
 }
 

@@ -38,6 +38,8 @@ class ParticleFeatureMap final : public ParticleMap {
   void count_misses(const FeatureAssociation& association);
   template <int D>
   void add_new(const PoseGaussian& pose, const FeatureObservation& observation, const FeatureAssociation& association);
+  /// Throws DataError if a landmark's signature has other bins than the settings.
+  void require_bins() const;
   void learn_signature_distance(const Detection& detection, const FeatureAssociation& association, LandmarkRef own);
 
   /// What has happened to this map and its ancestors.

@@ -131,7 +131,7 @@ void TileColumn::load(InArchive& in) {
   std::int64_t below = std::numeric_limits<std::int64_t>::min();
   for (std::uint32_t i = 0; i < count; ++i) {
     Placed placed{};
-    in.value(placed.z);
+    in.within(placed.z, -TileIndex::kMost, TileIndex::kMost);
     if (placed.z <= below) throw DataError("checkpoint: tiles: a column out of order");
     below = placed.z;
     placed.tile = load_shared<Cow<VoxelTile>>(in, [&] { return loaded<VoxelTile>(in); });

@@ -21,6 +21,7 @@ namespace {
 using Header = ElfW(Ehdr);
 using Segment = ElfW(Phdr);
 using Section = ElfW(Shdr);
+using Symbol = ElfW(Sym);
 
 constexpr unsigned char kClass = sizeof(void*) == 8 ? ELFCLASS64 : ELFCLASS32;
 constexpr unsigned char kByteOrder = std::endian::native == std::endian::little ? ELFDATA2LSB : ELFDATA2MSB;
@@ -120,6 +121,45 @@ std::optional<Section> find_record(Bytes& bytes, const Header& header, const std
   return std::nullopt;
 }
 
+// Where in the file the bytes are that will be mapped at `address`.
+std::optional<std::uint64_t> offset_of(std::uint64_t address, std::uint64_t size,
+                                       const std::vector<Segment>& segments) {
+  for (const Segment& segment : segments) {
+    if (segment.p_type != PT_LOAD || address < segment.p_vaddr) continue;
+    const std::uint64_t within = address - segment.p_vaddr;
+    if (within <= segment.p_filesz && size <= segment.p_filesz - within) return segment.p_offset + within;
+  }
+  return std::nullopt;
+}
+
+// Plugins before ABI 10 have no record, but `waymark_plugin`, which begins with its ABI.
+std::optional<std::uint32_t> abi_of_symbol(Bytes& bytes, const Header& header, const std::vector<Section>& sections) {
+  constexpr std::string_view kName("waymark_plugin", sizeof "waymark_plugin");  // with its zero
+  for (const Section& section : sections) {
+    if (section.sh_type != SHT_DYNSYM || section.sh_link >= sections.size()) continue;
+    const Section& names = sections[section.sh_link];
+    if (!is_in_file(names)) continue;
+    for (std::uint64_t i = 0; i < section.sh_size / sizeof(Symbol); ++i) {
+      Symbol symbol{};
+      bytes.read(section.sh_offset + i * sizeof symbol, &symbol, sizeof symbol);
+      if (symbol.st_shndx == SHN_UNDEF || symbol.st_name > names.sh_size ||
+          names.sh_size - symbol.st_name < kName.size()) {
+        continue;
+      }
+      char name[kName.size()];
+      bytes.read(names.sh_offset + symbol.st_name, name, sizeof name);
+      if (kName != std::string_view(name, sizeof name)) continue;
+      std::uint32_t abi = 0;
+      const auto offset =
+          offset_of(symbol.st_value, sizeof abi, bytes.read_table<Segment>(header.e_phoff, header.e_phnum));
+      if (!offset) return std::nullopt;
+      bytes.read(*offset, &abi, sizeof abi);
+      return abi;
+    }
+  }
+  return std::nullopt;
+}
+
 PluginRecord read(const std::filesystem::path& file) {
   if (const auto link = dangling_link(file); !link.empty()) throw PluginError(link);
   std::error_code error;
@@ -132,9 +172,14 @@ PluginRecord read(const std::filesystem::path& file) {
   const auto sections = bytes.read_table<Section>(header.e_shoff, header.e_shnum);
   require_whole(bytes, header, sections);
   const auto section = find_record(bytes, header, sections);
-  if (!section) throw not_a_plugin();
-  // The record of another ABI may be shorter or longer; its number is at the start of each.
   PluginRecord record{};
+  if (!section) {
+    const auto abi = abi_of_symbol(bytes, header, sections);
+    if (!abi) throw not_a_plugin();
+    record.abi = *abi;
+    return record;
+  }
+  // The record of another ABI may be shorter or longer; its number is at the start of each.
   bytes.read(section->sh_offset, &record, std::min<std::size_t>(section->sh_size, sizeof record));
   return record;
 }

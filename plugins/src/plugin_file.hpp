@@ -11,7 +11,8 @@
 namespace waymark {
 
 /// Reads a library's record from its file, without mapping or loading it: nothing of the library runs,
-/// and a file that is cut short is found by its headers. Throws PluginError, whose text starts with the file, if the
+/// and a file that is cut short is found by its headers. A plugin of before ABI 10 has none: only `abi` is read, from
+/// its symbol. Throws PluginError, whose text starts with the file, if the
 /// file is missing, is not a whole library for this machine, or holds no record.
 PluginRecord read_plugin_record(const std::filesystem::path& file);
 

@@ -42,7 +42,9 @@ class AdaptiveNoise {
     archive(has_last_, last_);
     for (int i = 0; i < window_; ++i)
       archive(ratios_[static_cast<std::size_t>(i)], variances_[static_cast<std::size_t>(i)]);
-    archive(next_, count_, scale_);
+    archive.within(next_, 0, window_ - 1);
+    archive.within(count_, 0, window_);
+    archive.within(scale_, 1.0, kMaxScale);
   }
 
  private:

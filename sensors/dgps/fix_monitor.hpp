@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/io/archive.hpp"
@@ -40,9 +41,9 @@ class FixMonitor {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive.section("fix_monitor", 1);
-    archive(last_stamp_, last_, known_, repeats_, moved_m_, agreeing_, jumps_, believing_, stood_, place_,
-            drifting_since_);
+    if (archive.section("fix_monitor", 2) < 2) throw DataError("dgps: the checkpoint has an older version");
+    archive(last_stamp_, last_, known_, moved_m_, believing_, place_, drifting_since_);
+    for (int* count : {&repeats_, &agreeing_, &jumps_, &stood_}) archive.within(*count, 0, 1 << 30);
   }
 
  private:

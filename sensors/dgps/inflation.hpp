@@ -24,7 +24,9 @@ class Settling {
   template <class Archive>
   void serialize(Archive& archive) {
     archive.section("settling", 1);
-    archive(type_, satellites_, changed_);
+    archive(type_);
+    archive.within(satellites_, -1, 1 << 30);
+    archive(changed_);
   }
 
  private:
@@ -51,7 +53,8 @@ class Reacquisition {
   template <class Archive>
   void serialize(Archive& archive) {
     archive.section("reacquisition", 1);
-    archive(last_, usual_s_, left_);
+    archive(last_, usual_s_);
+    archive.within(left_, 0, fixes_);
   }
 
  private:

@@ -85,9 +85,10 @@ class AttitudeFilter {
   void serialize(Archive& archive) {
     archive.section("attitude_filter", 1);
     archive(q_, bias_, w_, last_rate_, P_, last_stamp_, levelled_, knows_tilt_, knows_heading_, q_map_level_,
-            q_level_sensor_, force_sum_, field_sum_, force_count_, field_count_, levelling_s_, levelling_force_, force_,
-            attitude_, motion_, since_restart_s_, since_force_s_, since_field_s_, field_, rest_, surprise_s_,
-            saturation_, counts_);
+            q_level_sensor_, force_sum_, field_sum_);
+    for (std::int64_t* count : {&force_count_, &field_count_}) archive.within(*count, 0, std::int64_t{1} << 62);
+    archive(levelling_s_, levelling_force_, force_, attitude_, motion_, since_restart_s_, since_force_s_,
+            since_field_s_, field_, rest_, surprise_s_, saturation_, counts_);
   }
 
  private:

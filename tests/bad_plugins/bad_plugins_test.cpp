@@ -49,6 +49,15 @@ TEST(BadPlugins, WrongAbiNamesBothNumbers) {
                        std::to_string(kPluginAbi) + "; rebuild the plugin"));
 }
 
+// Before ABI 10 a plugin had no record in its file.
+TEST(BadPlugins, OlderAbiIsReadFromTheSymbol) {
+  const std::string problem =
+      ": built for plugin ABI 9, this program has " + std::to_string(kPluginAbi) + "; rebuild the plugin";
+  EXPECT_THAT(error_of<PluginError>("old_abi"), EndsWith(file_of("old_abi") + problem));
+  EXPECT_THAT(error_of<PluginError>("without_record"),
+              EndsWith(file_of("without_record") + ": its descriptor is incomplete; use WAYMARK_PLUGIN(...)"));
+}
+
 TEST(BadPlugins, WrongBuildKeyShowsBothKeys) {
   EXPECT_THAT(error_of<PluginError>("wrong_build_key"),
               EndsWith(file_of("wrong_build_key") + ": built with \"cxxabi=1\", this program with \"" + kBuildKey +

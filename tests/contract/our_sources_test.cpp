@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: altimeter, carmen, csv, kitti, nmea, rosbag1, simulator
+// needs plugins: altimeter, carmen, csv, json, kitti, nmea, rosbag1, simulator
 #include <gtest/gtest.h>
 
 #include <array>
@@ -147,6 +147,25 @@ TEST(OurCarmen, KeepsTheContract) {
                            ", max_bad_records: 1, wheels: { sensor: wheels }, gnss: { sensor: gps },"
                            " lasers: [{ message: FLASER, sensor: lidar, start_deg: -90, step_deg: 180 }] }";
   EXPECT_EQ(to_text(check_source([&] { return make<Source>("carmen", yaml); })), "");
+}
+
+TEST(OurJson, KeepsTheContract) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "recording.jsonl";
+  {
+    std::ofstream out(file, std::ios::binary);
+    for (int k = 0; k < 40; ++k) {
+      out << "{\"sensor\":\"wheels\",\"stamp\":" << 100 + k << ".25,\"left_mps\":1,\"right_mps\":0." << k << "}\n";
+      out << "{\"sensor\":\"gps\",\"stamp\":" << 99 + k << ".9,\"east_m\":" << k << ",\"north_m\":2}\n";
+      if (k == 17) out << "fault\n{\"sensor\":\"nobody\"}\n";
+      out << "{\"sensor\":\"lidar\",\"stamp_ns\":" << 100 + k
+          << "300000000,\"start_rad\":0,\"step_rad\":0.1,\"ranges_m\":[1,null," << k << "]}\n";
+    }
+  }
+  const std::string yaml = "{ from: file, file: " + file.string() +
+                           ", max_bad_records: 2, channels: [{ sensor: wheels, payload: WheelSpeeds },"
+                           " { sensor: gps, payload: GnssFix }, { sensor: lidar, payload: LaserScan }] }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("json", yaml); })), "");
 }
 
 TEST(OurNmea, KeepsTheContract) {

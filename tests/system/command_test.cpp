@@ -2,7 +2,10 @@
 // needs plugins: csv, dgps, diagnostics, feature_map, held_out, imu, kitti, landmarks, odometry, plot, simulator
 // needs plugins: tum
 // What the command prints about itself, and what it prints for other programs.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include <array>
 #include <functional>
@@ -126,6 +129,43 @@ TEST(Check, ExplainsSensorsMapsAndValues) {
     EXPECT_THAT(outcome.out, HasSubstr(part));
   }
   EXPECT_EQ(outcome.err, "");
+}
+
+/// A landmark map of nothing that was surveyed; the survey has a name that would clear a terminal.
+std::vector<std::string> evaluation_of_a_hostile_survey(const TemporaryFolder& folder) {
+  write_text(folder / "map.csv", "id,x_m,y_m,sightings\n1,50,50,99\n");
+  write_text(folder / "survey.csv", "elm\x1b[2J\xff,1,2,0.1\n");
+  return {
+      "evaluate",         "--landmarks",   (folder / "map.csv").string(), "--survey", (folder / "survey.csv").string(),
+      "--survey-columns", "name=0,x=1,y=2"};
+}
+
+TEST(Evaluate, NamesOfASurveyCannotCommandATerminal) {
+  const TemporaryFolder folder;
+  const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(terminal >= 0 && ::grantpt(terminal) == 0 && ::unlockpt(terminal) == 0);
+  const std::string name = ::ptsname(terminal);
+  Command command(evaluation_of_a_hostile_survey(folder));
+  command.in_child([&] { ::dup2(::open(name.c_str(), O_WRONLY | O_NOCTTY), STDOUT_FILENO); });
+  EXPECT_EQ(command.run().exit_code, 0);
+  std::array<char, 4096> seen{};
+  const ssize_t count = ::read(terminal, seen.data(), seen.size());
+  ::close(terminal);
+  ASSERT_GT(count, 0);
+  const std::string text(seen.data(), static_cast<std::size_t>(count));
+  EXPECT_THAT(text, HasSubstr("elm\\x1b[2J"));
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+  // A file gets the text as it is.
+  EXPECT_THAT(waymark(evaluation_of_a_hostile_survey(folder)).out, HasSubstr("elm\x1b[2J"));
+}
+
+TEST(Evaluate, JsonIsValidWhateverTheSurveyNames) {
+  const TemporaryFolder folder;
+  std::vector<std::string> arguments = evaluation_of_a_hostile_survey(folder);
+  arguments.emplace_back("--json");
+  const Outcome outcome = waymark(arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
 }
 
 TEST(Evaluate, JsonIsValidAndNamesTheAlignment) {

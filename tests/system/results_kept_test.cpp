@@ -4,11 +4,17 @@
 #include <gmock/gmock.h>
 #include <sys/file.h>
 
+#include <algorithm>
+#include <boost/crc.hpp>
+#include <cstring>
+#include <map>
+
 #include "tests/system/small_robot.hpp"
 
 namespace waymark::system_test {
 namespace {
 
+using std::string_literals::operator""s;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -133,6 +139,67 @@ TEST_F(Checkpoint, ThatIsDamagedIsRefused) {
     write_text(file(), whole.substr(0, size));
     EXPECT_TRUE(reports_error(resume(), 1, {file(), "checkpoint"})) << size << " bytes";
   }
+}
+
+/// The rows of a text below its header.
+std::string rows_of(const std::filesystem::path& file) {
+  const std::string text = read_text(file);
+  return text.substr(text.find('\n') + 1);
+}
+
+TEST_F(Checkpoint, ARunThatIsResumedWritesTheRestOfTheRows) {
+  for (const std::string maps : {"", "maps=[]"}) {
+    const std::vector<std::string> more = maps.empty() ? std::vector<std::string>{} : std::vector{"--set"s, maps};
+    const auto with = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      return arguments;
+    };
+    ASSERT_EQ(robot_.run(with({})).exit_code, 0);
+    std::map<std::string, std::string> whole;
+    std::map<std::string, std::string> begun;
+    for (const std::string name : {"trajectory.txt", "covariance.csv"}) whole[name] = rows_of(robot_.out() / name);
+    ASSERT_EQ(robot_.run(with({"--until", "15", "--save", file()})).exit_code, 0);
+    for (const std::string name : {"trajectory.txt", "covariance.csv"}) begun[name] = rows_of(robot_.out() / name);
+    ASSERT_EQ(resume(more).exit_code, 0);
+    for (const std::string name : {"trajectory.txt", "covariance.csv"})
+      EXPECT_EQ(begun[name] + rows_of(robot_.out() / name), whole[name]) << name << " " << maps;
+  }
+}
+
+TEST_F(Checkpoint, OfEqualRunsHasEqualBytes) {
+  const std::string first = read_text(file());
+  ASSERT_EQ(robot_.run({"--until", "15", "--save", file(), "--threads", "2"}).exit_code, 0);
+  EXPECT_EQ(read_text(file()), first);
+}
+
+/// The checksum of a checkpoint, as it is written.
+void renew_checksum(std::string& bytes) {
+  constexpr std::size_t kHeader = 21;  // behind "waymark checkpoint 1\n": identities and size, 24 bytes, and checksum
+  boost::crc_32_type crc;
+  crc.process_bytes(bytes.data() + kHeader, 24);
+  crc.process_bytes(bytes.data() + kHeader + 32, bytes.size() - kHeader - 32);
+  const std::uint64_t sum = crc.checksum();
+  std::memcpy(bytes.data() + kHeader + 24, &sum, sizeof sum);
+}
+
+TEST_F(Checkpoint, ThatIsDamagedUnderAValidChecksumIsRefusedWithItsName) {
+  const std::string whole = read_text(file());
+  std::string same = whole;
+  renew_checksum(same);
+  ASSERT_EQ(same, whole);
+  int refused = 0;
+  for (std::size_t section = whole.find("SECT"); section != std::string::npos;
+       section = whole.find("SECT", section + whole.size() / 12)) {
+    std::string damaged = whole;
+    for (std::size_t at = section + 30; at < std::min(section + 34, whole.size()); ++at) damaged[at] = '\xff';
+    renew_checksum(damaged);
+    write_text(file(), damaged);
+    const Outcome outcome = resume();
+    if (outcome.exit_code == 0) continue;  // a number that may have such a value
+    EXPECT_TRUE(reports_error(outcome, 1, {file()})) << "section at byte " << section;
+    ++refused;
+  }
+  EXPECT_GT(refused, 0);
 }
 
 TEST(Threads, MoreThanTheSystemStartsAreAnError) {

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <iterator>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -38,6 +41,29 @@ void Results::arrived(const Measurement& measurement) {
   for_each([&](Sink& sink) { sink.arrived(measurement); });
 }
 
+void Results::dropped(const Measurement& measurement) {
+  for_each([&](Sink& sink) { sink.dropped(measurement); });
+}
+
+void Results::commanded(Time arrival, std::string_view command) {
+  for_each([&](Sink& sink) { sink.commanded(arrival, command); });
+}
+
+void Results::front(const Belief& belief) {
+  for_each([&](Sink& sink) { sink.front(belief); });
+}
+
+std::vector<std::string> Results::take_events() {
+  std::vector<std::string> all;
+  for_each([&](Sink& sink) { std::ranges::move(sink.take_events(), std::back_inserter(all)); });
+  return all;
+}
+
+std::vector<std::string> Results::failures() const {
+  const std::lock_guard lock(mutex_);
+  return failures_;
+}
+
 void Results::write(const Snapshot& snapshot) {
   for_each([&](Sink& sink) { sink.write(snapshot); });
 }
@@ -47,22 +73,31 @@ void Results::finish(const Snapshot* last, const RunReport& report) {
   if (new_config_.empty()) return;
   std::error_code error;
   std::filesystem::rename(new_config_, info_.out_dir / kConfig, error);
+  const std::lock_guard lock(mutex_);
   if (error) failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kConfig).string(), error.message()));
   new_config_.clear();
 }
 
 void Results::for_each(const std::function<void(Sink&)>& call) {
+  // Two threads may call a sink, and each may take it out of service.
   for (SinkSlot& slot : sinks_) {
-    if (!slot.sink) continue;
+    std::shared_ptr<Sink> sink;
+    {
+      const std::lock_guard lock(mutex_);
+      sink = slot.sink;
+    }
+    if (!sink) continue;
     std::string why;
     try {
-      call(*slot.sink);
+      call(*sink);
       continue;
     } catch (const std::exception& error) {
       why = error.what();
     } catch (...) {
       why = "unknown exception";
     }
+    const std::lock_guard lock(mutex_);
+    if (!slot.sink) continue;
     failures_.push_back(fmt::format("sink {}: taken out of service: {}", slot.plugin, why));
     slot.sink = nullptr;
   }

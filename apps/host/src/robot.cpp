@@ -7,7 +7,12 @@
 #include <algorithm>
 #include <set>
 
+#include "live_clock.hpp"
+#include "live_input.hpp"
+#include "merged_source.hpp"
+#include "paced_log.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/command.hpp"
 
 namespace waymark::host {
 
@@ -73,6 +78,10 @@ std::vector<int> connect(const Source& source, const Config& yaml, const Rig& ri
   std::vector<int> sensor_of_channel;
   std::vector<bool> fed(sensors.size(), false);
   for (const Channel& channel : source.channels()) {
+    if (channel.sensor.empty() && channel.payload_type == Command::kType) {
+      sensor_of_channel.push_back(Robot::kCommands);
+      continue;
+    }
     const int sensor = rig.find(channel.sensor);
     if (sensor < 0)
       yaml.fail("source", fmt::format("it feeds \"{}\", which is no sensor of this file", channel.sensor));
@@ -102,6 +111,8 @@ std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader,
     const std::string plugin = entry.text({"plugin", "name of the sink's plugin"});
     slots.push_back({plugin, loader.create<Sink>(plugin, entry, rig)});
   }
+  const Config::Key record{"record", "", "the flight record: `{}`, or the keys of the sink `recorder`", "none"};
+  if (yaml.has(record)) slots.push_back({"recorder", loader.create<Sink>("recorder", yaml.child(record), rig)});
   return slots;
 }
 
@@ -123,11 +134,48 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
                                                   "at least one must be a motion source, unless `motion.source` is "
                                                   "`maps`; equal stamps are processed in the order of this list"});
   if (entries.empty()) yaml.fail("sensors", "the list is empty; a robot needs at least one motion source");
+  LiveSettings live = read_live_settings(yaml);
   Rig rig = read_rig(entries);
+  for (const std::string& name : live.may_drop) {
+    if (rig.find(name) < 0) yaml.child("live").fail("may_drop", fmt::format("there is no sensor \"{}\"", name));
+  }
   std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
   std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
   std::vector<SinkSlot> sinks = load_sinks(yaml, loader, rig);
-  return {yaml, std::move(rig), settings, std::move(sensors), std::move(maps), nullptr, {}, std::move(sinks)};
+  return {yaml, std::move(rig),   settings,       std::move(sensors), std::move(maps), nullptr,
+          {},   std::move(sinks), std::move(live)};
+}
+
+/// The sources of the YAML as one: logs merged, or all of a running robot.
+void load_sources(Robot& robot, const Config& yaml, const PluginLoader& loader) {
+  const Config::Key one{"source", "where the measurements come from: `plugin` and the keys of the plugin"};
+  const Config::Key several{"sources", "", "several sources, logs or live, instead of `source`; each as `source`",
+                            "none"};
+  std::vector<Config> entries;
+  if (yaml.has(several)) {
+    if (yaml.has("source")) yaml.fail("sources", "there is a `source`, too; give one of them");
+    entries = yaml.items(several);
+    if (entries.empty()) yaml.fail("sources", "the list is empty");
+  } else {
+    entries = {yaml.child(one)};
+  }
+  std::vector<std::shared_ptr<Source>> sources;
+  sources.reserve(entries.size());
+  for (const Config& entry : entries)
+    sources.push_back(loader.create<Source>(entry.text({"plugin", "name of the source's plugin"}), entry, robot.rig));
+
+  const bool is_live =
+      robot.live_settings.real_time || std::ranges::any_of(sources, [](const auto& s) { return s->is_live(); });
+  if (is_live) {
+    robot.live_clock = std::make_shared<LiveClock>();
+    for (std::shared_ptr<Source>& source : sources) {
+      if (!source->is_live()) source = std::make_shared<PacedLog>(source, robot.live_clock);
+    }
+    robot.live_input = std::make_shared<LiveInput>(std::move(sources), robot.live_clock);
+    robot.source = robot.live_input;
+  } else {
+    robot.source = sources.size() == 1 ? sources.front() : std::make_shared<MergedSource>(std::move(sources));
+  }
 }
 
 }  // namespace
@@ -148,10 +196,7 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
     robot.settings.notices.push_back(
         fmt::format("plugin_path of the YAML: plugins are searched in {} first", folder.string()));
   }
-  const Config source_node =
-      yaml.child({"source", "where the measurements come from: `plugin` and the keys of the plugin"});
-  robot.source =
-      loader.create<Source>(source_node.text({"plugin", "name of the source's plugin"}), source_node, robot.rig);
+  load_sources(robot, yaml, loader);
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
   // Only the parts together show whether they fit: a motion source, room for the blocks.
@@ -162,6 +207,9 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
 Robot Robot::live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
   Robot robot = load_parts(yaml, loader, own);
   if (yaml.has("source")) yaml.child("source").ignore();
+  if (yaml.has("sources")) {
+    for (const Config& entry : yaml.items("sources")) entry.ignore();
+  }
   yaml.reject_unread();
   return robot;
 }

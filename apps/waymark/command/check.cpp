@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
 #include <numbers>
 
+#include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "waymark/host/robot.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 void explain_sensors(const host::Robot& robot) {
-  fmt::print("\nsensors (equal stamps are taken in this order)\n");
+  print_output("\nsensors (equal stamps are taken in this order)\n");
   for (std::size_t i = 0; i < robot.sensors.size(); ++i) {
     const SensorSlot& slot = robot.sensors[i];
     const Mounting& mounting = robot.rig.mountings()[i];
@@ -33,29 +33,29 @@ void explain_sensors(const host::Robot& robot) {
     } else {
       role = fmt::format("{}, for maps only", mounting.payload);
     }
-    fmt::print("  {:<10} {}\n", slot.name, role);
+    print_output("  {:<10} {}\n", slot.name, role);
     if (mounting.T_base_sensor) {
       const Eigen::Vector3d rpy = so3::to_rpy(mounting.T_base_sensor->q) * kDegPerRad;
       const Eigen::Vector3d& p = mounting.T_base_sensor->p;
-      fmt::print("  {:<10} at x {:.3f} y {:.3f} z {:.3f} m, roll {:.2f} pitch {:.2f} yaw {:.2f} deg in base_link\n", "",
-                 p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z());
+      print_output("  {:<10} at x {:.3f} y {:.3f} z {:.3f} m, roll {:.2f} pitch {:.2f} yaw {:.2f} deg in base_link\n",
+                   "", p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z());
     }
   }
 }
 
 void explain_maps(const host::Robot& robot) {
   if (robot.maps.empty()) {
-    fmt::print("\nno maps: a plain asynchronous EKF with one belief\n");
+    print_output("\nno maps: a plain asynchronous EKF with one belief\n");
     return;
   }
-  fmt::print("\nmaps (one in each of {} particles)\n", robot.settings.filter.particles);
+  print_output("\nmaps (one in each of {} particles)\n", robot.settings.filter.particles);
   for (const MapSlot& map : robot.maps) {
     std::string inputs;
     for (const int input : map.inputs)
       inputs += (inputs.empty() ? "" : ", ") + robot.sensors[static_cast<std::size_t>(input)].name;
-    fmt::print("  {:<10} plugin {}, from {}; {}\n", map.name, map.plugin, inputs,
-               map.localize ? fmt::format("localises with {:.0f} % of the information", 100.0 * map.share)
-                            : std::string("maps only"));
+    print_output("  {:<10} plugin {}, from {}; {}\n", map.name, map.plugin, inputs,
+                 map.localize ? fmt::format("localises with {:.0f} % of the information", 100.0 * map.share)
+                              : std::string("maps only"));
   }
 }
 
@@ -64,20 +64,20 @@ void check(const std::filesystem::path& file, const std::vector<std::string>& ov
   if (allow_outside) yaml.permit_outside();
   const host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml));
   const std::unique_ptr<Fusion> fusion = robot.fusion(nullptr);
-  fmt::print("{}: valid\n", file.string());
+  print_output("{}: valid\n", file.string());
   const StateLayout& layout = fusion->layout();
   const int map_states = fusion->georeference_states();
-  fmt::print("\nmotion {}: {} error states, {} of them from sensors' own blocks{}\n",
-             layout.motion() == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
-             layout.size(), layout.block_size() - map_states,
-             map_states > 0 ? fmt::format(", {} the map's place on the Earth (georeference)", map_states) : "");
+  print_output("\nmotion {}: {} error states, {} of them from sensors' own blocks{}\n",
+               layout.motion() == StateLayout::Motion::planar ? "planar (x, y, yaw, v_x, v_y, omega_z)" : "spatial",
+               layout.size(), layout.block_size() - map_states,
+               map_states > 0 ? fmt::format(", {} the map's place on the Earth (georeference)", map_states) : "");
   explain_sensors(robot);
   explain_maps(robot);
-  fmt::print("\nsinks:");
-  for (const host::SinkSlot& sink : robot.sinks) fmt::print(" {}", sink.plugin);
-  fmt::print("\n");
-  for (const std::string& notice : robot.settings.notices) fmt::print("\nnote: {}\n", notice);
-  fmt::print("\neffective configuration\n\n{}", robot.yaml.effective());
+  print_output("\nsinks:");
+  for (const host::SinkSlot& sink : robot.sinks) print_output(" {}", sink.plugin);
+  print_output("\n");
+  for (const std::string& notice : robot.settings.notices) print_output("\nnote: {}\n", notice);
+  print_output("\neffective configuration\n\n{}", robot.yaml.effective());
 }
 
 }  // namespace

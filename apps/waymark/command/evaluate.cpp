@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -290,7 +289,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] {
     const evaluation::Report report = evaluate(*arguments);
     const std::string text = arguments->json ? evaluation::to_json(report) : evaluation::to_text(report);
-    std::fputs(text.c_str(), stdout);
+    print_output("{}", text);
     exit_code = kSuccess;
   });
 }

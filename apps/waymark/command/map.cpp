@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <new>
@@ -56,33 +55,33 @@ void print_octree(const fs::path& file) {
   const double resolution = tree.getResolution();
   std::array<double, 3> size{};
   for (std::size_t axis = 0; axis < 3; ++axis) size[axis] = figures.high_m[axis] - figures.low_m[axis];
-  fmt::print("kind        octree of OctoMap, {}\n", loaded.format == map_formats::OctreeFormat::binary
-                                                        ? "voxels occupied or free (.bt)"
-                                                        : "voxels with log-odds (.ot)");
-  fmt::print("resolution  {:g} m\n", resolution);
-  fmt::print("size        {:.3f} x {:.3f} x {:.3f} m, {:.0f} x {:.0f} x {:.0f} voxels\n", size[0], size[1], size[2],
-             size[0] / resolution, size[1] / resolution, size[2] / resolution);
-  fmt::print("origin      x {:.3f} y {:.3f} z {:.3f} m, the lower corner of what is known\n", figures.low_m[0],
-             figures.low_m[1], figures.low_m[2]);
-  fmt::print("nodes       {}, of them {} leaves\n", tree.size(), figures.leaves);
-  fmt::print("occupied    {} voxels\nfree        {} voxels\nunknown     {} voxels within that size\n", figures.occupied,
-             figures.free, figures.unknown);
-  fmt::print("memory      {:.1f} MB\n", megabytes(tree.memoryUsage()));
+  print_output("kind        octree of OctoMap, {}\n", loaded.format == map_formats::OctreeFormat::binary
+                                                          ? "voxels occupied or free (.bt)"
+                                                          : "voxels with log-odds (.ot)");
+  print_output("resolution  {:g} m\n", resolution);
+  print_output("size        {:.3f} x {:.3f} x {:.3f} m, {:.0f} x {:.0f} x {:.0f} voxels\n", size[0], size[1], size[2],
+               size[0] / resolution, size[1] / resolution, size[2] / resolution);
+  print_output("origin      x {:.3f} y {:.3f} z {:.3f} m, the lower corner of what is known\n", figures.low_m[0],
+               figures.low_m[1], figures.low_m[2]);
+  print_output("nodes       {}, of them {} leaves\n", tree.size(), figures.leaves);
+  print_output("occupied    {} voxels\nfree        {} voxels\nunknown     {} voxels within that size\n",
+               figures.occupied, figures.free, figures.unknown);
+  print_output("memory      {:.1f} MB\n", megabytes(tree.memoryUsage()));
 }
 
 void print_grid(const fs::path& file) {
   const GridView grid = map_formats::read_map_server(file);
   const auto occupied = std::ranges::count(grid.cells, 100);
   const auto unknown = std::ranges::count(grid.cells, GridView::kUnknown);
-  fmt::print("kind        grid of map_server (YAML with a greymap)\n");
-  fmt::print("resolution  {:g} m\n", grid.resolution_m);
-  fmt::print("size        {:.3f} x {:.3f} m, {} x {} cells\n", grid.width * grid.resolution_m,
-             grid.height * grid.resolution_m, grid.width, grid.height);
-  fmt::print("origin      x {:.3f} y {:.3f} m, yaw {:.4f} rad, the lower left corner\n", grid.T_map_grid.p.x(),
-             grid.T_map_grid.p.y(), grid.T_map_grid.yaw());
-  fmt::print("occupied    {} cells\nfree        {} cells\nunknown     {} cells\n", occupied,
-             static_cast<std::ptrdiff_t>(grid.cells.size()) - occupied - unknown, unknown);
-  fmt::print("memory      {:.1f} MB\n", megabytes(grid.cells.size()));
+  print_output("kind        grid of map_server (YAML with a greymap)\n");
+  print_output("resolution  {:g} m\n", grid.resolution_m);
+  print_output("size        {:.3f} x {:.3f} m, {} x {} cells\n", grid.width * grid.resolution_m,
+               grid.height * grid.resolution_m, grid.width, grid.height);
+  print_output("origin      x {:.3f} y {:.3f} m, yaw {:.4f} rad, the lower left corner\n", grid.T_map_grid.p.x(),
+               grid.T_map_grid.p.y(), grid.T_map_grid.yaw());
+  print_output("occupied    {} cells\nfree        {} cells\nunknown     {} cells\n", occupied,
+               static_cast<std::ptrdiff_t>(grid.cells.size()) - occupied - unknown, unknown);
+  print_output("memory      {:.1f} MB\n", megabytes(grid.cells.size()));
 }
 
 std::vector<evaluation::Landmark> read_landmarks(const fs::path& file) {
@@ -95,17 +94,17 @@ std::vector<evaluation::Landmark> read_landmarks(const fs::path& file) {
 
 void print_landmarks(const fs::path& file) {
   const std::vector<evaluation::Landmark> landmarks = read_landmarks(file);
-  fmt::print("kind        list of landmarks\n");
-  fmt::print("landmarks   {}\n", landmarks.size());
+  print_output("kind        list of landmarks\n");
+  print_output("landmarks   {}\n", landmarks.size());
   if (landmarks.empty()) return;
   const auto x = [](const evaluation::Landmark& one) { return one.p_map.x(); };
   const auto y = [](const evaluation::Landmark& one) { return one.p_map.y(); };
   const double low_x = x(*std::ranges::min_element(landmarks, {}, x));
   const double low_y = y(*std::ranges::min_element(landmarks, {}, y));
-  fmt::print("size        {:.3f} x {:.3f} m, between their middles\n",
-             x(*std::ranges::max_element(landmarks, {}, x)) - low_x,
-             y(*std::ranges::max_element(landmarks, {}, y)) - low_y);
-  fmt::print("origin      x {:.3f} y {:.3f} m, the lower left corner\n", low_x, low_y);
+  print_output("size        {:.3f} x {:.3f} m, between their middles\n",
+               x(*std::ranges::max_element(landmarks, {}, x)) - low_x,
+               y(*std::ranges::max_element(landmarks, {}, y)) - low_y);
+  print_output("origin      x {:.3f} y {:.3f} m, the lower left corner\n", low_x, low_y);
 }
 
 void print_info(const fs::path& file) {
@@ -130,7 +129,7 @@ void write_octree(octomap::OcTree& tree, const fs::path& out) {
   const bool is_full = kind_of(out) == MapKind::full_octree;
   write_file(out, map_formats::octree_text(
                       tree, is_full ? map_formats::OctreeFormat::full : map_formats::OctreeFormat::binary));
-  fmt::print("{}: octree of {:g} m, {} nodes\n", out.string(), tree.getResolution(), tree.size());
+  print_output("{}: octree of {:g} m, {} nodes\n", out.string(), tree.getResolution(), tree.size());
 }
 
 void write_grid(const GridView& grid, const fs::path& out) {
@@ -138,8 +137,8 @@ void write_grid(const GridView& grid, const fs::path& out) {
   image.replace_extension(".pgm");
   write_file(image, map_formats::greymap_text(grid));
   write_file(out, map_formats::legend_text(grid, image.filename().string()));
-  fmt::print("{}, {}: {} x {} cells of {:g} m\n", out.string(), image.string(), grid.width, grid.height,
-             grid.resolution_m);
+  print_output("{}, {}: {} x {} cells of {:g} m\n", out.string(), image.string(), grid.width, grid.height,
+               grid.resolution_m);
 }
 
 /// Runs `what`; what it throws about the content of a file names the file.

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/config/nearest_name.hpp"
@@ -18,15 +18,15 @@ namespace waymark::command {
 namespace {
 
 void list_plugins(const PluginLoader& loader) {
-  fmt::print("searched:\n");
-  for (const auto& folder : loader.folders()) fmt::print("  {}\n", folder.string());
+  print_output("searched:\n");
+  for (const auto& folder : loader.folders()) print_output("  {}\n", folder.string());
   const std::vector<PluginInfo> plugins = loader.list();
-  fmt::print("\n{:<12} {:<16} {:<9} {}\n", "kind", "name", "version", "file");
+  print_output("\n{:<12} {:<16} {:<9} {}\n", "kind", "name", "version", "file");
   for (const PluginInfo& plugin : plugins) {
-    fmt::print("{:<12} {:<16} {:<9} {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
-    if (!plugin.problem.empty()) fmt::print("    does not fit: {}\n", plugin.problem);
+    print_output("{:<12} {:<16} {:<9} {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
+    if (!plugin.problem.empty()) print_output("    does not fit: {}\n", plugin.problem);
   }
-  if (plugins.empty()) fmt::print("none\n");
+  if (plugins.empty()) print_output("none\n");
 }
 
 PluginInfo find_plugin(const PluginLoader& loader, const std::string& name) {
@@ -52,8 +52,8 @@ void print_keys(const std::vector<DescribedKey>& keys) {
     const std::string fallback = asked.is_required ? ", required"
                                  : asked.fallback  ? fmt::format(", default {}", *asked.fallback)
                                                    : "";
-    fmt::print("  {}{}: {}{}\n", asked.path, unit, asked.expectation(), fallback);
-    fmt::print("      {}\n", asked.meaning);
+    print_output("  {}{}: {}{}\n", asked.path, unit, asked.expectation(), fallback);
+    print_output("      {}\n", asked.meaning);
   }
 }
 
@@ -63,10 +63,10 @@ void print_reference(const PluginLoader& loader, const std::string& name, bool m
   const PluginInfo plugin = of_robot ? PluginInfo{} : find_plugin(loader, name);
   const std::vector<DescribedKey> keys = of_robot ? host::robot_keys() : host::plugin_keys(loader, plugin);
   if (markdown) {
-    fmt::print("{}", host::key_table(keys));
+    print_output("{}", host::key_table(keys));
     return;
   }
-  if (!of_robot) fmt::print("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
+  if (!of_robot) print_output("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
   print_keys(keys);
 }
 

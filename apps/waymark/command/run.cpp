@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
@@ -63,9 +65,11 @@ std::filesystem::path prepare_output(const RunOptions& options) {
   return out;
 }
 
-void print_report(const RunReport& report) {
+/// `printed`: events that were printed when they happened.
+void print_report(const RunReport& report, const std::set<std::string>& printed) {
   for (const Event& event : report.events) {
-    if (!event.is_failure) print_message("waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+    if (!event.is_failure && !printed.contains(event.text))
+      print_message("waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
   }
   constexpr std::size_t kShown = 5;
   for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
@@ -75,9 +79,10 @@ void print_report(const RunReport& report) {
   for (const std::string& notice : report.notices) print_message("waymark: note: {}\n", notice);
 }
 
-int exit_code_of(const host::SessionResult& result) {
+/// A running robot is ended by a signal as a matter of course.
+int exit_code_of(const host::SessionResult& result, bool is_live) {
   if (!result.log_error.empty()) return kError;
-  if (result.report.interrupted) return kInterrupted;
+  if (result.report.interrupted && !is_live) return kInterrupted;
   if (!result.started) return kError;
   return result.failures.empty() ? kSuccess : kImpaired;
 }
@@ -89,11 +94,19 @@ int run(const RunOptions& options) {
   const Config yaml = Config::load(options.config, overrides);
   if (options.allow_outside) yaml.permit_outside();
   host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml));
+  const bool is_live = robot.source->is_live();
   const std::filesystem::path out = prepare_output(options);
 
   end_on_signals();
   Progress progress;
   host::SessionOptions session_options{.out = out, .until_s = options.until_s, .stop = &interrupted};
+  std::set<std::string> printed;
+  if (is_live) {
+    session_options.on_event = [&](const Event& event) {
+      printed.insert(event.text);
+      print_message("waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+    };
+  }
   if (!options.quiet)
     session_options.observer = [&](const Snapshot& snapshot, double share) { progress.update(snapshot, share); };
   host::Session session(std::move(robot), std::move(session_options));
@@ -101,7 +114,7 @@ int run(const RunOptions& options) {
   session.play();
   const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
   progress.finish();
-  print_report(result.report);
+  print_report(result.report, printed);
 
   if (!options.quiet) {
     print_message("{}{:.1f} s of log in {:.2f} s; results in {}\n", result.report.interrupted ? "interrupted: " : "",
@@ -109,7 +122,7 @@ int run(const RunOptions& options) {
   }
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
   if (!result.failures.empty()) print_message("waymark: error: {}\n", fmt::join(result.failures, "; "));
-  return exit_code_of(result);
+  return exit_code_of(result, is_live);
 }
 
 }  // namespace
@@ -121,8 +134,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "Example:\n  waymark run config/quickstart.yaml --out out/quickstart --set filter.particles=100 --seed 2\n"
       "  waymark run config/quickstart.yaml --until 60 --save half.ckpt --out out/first\n"
       "  waymark run config/quickstart.yaml --resume half.ckpt --out out/second\n\n"
-      "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service; 130 "
-      "interrupted (outputs are written).");
+      "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service or the "
+      "pose was lost to the end; 130 interrupted (outputs are written; a live run ends with 0).");
   command->add_option("config", options->config, "the YAML that describes robot, log and outputs")->required();
   command->add_option("--out", options->out, "folder for the results (default: out/<name of the YAML>)");
   command->add_option("--set", options->overrides,

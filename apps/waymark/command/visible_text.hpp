@@ -28,4 +28,13 @@ inline std::string visible_text(std::string_view text) {
   return visible;
 }
 
+/// The same for a message: line feeds are made visible, too, but for one at its end.
+inline std::string visible_line(std::string_view text) {
+  std::string visible = visible_text(text);
+  for (std::size_t at = visible.find('\n'); at != std::string::npos && at + 1 < visible.size();
+       at = visible.find('\n', at))
+    visible.replace(at, 1, "\\n");
+  return visible;
+}
+
 }  // namespace waymark::command

@@ -338,7 +338,7 @@ std::string to_json(const Report& report) {
   out["innovations"] = report.innovations ? innovations_json(*report.innovations) : Json(nullptr);
   out["landmarks"] = report.landmarks ? landmarks_json(*report.landmarks, report.landmark_options) : Json(nullptr);
   out["voxels"] = report.voxels ? voxels_json(*report.voxels) : Json(nullptr);
-  return out.dump() + "\n";
+  return out.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace waymark::evaluation

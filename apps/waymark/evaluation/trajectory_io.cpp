@@ -109,6 +109,14 @@ Eigen::Quaterniond read_quaternion(const Table& table, std::size_t row, int x, i
   return q.normalized();
 }
 
+int read_count(const Table& table, std::size_t row, int column, std::string_view name) {
+  const double count = table.number(row, column, name);
+  if (!(count >= 0.0 && count <= std::numeric_limits<int>::max()))
+    throw DataError(fmt::format("{}: {} is \"{}\", expected a number from 0 to {}", table.place(row), name,
+                                table.field(row, column), std::numeric_limits<int>::max()));
+  return static_cast<int>(count);
+}
+
 void sort_by_stamp(std::vector<Trajectory::Point>& points) {
   std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   std::size_t kept = 0;
@@ -236,7 +244,7 @@ std::vector<Landmark> read_landmarks(const std::filesystem::path& file, const st
     landmark.name = name >= 0 ? table.field(row, name) : fmt::format("{}", row + 1);
     landmark.p_map = {table.number(row, x, "x"), table.number(row, y, "y")};
     if (radius >= 0) landmark.radius_m = table.number_or_nan(row, radius);
-    if (sightings >= 0) landmark.sightings = static_cast<int>(table.number(row, sightings, "sightings"));
+    if (sightings >= 0) landmark.sightings = read_count(table, row, sightings, "sightings");
     out.push_back(std::move(landmark));
   }
   return out;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <limits>
 #include <string>
 
 #include "waymark/base/error.hpp"
@@ -14,6 +13,7 @@ namespace {
 
 constexpr int kNanosecondDigits = 9;
 constexpr int kMaxDigits = 20;  // more than 2^63 has
+constexpr std::string_view kNoStamp = "s is not a stamp: it lies more than 146 years from the epoch";
 
 [[noreturn]] void refuse(std::string_view text, std::string_view why) {
   throw DataError(fmt::format("\"{}\" {}", text, why));
@@ -87,7 +87,7 @@ Time parse_time(std::string_view decimal_seconds) {
   const Decimal number = read_decimal(decimal_seconds);
   if (number.digits.empty()) return Time{};
   const std::int64_t places = number.point + kNanosecondDigits;  // digits before the nanosecond's point
-  if (places > kMaxDigits) refuse(decimal_seconds, "s does not fit into int64 nanoseconds");
+  if (places > kMaxDigits) refuse(decimal_seconds, kNoStamp);
   if (places < 0) return Time{};
   __extension__ using Wide = unsigned __int128;
   Wide nanoseconds = 0;
@@ -98,12 +98,9 @@ Time parse_time(std::string_view decimal_seconds) {
   }
   const auto next = static_cast<std::size_t>(places);
   if (next < number.digits.size() && number.digits[next] >= '5') ++nanoseconds;
-  const auto largest = static_cast<Wide>(std::numeric_limits<std::int64_t>::max());
-  if (nanoseconds > largest + (number.negative ? 1 : 0)) {
-    refuse(decimal_seconds, "s does not fit into int64 nanoseconds");
-  }
-  const auto magnitude = static_cast<std::uint64_t>(nanoseconds);
-  return Time{Duration{static_cast<std::int64_t>(number.negative ? ~magnitude + 1 : magnitude)}};
+  if (nanoseconds > static_cast<Wide>(kLongest.count())) refuse(decimal_seconds, kNoStamp);
+  const auto magnitude = static_cast<std::int64_t>(nanoseconds);
+  return Time{Duration{number.negative ? -magnitude : magnitude}};
 }
 
 std::string format_time(Time time) {

@@ -14,7 +14,7 @@ using Kind = Node::Kind;
   const std::string near = config::nearest_key(node.key, known);
   std::string hint = fmt::format("did you mean \"{}\"?", near);
   if (near.empty()) hint = known.empty() ? "no keys are known here" : "known here: " + config::join(known);
-  throw ConfigError(fmt::format("{}: {}: unknown key; {}", node.key_place(), node.path(), hint));
+  throw config::config_error(fmt::format("{}: {}: unknown key; {}", node.key_place(), node.path(), hint));
 }
 
 void check(const Node& node) {
@@ -38,7 +38,7 @@ void Config::fail(std::string_view key, std::string_view message) const {
   const Node* child = node_->find(key);
   if (child != nullptr) config::fail_at(*child, message);
   const std::string above = path();
-  throw ConfigError(fmt::format("{}: {}{}{}: {}", place(), above, above.empty() ? "" : ".", key, message));
+  throw config::config_error(fmt::format("{}: {}{}{}: {}", place(), above, above.empty() ? "" : ".", key, message));
 }
 
 void Config::fail(std::string_view message) const { config::fail_at(*node_, message); }

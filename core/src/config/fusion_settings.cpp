@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kShareNotGiven = -1.0;
+constexpr double kFarthest = 1e8;  // m; beyond, doubles are too coarse for a place
 
 std::vector<double> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -58,14 +59,19 @@ StartSettings read_start(const Config& initial) {
   StartSettings start;
   if (initial.has("x_m") || initial.has("y_m")) {
     start.position = Eigen::Vector2d(
-        initial.number({"x_m", "m", "position of the base in the map, towards the east; both `x_m` and `y_m` or none",
-                        "from the sensors"}),
-        initial.number({"y_m", "m", "position of the base in the map, towards the north; both `x_m` and `y_m` or none",
-                        "from the sensors"}));
+        initial.number_in(
+            {"x_m", "m", "position of the base in the map, towards the east; both `x_m` and `y_m` or none",
+             "from the sensors"},
+            -kFarthest, kFarthest),
+        initial.number_in(
+            {"y_m", "m", "position of the base in the map, towards the north; both `x_m` and `y_m` or none",
+             "from the sensors"},
+            -kFarthest, kFarthest));
   }
-  start.height = initial.number({"z_m", "m", "height of the base in the map"}, 0.0);
-  start.position_sigma = initial.non_negative(
-      {"position_sigma_m", "m", "σ of the position per axis; of a position from a fix at least the fix's own"}, 0.0);
+  start.height = initial.number_in({"z_m", "m", "height of the base in the map"}, -kFarthest, kFarthest, 0.0);
+  start.position_sigma = initial.number_in(
+      {"position_sigma_m", "m", "σ of the position per axis; of a position from a fix at least the fix's own"}, 0.0,
+      1e7, 0.0);
   if (initial.has("yaw_deg")) {
     start.yaw =
         kRadPerDeg *
@@ -157,6 +163,10 @@ ClockSettings read_clock(const Config& config) {
       from_seconds(config.non_negative({"max_ahead_s", "s", "a stamp may lie this far after its own arrival"}, 0.1));
   clock.max_jump = from_seconds(
       config.positive({"max_jump_s", "s", "a stamp this far from all others is rejected until several agree"}, 3600.0));
+  clock.max_gap = from_seconds(config.positive(
+      {"max_gap_s", "s",
+       "after a longer gap without any measurement the pose is not predicted but found anew, as at the start"},
+      60.0));
   return clock;
 }
 
@@ -180,7 +190,7 @@ FusionSettings read_fusion_settings(const Config& yaml) {
         yaml.child({"datum", "", "the map's origin on the Earth (WGS-84)", "the first plausible geodetic fix"}));
   }
   const Config filter = yaml.child_or_empty({"filter", "particles, and the order of measurements"});
-  read_filter(filter, yaml.has("maps"), settings);
+  read_filter(filter, yaml.is_list("maps") && !yaml.items("maps").empty(), settings);
   settings.clock = read_clock(yaml.child_or_empty({"clock", "which stamps are plausible"}));
   settings.health = read_health(yaml.child_or_empty({"health", "when the result is reported as lost or degraded"}));
   settings.georeference =
@@ -212,9 +222,22 @@ Intrinsics read_intrinsics(const Config& entry) {
 
 }  // namespace
 
+namespace {
+
+/// Of a sensor or a map: it stands in messages and tables.
+std::string read_name(const Config& entry, const Config::Key& key) {
+  std::string name = entry.text(key);
+  if (name.empty()) entry.fail(key.name, "is empty, a name is expected");
+  if (std::ranges::any_of(name, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+    entry.fail(key.name, "a name has no control characters");
+  return name;
+}
+
+}  // namespace
+
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
-  mounting.name = entry.text({"name", "unique; the source, `inputs` and `--set` refer to it"});
+  mounting.name = read_name(entry, {"name", "unique; the source, `inputs` and `--set` refer to it"});
   mounting.payload = entry.text(
       {"payload", "", "payload type, `LaserScan` for `waymark/LaserScan@1`, or a full name", "that of the plugin"}, "");
   if (!mounting.payload.empty() && mounting.payload.find('/') == std::string::npos)
@@ -262,7 +285,7 @@ SensorSlot read_sensor_slot(const Config& entry) {
 
 MapSlot read_map_slot(const Config& entry, const Rig& rig) {
   MapSlot slot;
-  slot.name = entry.text({"name", "unique"});
+  slot.name = read_name(entry, {"name", "unique"});
   slot.plugin = entry.text({"plugin", "name of the map module's plugin"});
   for (const std::string& input :
        entry.texts({"inputs", "sensors by name; the first triggers, the others contribute their newest measurement"})) {

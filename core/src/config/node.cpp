@@ -89,9 +89,21 @@ std::string Config::Node::description() const {
 
 namespace config {
 
+ConfigError config_error(std::string message) {
+  constexpr std::size_t kLongest = 2000;
+  if (message.size() > kLongest) {
+    std::size_t end = kLongest;
+    while (end > 0 && (static_cast<unsigned char>(message[end]) & 0xc0U) == 0x80U) --end;  // within a character
+    message.replace(end, std::string::npos, "…");
+  }
+  for (std::size_t at = message.find_first_of("\n\r"); at != std::string::npos; at = message.find_first_of("\n\r", at))
+    message.replace(at, 1, message[at] == '\n' ? "\\n" : "\\r");
+  return ConfigError(message);
+}
+
 void fail_at(const Node& node, std::string_view message) {
   const std::string path = node.path();
-  throw ConfigError(fmt::format("{}: {}{}{}", node.place(), path, path.empty() ? "" : ": ", message));
+  throw config_error(fmt::format("{}: {}{}{}", node.place(), path, path.empty() ? "" : ": ", message));
 }
 
 std::string join(const std::vector<std::string>& words) {

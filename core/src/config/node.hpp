@@ -66,6 +66,9 @@ namespace config {
 
 using Node = Config::Node;
 
+/// The error with this message, on one line of at most 2000 bytes whatever text of a YAML is in it.
+ConfigError config_error(std::string message);
+
 /// Throws ConfigError `place: path: message`.
 [[noreturn]] void fail_at(const Node& node, std::string_view message);
 

@@ -13,6 +13,13 @@ namespace {
 /// The effective configuration, beside the results.
 const std::string kOwnFile = "config.yaml";
 
+/// How files are called until they are complete (OutputFile).
+constexpr std::string_view kPartial = ".partial";
+
+bool has_control_characters(std::string_view name) {
+  return std::ranges::any_of(name, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
+
 bool leads_outside(const std::filesystem::path& normal) {
   return normal.empty() || normal == "." || normal.is_absolute() || *normal.begin() == "..";
 }
@@ -31,6 +38,9 @@ std::string Config::output(const Key& key, std::string_view fallback) const {
     fail(key.name, fmt::format("\"{}\" is not a name within the output folder (--allow-outside permits others)", name));
   }
   const std::string file = normal.string();
+  if (has_control_characters(file)) fail(key.name, "a file's name has no control characters");
+  if (file.ends_with(kPartial))
+    fail(key.name, fmt::format("\"{}\": names that end in {} are of files that are not complete", name, kPartial));
   if (overlap(file, kOwnFile)) fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
   const auto is_this = [&](const Node::Output& other) { return other.node == node_ && other.key == key.name; };
   for (const Node::Output& other : root_->outputs) {

@@ -78,8 +78,8 @@ class Converter {
       child.origin = origin_;
       const auto [first, is_new] = places.try_emplace(child.key, child.key_place());
       if (!is_new) {
-        throw ConfigError(fmt::format("{}: {}: the key is given twice; the first is at {}", child.key_place(),
-                                      child.path(), first->second));
+        throw config_error(fmt::format("{}: {}: the key is given twice; the first is at {}", child.key_place(),
+                                       child.path(), first->second));
       }
       fill(entry.second, child, depth + 1);
     }
@@ -108,7 +108,7 @@ std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const 
     const bool placed = in_lines && !error.mark.is_null();
     // In flow style the braces of a variable are YAML's own.
     const bool variable = !error.mark.is_null() && line_of(text, error.mark.line).find("${") != std::string::npos;
-    throw ConfigError(fmt::format(
+    throw config_error(fmt::format(
         "{}{}: {}{}", *origin, placed ? fmt::format(":{}:{}", error.mark.line + 1, error.mark.column + 1) : "",
         error.msg, variable ? "; between { } or [ ] a variable needs quotes: \"${name}\"" : ""));
   }
@@ -137,18 +137,18 @@ void check_is_text(const std::string& content, std::size_t begin, const std::fil
   };
   const auto at = std::find_if(content.begin() + static_cast<std::ptrdiff_t>(begin), content.end(), is_binary);
   if (at == content.end()) return;
-  throw ConfigError(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
-                                std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
+  throw config_error(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
+                                 std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
 }
 
 std::string read_whole(const std::filesystem::path& file) {
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(file, error);
-  if (is_folder) throw ConfigError(file.string() + ": is a folder, a YAML file is expected");
+  if (is_folder) throw config_error(file.string() + ": is a folder, a YAML file is expected");
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
-    throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), std::generic_category().message(errno)));
+    throw config_error(fmt::format("{}: cannot be read: {}", file.string(), std::generic_category().message(errno)));
   std::string content;
   do {
     const std::size_t before = content.size();
@@ -157,9 +157,9 @@ std::string read_whole(const std::filesystem::path& file) {
     content.resize(before + static_cast<std::size_t>(stream.gcount()));
     check_is_text(content, before, file);
   } while (stream && content.size() <= kMaxFileBytes);
-  if (stream.bad()) throw ConfigError(fmt::format("{}: reading failed", file.string()));
+  if (stream.bad()) throw config_error(fmt::format("{}: reading failed", file.string()));
   if (content.size() > kMaxFileBytes) {
-    throw ConfigError(
+    throw config_error(
         fmt::format("{}: is longer than {} MiB, a YAML file is expected", file.string(), kMaxFileBytes >> 20));
   }
   return content;

@@ -11,6 +11,9 @@
 namespace waymark::config {
 namespace {
 
+// Variances are squares, and filters multiply these.
+constexpr double kLargest = 1e50;
+constexpr double kLeast = 1e-50;
 constexpr double kLargestExactInteger = 9007199254740992.0;  // 2^53
 
 std::string lower(std::string text) {
@@ -64,6 +67,10 @@ double to_number(Node& node) {
   require_scalar(node, "a number");
   if (is_not_finite(node.text)) fail_at(node, fmt::format("{} must be finite", node.text));
   const auto value = parse<double>(node, "a number");
+  const double size = std::abs(value);
+  if (size > kLargest || (size < kLeast && size > 0.0))
+    fail_at(node,
+            fmt::format("{} is too large or too small to compute with; 0 or 1e-50 to 1e50 is expected", node.text));
   node.shown = shortest(value);
   return value;
 }

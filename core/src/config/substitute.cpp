@@ -71,15 +71,16 @@ Node& step(Node& node, const std::string& word, const std::shared_ptr<const std:
   if (node.kind == Kind::null) node.kind = Kind::mapping;
   if (node.kind == Kind::list) {
     if (Node* element = find_element(node, word); element != nullptr) return *element;
-    throw ConfigError(fmt::format("{}: {} has no element \"{}\"; there are: {}", *origin, node.path(), word,
-                                  join(element_names(node))));
+    throw config_error(fmt::format("{}: {} has no element \"{}\"; there are: {}", *origin, node.path(), word,
+                                   join(element_names(node))));
   }
   if (node.kind != Kind::mapping) {
-    throw ConfigError(fmt::format("{}: {} is {}, not a mapping or a list", *origin, node.path(), node.description()));
+    throw config_error(fmt::format("{}: {} is {}, not a mapping or a list", *origin, node.path(), node.description()));
   }
   if (Node* child = node.find(word); child != nullptr) return *child;
   if (node.parent != nullptr && node.parent->parent == nullptr && node.key == "variables") {
-    throw ConfigError(fmt::format("{}: there is no variable \"{}\"{}", *origin, word, suggestion(word, keys_of(node))));
+    throw config_error(
+        fmt::format("{}: there is no variable \"{}\"{}", *origin, word, suggestion(word, keys_of(node))));
   }
   auto child = std::make_unique<Node>();
   child->key = word;
@@ -139,7 +140,38 @@ class Substitution {
     }
   }
 
+  /// After `apply`: throws if variables that nothing uses refer to one another in a circle.
+  void check_unused() {
+    if (variables_ == nullptr) return;
+    for (const auto& variable : variables_->children) follow(*variable);
+  }
+
  private:
+  void follow(const Node& variable) {
+    if (done_.contains(&variable)) return;
+    open_.insert(&variable);
+    follow_references_in(variable);
+    open_.erase(&variable);
+    done_.insert(&variable);
+  }
+
+  void follow_references_in(const Node& node) {
+    for (const auto& child : node.children) follow_references_in(*child);
+    if (node.kind != Kind::scalar) return;
+    const std::string& text = node.text;
+    for (std::size_t at = text.find("${"); at != std::string::npos; at = text.find("${", at + 2)) {
+      const std::size_t end = text.find('}', at);
+      if (end == std::string::npos) return;
+      if (at > 0 && text[at - 1] == '$') continue;  // a literal ${
+      const std::string name = text.substr(at + 2, end - at - 2);
+      const Node* variable = variables_->find(name);
+      if (variable == nullptr) continue;
+      if (open_.contains(variable)) throw_circle(name, node);
+      if (open_.size() > kMaxChain) throw_chain(name, node);
+      follow(*variable);
+    }
+  }
+
   void apply_to_scalar(Node& node) {
     const std::string text = node.text;
     if (text.find("${") == std::string::npos) return;
@@ -187,11 +219,8 @@ class Substitution {
     Node* variable = variables_ == nullptr ? nullptr : variables_->find(name);
     if (variable == nullptr) return from_environment(name, user);
     if (!done_.contains(variable)) {
-      if (!open_.insert(variable).second) throw_at(user, fmt::format("${{{}}}: the variable refers to itself", name));
-      if (open_.size() > kMaxChain) {
-        throw_at(user,
-                 fmt::format("${{{}}}: variables refer to one another over more than {} levels", name, kMaxChain));
-      }
+      if (!open_.insert(variable).second) throw_circle(name, user);
+      if (open_.size() > kMaxChain) throw_chain(name, user);
       apply(*variable);
       open_.erase(variable);
       done_.insert(variable);
@@ -233,8 +262,14 @@ class Substitution {
     return result;
   }
 
+  [[noreturn]] static void throw_circle(const std::string& name, const Node& user) {
+    throw_at(user, fmt::format("${{{}}}: the variable refers to itself", name));
+  }
+  [[noreturn]] static void throw_chain(const std::string& name, const Node& user) {
+    throw_at(user, fmt::format("${{{}}}: variables refer to one another over more than {} levels", name, kMaxChain));
+  }
   [[noreturn]] static void throw_at(const Node& node, const std::string& message) {
-    throw ConfigError(node.place() + ": " + message);
+    throw config_error(node.place() + ": " + message);
   }
 
   Node* variables_;
@@ -249,14 +284,14 @@ class Substitution {
 void apply_override(Node& root, const Config::Override& override_text) {
   const auto origin = std::make_shared<const std::string>("--set " + override_text);
   const std::size_t equals = override_text.find('=');
-  if (equals == std::string::npos || equals == 0) throw ConfigError(*origin + ": key=value is expected");
+  if (equals == std::string::npos || equals == 0) throw config_error(*origin + ": key=value is expected");
   const std::vector<std::string> words = split(std::string_view(override_text).substr(0, equals));
   if (words.size() > static_cast<std::size_t>(kMaxDepth))
-    throw ConfigError(fmt::format("{}: the key has more than {} parts", *origin, kMaxDepth));
+    throw config_error(fmt::format("{}: the key has more than {} parts", *origin, kMaxDepth));
   auto value = parse_yaml(override_text.substr(equals + 1), origin, false);
   Node* node = &root;
   for (const std::string& word : words) {
-    if (word.empty()) throw ConfigError(*origin + ": the key has an empty part");
+    if (word.empty()) throw config_error(*origin + ": the key has an empty part");
     node = &step(*node, word, origin);
   }
   // `assign` drops the quotes: a shell leaves none of the user's intent.
@@ -270,7 +305,9 @@ void substitute_variables(Node& root) {
   if (variables != nullptr && variables->kind != Kind::mapping && variables->kind != Kind::null) {
     fail_at(*variables, variables->description() + " is not a mapping of names to values");
   }
-  Substitution(variables).apply(root);
+  Substitution substitution(variables);
+  substitution.apply(root);
+  substitution.check_unused();
   std::erase_if(root.children, [variables](const auto& child) { return child.get() == variables; });
 }
 

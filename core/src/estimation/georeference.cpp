@@ -106,6 +106,29 @@ void Georeference::to_enu(Belief& belief) const {
   belief.mean.T_map_base = T * belief.mean.T_map_base;
 }
 
+/// δp = Rᵀ (δp_enu − δt − (ẑ × R p) δψ), δθ = Rᵀ (δθ_enu − ẑ δψ). Not on the path of a measurement, so J is dense.
+void Georeference::to_map(Belief& belief) const {
+  const Pose T = T_enu_map(belief.mean);
+  const Eigen::Matrix3d R_map_enu = T.q.toRotationMatrix().transpose();
+  const Eigen::Vector3d lever_enu = belief.mean.T_map_base.p - T.p;  // from the map's origin to the base
+  const Eigen::Vector3d lever_map = R_map_enu * lever_enu;
+  ErrorMatrix J = ErrorMatrix::Identity(layout_.size(), layout_.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    const int p = layout_.active(axis);
+    const int a = layout_.active(3 + axis);
+    for (int k = 0; k < 3; ++k) {
+      if (p >= 0 && layout_.active(k) >= 0) J(p, layout_.active(k)) = R_map_enu(axis, k);
+      if (a >= 0 && layout_.active(3 + k) >= 0) J(a, layout_.active(3 + k)) = R_map_enu(axis, k);
+      if (p >= 0 && (k < 2 || has_height_)) J(p, first_ + k) = -R_map_enu(axis, k);
+    }
+    if (p >= 0) J(p, first_ + yaw_) = axis == 0 ? lever_map.y() : (axis == 1 ? -lever_map.x() : 0.0);
+    if (a >= 0 && axis == 2) J(a, first_ + yaw_) = -1.0;
+  }
+  belief.P = (J * belief.P * J.transpose()).eval();
+  belief.P = (0.5 * (belief.P + belief.P.transpose())).eval();
+  belief.mean.T_map_base = T.inverse() * belief.mean.T_map_base;
+}
+
 void Georeference::take_over_start(Belief& prior) const {
   const auto& pose = layout_.pose_indices();
   const Pose start = prior.mean.T_map_base;

@@ -32,6 +32,9 @@ class WAYMARK_API Georeference {
   NavState in_enu(const NavState& state) const;
   /// The belief with its pose in ENU, composed to first order: mean and covariance, correlations included.
   void to_enu(Belief& belief) const;
+  /// The inverse of `to_enu`: the belief has its pose in ENU, and gets it in the map. Mean and covariance, correlations
+  /// included.
+  void to_map(Belief& belief) const;
   /// Scatters the Jacobians of a model that was linearised at `in_enu(state)`: by the chain rule they become those of
   /// the pose in the map and of the map's place on the Earth. Adds to `out`.
   void scatter(const NavState& state, int block_offset, const Linearization& model, StateJacobian& out) const;

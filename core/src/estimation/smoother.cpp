@@ -28,10 +28,11 @@ void Smoother::amend(const Belief& posterior, bool standing) {
 }
 
 template <class Archive>
-void Smoother::serialize(Archive& archive, std::size_t size) {
+void Smoother::serialize(Archive& archive, std::size_t size, Time now) {
   if (archive.section("smoother", 2) < 2) throw DataError("the checkpoint has an older version");
   std::uint64_t steps = size;
   archive(cut_next_, steps);
+  if (steps != size) throw DataError("the checkpoint has another number of smoothed steps than announced");
   if constexpr (Archive::kReads) nodes_.clear();
   for (std::uint64_t i = 0; i < steps; ++i) {
     Node& node = i < nodes_.size() ? nodes_[i] : nodes_.emplace_back();
@@ -39,6 +40,8 @@ void Smoother::serialize(Archive& archive, std::size_t size) {
     if constexpr (!Archive::kReads) belief = belief_of(node);
     serialize_belief(archive, belief, process_.layout());
     if constexpr (Archive::kReads) {
+      const bool is_next = (i == 0 || belief.stamp > nodes_[i - 1].stamp) && belief.stamp <= now;
+      if (!is_next) throw DataError("the checkpoint has smoothed steps that are not in order");
       node.stamp = belief.stamp;
       node.mean = belief.mean;
       node.P = belief.P;
@@ -46,8 +49,8 @@ void Smoother::serialize(Archive& archive, std::size_t size) {
     archive(node.standing, node.cut_before, node.resets_twist);
   }
 }
-template void Smoother::serialize(OutArchive& archive, std::size_t size);
-template void Smoother::serialize(InArchive& archive, std::size_t size);
+template void Smoother::serialize(OutArchive& archive, std::size_t size, Time now);
+template void Smoother::serialize(InArchive& archive, std::size_t size, Time now);
 
 Belief Smoother::belief_of(const Node& node) const { return {node.stamp, node.mean, node.P}; }
 

@@ -28,9 +28,9 @@ class WAYMARK_API Smoother {
   std::size_t size() const { return nodes_.size(); }
   /// Removes all but the first `size` steps.
   void truncate(std::size_t size) { nodes_.resize(size); }
-  /// The first `size` steps; all that are read.
+  /// The first `size` steps. Reading throws DataError if they are not so many, in order, up to `now`.
   template <class Archive>
-  void serialize(Archive& archive, std::size_t size);
+  void serialize(Archive& archive, std::size_t size, Time now);
 
   /// The smoothed poses of all steps, in order.
   std::vector<SmoothedPose> smooth() const;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "fusion/measurement_archive.hpp"
 #include "fusion/needed_measurements.hpp"
 #include "fusion/parts.hpp"
 #include "waymark/base/error.hpp"
@@ -37,17 +38,28 @@ void serialize_sensor_names(Archive& archive, const std::vector<fusion::SensorRe
   }
 }
 
-/// Of a host that has not started only how many measurements arrived: reading those again is all it takes.
+/// What a rollback leaves alone.
+template <class Archive>
+void serialize_counted(Archive& archive, fusion::SensorRecord& sensor, std::uint64_t& processed_late) {
+  auto mode = static_cast<std::uint8_t>(sensor.mode);
+  archive(sensor.too_late_noted, processed_late, mode);
+  if (mode > static_cast<std::uint8_t>(SensorMode::off)) throw DataError("the checkpoint has an unknown sensor mode");
+  sensor.mode = static_cast<SensorMode>(mode);
+  sensor.policy.evaluate_only = sensor.mode == SensorMode::shadow;
+}
+
+/// Of a host that has no pose, not yet or not any more, only how many measurements arrived: reading those again is all
+/// it takes.
 template <class Archive, class Parts>
 void serialize_progress(Archive& archive, Parts& p, Progress& progress) {
-  if (archive.section("fusion", 4) < 4) throw DataError("the checkpoint has an older version");
+  if (archive.section("fusion", 5) < 5) throw DataError("the checkpoint has an older version");
   serialize_sensor_names(archive, p.committed.sensors);
   archive(progress.arrived, progress.started);
   if (!progress.started) return;
   archive(progress.turns, p.datum, progress.events, p.arrival_events);
   progress.processed_late.resize(p.committed.sensors.size());
   for (std::size_t i = 0; i < p.committed.sensors.size(); ++i)
-    archive(p.committed.sensors[i].too_late_noted, progress.processed_late[i]);
+    serialize_counted(archive, p.committed.sensors[i], progress.processed_late[i]);
   p.maps.serialize(archive, p.committed.filter);
 }
 
@@ -82,7 +94,15 @@ void serialize_committed(Archive& archive, fusion::Committed& committed, fusion:
     serialize_filter(archive, committed.filter);
   }
   archive(mark);
-  committed.smoother.serialize(archive, mark.smoothed);
+  const Time now = has_marks ? mark.filter.particles.front().belief.stamp : committed.filter.stamp();
+  committed.smoother.serialize(archive, mark.smoothed, now);
+}
+
+/// Throws DataError if a mark that was read is not one of this host with so many events.
+void require_mark(const fusion::Mark& mark, std::size_t events, bool has_marks) {
+  if (mark.events > events) throw DataError("the checkpoint has fewer events than announced");
+  if (has_marks && mark.filter.particles.front().belief.stamp > mark.stamp)
+    throw DataError("the checkpoint has particles that are ahead of their time");
 }
 
 Measurement next_again(const Fusion::Next& next) {
@@ -101,23 +121,40 @@ void repeat_arrivals(Parts& p, const Progress& progress, Needed& needed, const F
   for (; p.arrived < progress.arrived; ++p.arrived) {
     Measurement m = next_again(next);
     fusion::SensorRecord& sensor = p.committed.record(m);
-    m.stamp -= sensor.slot.delay;
-    if (p.intake.admit(m, turn)) ++sensor.mistimed;
+    sensor.correct_delay(m);
+    if (p.intake.admit(m, turn)) {
+      ++sensor.mistimed;
+      needed.last.offer(m);  // also what was rejected is reported
+    }
   }
   if (p.turns != progress.turns)
     throw DataError("the log gives other measurements than the checkpoint's: it is another log");
   needed.check();
 }
 
+/// Measurements after a mark are processed again, in their order, from the mark's particles on.
 template <class Parts>
-void resume_started(InArchive& in, Parts& p, Progress& progress, const Fusion::Next& next) {
+void process_again(Parts& p, const std::vector<Measurement>& measurements) {
+  const fusion::MeasurementQueue::Order precedes;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const bool is_next =
+        i == 0 ? measurements[i].stamp >= p.committed.filter.stamp() : precedes(measurements[i - 1], measurements[i]);
+    if (!is_next) throw DataError("the checkpoint needs measurements that are not in order: it is of another log");
+    p.predict_and_process(measurements[i]);
+  }
+}
+
+/// `repeat`: brings the arrivals of before to the parts, and those that are needed to `Needed`.
+template <class Parts, class Repeat>
+void resume_started(InArchive& in, Parts& p, Progress& progress, const Repeat& repeat) {
   Needed needed;
   Fate fate{};
   in(needed, fate);
   fusion::Mark mark = p.committed.mark_without_filter();
   const bool has_marks = p.maps.empty() && p.history.keeps();
   serialize_committed(in, p.committed, mark, has_marks);
-  repeat_arrivals(p, progress, needed, next);
+  require_mark(mark, progress.events.size(), has_marks);
+  repeat(needed);
 
   p.started = true;
   for (Measurement& m : needed.newest.found()) p.committed.record(m).newest = std::move(m);
@@ -125,26 +162,52 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Fusion::N
     p.history.begin(std::move(mark));
     p.committed.events = std::move(progress.events);
     p.committed.roll_back(p.history.marks().front());
-    for (const Measurement& m : needed.after_mark.found()) p.predict_and_process(m);
+    process_again(p, needed.after_mark.found());
   } else {
     p.committed.take(std::move(mark));
     p.committed.events = std::move(progress.events);
   }
+  if (p.committed.filter.stamp() != p.intake.queue().newest_returned())
+    throw DataError("the log ends at another time than the checkpoint: it is another log");
   for (std::size_t i = 0; i < progress.processed_late.size(); ++i)
     p.committed.sensors[i].state.counters.processed_late = progress.processed_late[i];
   p.committed.update_health(p.committed.filter.stamp());
   if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};
 }
 
+/// What came before, of a running robot: nobody can repeat it.
+template <class Archive, class Parts>
+void serialize_arrivals(Archive& archive, Parts& p) {
+  if (archive.section("arrivals", 1) < 1) throw DataError("the checkpoint has an older version");
+  archive(p.intake);
+  for (fusion::SensorRecord& sensor : p.committed.sensors) archive(sensor.mistimed);
+}
+
+void write_all(OutArchive& out, const std::vector<Measurement>& measurements) {
+  out(static_cast<std::uint64_t>(measurements.size()));
+  for (const Measurement& m : measurements) fusion::write_measurement(out, m);
+}
+
+template <class Use>
+void read_all(InArchive& in, std::size_t sensors, const Use& use) {
+  std::uint64_t count = 0;
+  in(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Measurement m = fusion::read_measurement(in);
+    if (m.sensor >= sensors) throw DataError("the checkpoint has a measurement of an unknown sensor");
+    use(std::move(m));
+  }
+}
+
 }  // namespace
 
 void Fusion::save(OutArchive& out) const {
   Parts& p = *parts_;
-  Progress progress{p.arrived, p.started, p.turns, p.committed.events, {}};
+  Progress progress{p.arrived, p.has_pose(), p.turns, p.committed.events, {}};
   for (const fusion::SensorRecord& sensor : p.committed.sensors)
     progress.processed_late.push_back(sensor.state.counters.processed_late);
   serialize_progress(out, p, progress);
-  if (!p.started) return;
+  if (!p.has_pose()) return;
 
   Needed needed;
   for (const Measurement& m : p.history.log()) needed.after_mark.want(m);
@@ -162,13 +225,45 @@ void Fusion::save(OutArchive& out) const {
   }
 }
 
+void Fusion::save_with_measurements(OutArchive& out) const {
+  Parts& p = *parts_;
+  if (!p.has_pose()) throw Error("there is no pose yet");
+  save(out);
+  serialize_arrivals(out, p);
+  std::vector<Measurement> needed(p.history.log().begin(), p.history.log().end());
+  for (const fusion::SensorRecord& sensor : p.committed.sensors) {
+    if (sensor.newest) needed.push_back(*sensor.newest);
+  }
+  if (p.last) needed.push_back(p.last->first);
+  write_all(out, needed);
+  write_all(out, {p.intake.queue().waiting().begin(), p.intake.queue().waiting().end()});
+}
+
+void Fusion::resume_with_measurements(InArchive& in) {
+  Parts& p = *parts_;
+  Progress progress;
+  serialize_progress(in, p, progress);
+  if (!progress.started) throw DataError("the checkpoint was made before the filter started");
+  p.repeating = true;
+  resume_started(in, p, progress, [&](Needed& needed) {
+    serialize_arrivals(in, p);
+    const std::size_t sensors = p.committed.sensors.size();
+    read_all(in, sensors, [&](Measurement&& m) { needed.offer(m); });
+    needed.check();
+    read_all(in, sensors, [&](Measurement&& m) { p.intake.put_back(std::move(m)); });
+    p.arrived = progress.arrived;
+    p.turns = progress.turns;
+  });
+  p.repeating = false;
+}
+
 void Fusion::resume(InArchive& in, const Next& next) {
   Parts& p = *parts_;
   Progress progress;
   serialize_progress(in, p, progress);
   p.repeating = true;
   if (progress.started) {
-    resume_started(in, p, progress, next);
+    resume_started(in, p, progress, [&](Needed& needed) { repeat_arrivals(p, progress, needed, next); });
   } else {
     for (std::uint64_t i = 0; i < progress.arrived; ++i) add(next_again(next));
   }

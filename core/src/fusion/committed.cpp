@@ -86,6 +86,7 @@ Mark Committed::mark_without_filter() const {
 }
 
 void Committed::roll_back(const Mark& mark) {
+  unsound = false;
   filter.restore(mark.filter);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     // Counted on arrival, so it does not roll back.

@@ -51,7 +51,8 @@ struct Committed {
   monitoring::HealthMonitor health;
   estimation::Smoother smoother;
   std::vector<Event> events = {};
-  Time last_stamp{};  ///< of the last measurement, buffered ones before the start included
+  Time last_stamp{};     ///< of the last measurement, buffered ones before the start included
+  bool unsound = false;  ///< no belief can be updated any more: its numbers have no meaning
 
   /// The sensor of a measurement.
   SensorRecord& record(const Measurement& m) { return sensors[m.sensor]; }

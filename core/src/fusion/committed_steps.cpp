@@ -37,6 +37,10 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
                              UpdateResult& result) {
   if (!outcome.usable) {
     result.fate = Fate::unusable;
+    committed_.unsound = committed_.unsound || !committed_.filter.is_sound();
+    if (!committed_.unsound) {
+      note_unusable(m, "the innovation or its covariance is not finite, or the covariance not positive definite");
+    }
     return false;
   }
   SensorState& state = committed_.record(m).state;

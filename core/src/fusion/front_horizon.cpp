@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
 #include "estimation/ekf.hpp"
 #include "fusion/horizons.hpp"
+#include "fusion/parts.hpp"
 
 namespace waymark::fusion {
 
@@ -8,26 +11,31 @@ namespace ekf = estimation::ekf;
 
 FrontHorizon::FrontHorizon(const Committed& committed, const estimation::ProcessModel& process,
                            const std::optional<Datum>& datum)
-    : committed_(committed),
-      process_(process),
+    : process_(process),
       datum_(datum),
       belief_(committed.filter.mixture()),
-      sensors_(committed.sensors.size()) {
-  gates_.reserve(committed.sensors.size());
-  for (const SensorRecord& sensor : committed.sensors) gates_.push_back(sensor.state.fuse);
+      standing_(committed.standstill.standing()) {
+  sensors_.reserve(committed.sensors.size());
+  for (const SensorRecord& record : committed.sensors) {
+    const Sensor* original = record.state.sensor.get();
+    sensors_.push_back({original != nullptr ? original->clone() : nullptr, record.state.fuse, record.policy,
+                        record.slot.delay, record.mode == SensorMode::fused});
+  }
 }
 
 void FrontHorizon::predict(Time to) {
-  if (to > belief_.stamp) process_.predict(belief_, to, standing());
+  if (to > belief_.stamp) process_.predict(belief_, to, standing_);
 }
 
-bool FrontHorizon::fuses(const Measurement& m) { return gates_[m.sensor].fuses(m.stamp); }
+Belief FrontHorizon::predicted(Time to) const {
+  Belief belief = belief_;
+  if (to > belief.stamp) process_.predict(belief, to, standing_);
+  return belief;
+}
 
-Sensor* FrontHorizon::sensor(const Measurement& m) {
-  std::unique_ptr<Sensor>& own = sensors_[m.sensor];
-  const Sensor* original = committed_.record(m).state.sensor.get();
-  if (!own && original != nullptr) own = original->clone();
-  return own.get();
+bool FrontHorizon::fuses(const Measurement& m) {
+  Own& own = sensors_[m.sensor];
+  return own.fuse.fuses(m.stamp) && own.steers;
 }
 
 bool FrontHorizon::follow_motion(const Measurement&, const UpdateList& updates) {
@@ -39,7 +47,7 @@ bool FrontHorizon::follow_motion(const Measurement&, const UpdateList& updates) 
 /// The mixture's pose is in ENU, so no update needs the georeference.
 void FrontHorizon::update(const Measurement& m, std::size_t, const Update& update, UpdateResult&) {
   const StateLayout& layout = process_.layout();
-  const particles::UpdatePolicy& policy = committed_.record(m).policy;
+  const particles::UpdatePolicy& policy = sensors_[m.sensor].policy;
   const int block_offset = layout.block_offset(policy.owner);
   Linearization model;
   estimation::StateJacobian H;

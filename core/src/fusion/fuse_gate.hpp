@@ -34,7 +34,8 @@ class FuseGate {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(first_, last_, stretch_);
+    archive(first_, last_);
+    archive.within(stretch_, 0, 1 << 30);
   }
 
  private:

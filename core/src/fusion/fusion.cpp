@@ -22,7 +22,7 @@ using fusion::UpdateResult;
 void Fusion::add(Measurement m) {
   Parts& p = *parts_;
   ++p.arrived;
-  m.stamp -= p.committed.record(m).slot.delay;
+  p.committed.record(m).correct_delay(m);
   const auto turn = [&](const Measurement& next, bool is_late) { p.dispatch(next, is_late); };
   if (const auto fault = p.intake.admit(m, turn)) p.reject(m, *fault);
 }
@@ -30,8 +30,8 @@ void Fusion::add(Measurement m) {
 void Fusion::Parts::dispatch(const Measurement& m, bool is_late) {
   ++turns;
   // Equal stamps are ordered only within the latency window; without one the order of arrival is sufficient for maps.
-  const bool has_current_stamp = started && !maps.empty() && m.stamp == committed.filter.stamp();
-  if (!started) {
+  const bool has_current_stamp = has_pose() && !maps.empty() && m.stamp == committed.filter.stamp();
+  if (!has_pose()) {
     await_start(m);
   } else if (is_late && !has_current_stamp) {
     process_late(m);
@@ -41,7 +41,13 @@ void Fusion::Parts::dispatch(const Measurement& m, bool is_late) {
 }
 
 void Fusion::Parts::commit(const Measurement& m) {
+  if (is_after_gap(m)) {
+    lose_pose(m.stamp, fmt::format("no measurement for {:.3g} s", to_seconds(m.stamp - committed.filter.stamp())));
+    await_start(m);
+    return;
+  }
   const Fate fate = predict_and_process(m);
+  if (committed.unsound) lose_pose(m.stamp, kUnsound);
   committed.update_health(m.stamp);
   notify_observer(m, fate);
 }
@@ -59,13 +65,15 @@ Fate Fusion::Parts::predict_and_process(const Measurement& m) {
   committed.filter.predict(m.stamp, committed.standstill.standing());
 
   const Fate fate = process(m, present, layout, updates);
+  committed.count(m, fate);
+  committed.unsound = committed.unsound || !committed.filter.has_plausible_variances();
+  if (committed.unsound) return fate;
   if (maps.empty()) {
     committed.filter.record_path();
   } else {
     committed.filter.remember();
   }
   if (settings.smooth) add_to_smoother(fate);
-  committed.count(m, fate);
   return fate;
 }
 
@@ -86,7 +94,7 @@ void apply_updates(const Measurement& m, Horizon& at, const StateLayout& layout,
     result.degraded_reason = updates.degraded_reason();
     // A degraded measurement without updates counts as rejected.
     result.fate = updates.size() == 0 && !result.degraded_reason.empty() ? Fate::gated : Fate::fused;
-    if (at.follow_motion(m, updates)) return;
+    if (at.steers(m) && at.follow_motion(m, updates)) return;
     for (std::size_t i = 0; i < updates.size(); ++i) at.update(m, i, updates[i], result);
   } catch (const DataError& error) {
     result.degraded_reason = updates.degraded_reason();
@@ -121,7 +129,11 @@ Fate process(const Measurement& m, Horizon& at, const StateLayout& layout, Updat
   if (at.fuses(m)) {
     result.fate = Fate::ignored;
     if (at.sensor(m) != nullptr) apply_updates(m, at, layout, updates, result);
-    apply_maps(m, at, result);
+    if (at.steers(m)) {
+      apply_maps(m, at, result);
+    } else {
+      result.fate = Fate::held_out;
+    }
   }
   at.conclude(m, result);
   return result.fate;
@@ -132,15 +144,15 @@ Fate process(const Measurement& m, Horizon& at, const StateLayout& layout, Updat
 void Fusion::Parts::notify_observer(const Measurement& m, Fate fate) {
   last = {m, fate};
   if (observer && !repeating) {
-    if (started) committed.filter.mixture();
-    observer(fusion::SnapshotView(committed, maps.maps(), started, m, fate));
+    if (has_pose()) committed.filter.mixture();
+    observer(fusion::SnapshotView(committed, maps.maps(), has_pose(), m, fate));
   }
 }
 
 /// The front: buffered measurements take the same steps, with one Gaussian and without maps.
 Belief Fusion::front(Time at) const {
   const Parts& p = *parts_;
-  if (!p.started) throw Error("the filter has not started");
+  if (!p.has_pose()) throw Error(p.started ? "the pose is lost" : "the filter has not started");
   if (at < p.committed.filter.stamp()) {
     throw Error(fmt::format("a pose at {} was requested, before the committed time ({})", format_time(at),
                             format_time(p.committed.filter.stamp())));
@@ -152,8 +164,7 @@ Belief Fusion::front(Time at) const {
     front.predict(m.stamp);
     process(m, front, p.layout, updates);
   }
-  front.predict(at);
-  return front.belief();
+  return front.predicted(at);
 }
 
 }  // namespace waymark

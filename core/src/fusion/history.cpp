@@ -33,9 +33,13 @@ const Mark& History::rewind(const Measurement& late, std::vector<Measurement>& a
   return marks_.back();
 }
 
-void History::begin(Mark&& mark) {
+void History::clear() {
   log_.clear();
   marks_.clear();
+}
+
+void History::begin(Mark&& mark) {
+  clear();
   count_ = mark.at;
   marks_.push_back(std::move(mark));
 }

@@ -32,6 +32,8 @@ class History {
   /// moved to `again` and must be appended again.
   const Mark& rewind(const Measurement& late, std::vector<Measurement>& again);
 
+  /// Forgets all: nothing before now is processed again.
+  void clear();
   /// Begins with the mark of a checkpoint.
   void begin(Mark&& mark);
   const std::deque<Mark>& marks() const { return marks_; }

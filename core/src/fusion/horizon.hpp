@@ -25,6 +25,8 @@ class Horizon {
   virtual bool standing() const = 0;
   /// False if the YAML holds this measurement out. Called once per measurement.
   virtual bool fuses(const Measurement& m) = 0;
+  /// False if the measurement is evaluated only (SensorMode::shadow): the pose does not depend on it.
+  virtual bool steers(const Measurement& m) const = 0;
   /// The sensor's plugin; null if none is in service.
   virtual Sensor* sensor(const Measurement& m) = 0;
   /// The map's origin on the Earth, which a geodetic measurement may define; null while unknown.

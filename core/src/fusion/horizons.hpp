@@ -20,7 +20,10 @@ class PresentHorizon final : public Horizon {
 
   const Belief& belief() override { return filter().mixture(); }
   bool standing() const override { return steps_.committed().standstill.standing(); }
-  bool fuses(const Measurement& m) override { return record(m).state.fuse.fuses(m.stamp); }
+  bool fuses(const Measurement& m) override {
+    return record(m).state.fuse.fuses(m.stamp) && record(m).mode != SensorMode::off;
+  }
+  bool steers(const Measurement& m) const override { return steps_.committed().record(m).mode == SensorMode::fused; }
   Sensor* sensor(const Measurement& m) override { return record(m).state.sensor.get(); }
   const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
   bool follow_motion(const Measurement& m, const UpdateList& updates) override;
@@ -57,7 +60,11 @@ class PastHorizon final : public Horizon {
 
   const Belief& belief() override { return at_.mixture(); }
   bool standing() const override { return steps_.committed().standstill.standing(); }
-  bool fuses(const Measurement& m) override { return steps_.committed().record(m).state.fuse.fuses(m.stamp); }
+  bool fuses(const Measurement& m) override {
+    SensorRecord& record = steps_.committed().record(m);
+    return record.state.fuse.fuses(m.stamp) && record.mode != SensorMode::off;
+  }
+  bool steers(const Measurement& m) const override { return steps_.committed().record(m).mode == SensorMode::fused; }
   Sensor* sensor(const Measurement& m) override { return steps_.committed().record(m).state.sensor.get(); }
   const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
   bool follow_motion(const Measurement&, const UpdateList&) override { return false; }
@@ -80,18 +87,25 @@ class PastHorizon final : public Horizon {
   particles::Instant& at_;
 };
 
-/// The front: one Gaussian, the mixture's moments updated with the buffered measurements. It has its own sensors and
-/// fuse gates, so that the committed ones keep their state.
+/// The front: one Gaussian, the mixture's moments updated with measurements that are not committed yet. It has its own
+/// sensors and fuse gates, so that the committed ones keep their state and another thread can use it.
 class FrontHorizon final : public Horizon {
  public:
+  /// `process` must outlive the object.
   FrontHorizon(const Committed& committed, const estimation::ProcessModel& process, const std::optional<Datum>& datum);
 
   void predict(Time to);
+  /// The belief predicted to a later time.
+  Belief predicted(Time to) const;
+  Time stamp() const { return belief_.stamp; }
+  /// The configured delay of the measurement's stamps.
+  Duration delay(const Measurement& m) const { return sensors_[m.sensor].delay; }
 
   const Belief& belief() override { return belief_; }
-  bool standing() const override { return committed_.standstill.standing(); }
+  bool standing() const override { return standing_; }
+  bool steers(const Measurement&) const override { return true; }
   bool fuses(const Measurement& m) override;
-  Sensor* sensor(const Measurement& m) override;
+  Sensor* sensor(const Measurement& m) override { return sensors_[m.sensor].sensor.get(); }
   const Datum* datum(const Measurement&) override { return datum_ ? &*datum_ : nullptr; }
   bool follow_motion(const Measurement& m, const UpdateList& updates) override;
   void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
@@ -104,12 +118,19 @@ class FrontHorizon final : public Horizon {
   void conclude(const Measurement&, UpdateResult&) override {}
 
  private:
-  const Committed& committed_;
+  struct Own {
+    std::unique_ptr<Sensor> sensor;  // a clone; null: none in service
+    FuseGate fuse;
+    particles::UpdatePolicy policy;
+    Duration delay;
+    bool steers;
+  };
+
   const estimation::ProcessModel& process_;
-  const std::optional<Datum>& datum_;
+  std::optional<Datum> datum_;
   Belief belief_;
-  std::vector<FuseGate> gates_;
-  std::vector<std::unique_ptr<Sensor>> sensors_;  // clones, made on demand
+  bool standing_;
+  std::vector<Own> sensors_;
 };
 
 }  // namespace waymark::fusion

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "fusion/measurement_queue.hpp"
 #include "monitoring/clock_monitor.hpp"
@@ -32,6 +33,13 @@ class Intake {
   void finish(const Turn& turn) {
     while (auto next = queue_.pop()) turn(*next, false);
   }
+
+  /// All but the waiting measurements, for a checkpoint.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(clocks_, queue_);
+  }
+  void put_back(Measurement&& measurement) { queue_.put_back(std::move(measurement)); }
 
   const MeasurementQueue& queue() const { return queue_; }
   const monitoring::ClockMonitor& clocks() const { return clocks_; }

@@ -31,7 +31,12 @@ Fate Fusion::Parts::roll_back_and_repeat(const Measurement& m) {
   committed.roll_back(history.rewind(m, again));
   Fate fate = Fate::late;
   for (const Measurement& repeated : again) {
+    if (!has_pose()) {
+      await_start(repeated);
+      continue;
+    }
     const Fate one = predict_and_process(repeated);
+    if (committed.unsound) lose_pose(repeated.stamp, kUnsound);
     if (repeated.sensor == m.sensor && repeated.sequence == m.sequence) fate = one;
   }
   return fate;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "waymark/base/api.hpp"
 #include "waymark/interface/measurement.hpp"
@@ -24,7 +25,17 @@ class WAYMARK_API MeasurementQueue {
   /// The oldest measurement, due or not: for the end of the log.
   std::optional<Measurement> pop();
 
+  /// Stamp of the newest measurement that was returned; the earliest time if none was.
+  Time newest_returned() const { return std::get<Time>(handed_out_); }
+
   std::size_t size() const { return waiting_.size(); }
+
+  /// All but the waiting measurements, for a checkpoint; they are restored with `put_back`.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(newest_arrival_, std::get<0>(handed_out_), std::get<1>(handed_out_), std::get<2>(handed_out_));
+  }
+  void put_back(Measurement&& measurement) { waiting_.insert(std::move(measurement)); }
 
   /// The total order.
   struct Order {

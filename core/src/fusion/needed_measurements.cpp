@@ -8,9 +8,16 @@
 namespace waymark::fusion {
 
 void NeededMeasurements::offer(const Measurement& m) {
+  const auto place = places_.find({m.sensor, m.sequence});
+  if (place != places_.end()) found_[place->second] = m;
+}
+
+void NeededMeasurements::prepare() {
+  places_.clear();
   for (std::size_t i = 0; i < keys_.size(); ++i) {
-    if (keys_[i] == Key{m.sensor, m.sequence}) found_[i] = m;
+    if (!places_.emplace(keys_[i], i).second) throw DataError("the checkpoint needs a measurement twice");
   }
+  found_.assign(keys_.size(), {});
 }
 
 void NeededMeasurements::check() const {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
+#include <tuple>
 #include <vector>
 
 #include "waymark/interface/measurement.hpp"
@@ -14,7 +17,10 @@ namespace waymark::fusion {
 class NeededMeasurements {
  public:
   /// Adds a needed measurement.
-  void want(const Measurement& m) { keys_.push_back({m.sensor, m.sequence}); }
+  void want(const Measurement& m) {
+    places_.emplace(Key{m.sensor, m.sequence}, keys_.size());
+    keys_.push_back({m.sensor, m.sequence});
+  }
   /// Stores `m` if it is needed.
   void offer(const Measurement& m);
   /// Throws DataError if one of them was not in the log.
@@ -22,10 +28,11 @@ class NeededMeasurements {
   /// The needed measurements that were read.
   std::vector<Measurement>& found() { return found_; }
 
+  /// Reading throws DataError if one of them is listed twice.
   template <class Archive>
   void serialize(Archive& archive) {
     archive(keys_);
-    if constexpr (Archive::kReads) found_.assign(keys_.size(), {});
+    if constexpr (Archive::kReads) prepare();
   }
 
  private:
@@ -33,14 +40,19 @@ class NeededMeasurements {
     std::uint32_t sensor = 0;
     std::uint64_t sequence = 0;
 
-    bool operator==(const Key&) const = default;
+    bool operator<(const Key& other) const {
+      return std::tie(sensor, sequence) < std::tie(other.sensor, other.sequence);
+    }
     template <class Archive>
     void serialize(Archive& archive) {
       archive(sensor, sequence);
     }
   };
 
+  void prepare();
+
   std::vector<Key> keys_;
+  std::map<Key, std::size_t> places_;  // in that list
   std::vector<Measurement> found_;
 };
 

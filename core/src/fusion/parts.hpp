@@ -30,14 +30,22 @@ struct Fusion::Parts {
   void notify_observer(const Measurement& m, Fate fate);
   void reject(const Measurement& m, const std::string& fault);
   void add_to_smoother(Fate fate);
-  // Before the start. (start.cpp)
+  // Before the start, and after the pose was lost. (start.cpp)
   void await_start(const Measurement& m);
   void begin(const fusion::Start& start);
+  void begin_anew(const fusion::Start& start);
+  bool is_after_gap(const Measurement& m) const;
+  fusion::Start last_pose(Time at) const;
+  void lose_pose(Time at, const std::string& why);
+  /// True if there is a pose: the filter has started, and its pose is not lost.
+  bool has_pose() const { return started && !searching; }
   // Late measurements. (late.cpp)
   void process_late(const Measurement& m);
   Fate roll_back_and_repeat(const Measurement& m);
   void note_too_late(const Measurement& m);
   void mark_if_due();
+
+  static constexpr const char* kUnsound = "the covariance is not positive definite any more";
 
   FusionSettings settings;
   StateLayout layout;
@@ -58,6 +66,7 @@ struct Fusion::Parts {
   std::uint64_t turns = 0;  // measurements in the total order so far, late ones included
   UpdateList updates;       // of the last measurement
   bool started = false;
+  bool searching = false;  // the pose was lost and is searched for
   bool repeating = false;  // measurements of a checkpoint are processed again: nothing is reported
 };
 

@@ -33,7 +33,7 @@ bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& u
 void PresentHorizon::update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) {
   SensorRecord& record = this->record(m);
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
-  if (!steps_.account(m, index, outcome, result)) return;
+  if (!steps_.account(m, index, outcome, result) || record.policy.evaluate_only) return;
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
     if (index == 0 && is_position) check_for_bias(m, outcome, result);

@@ -20,7 +20,8 @@ namespace waymark::fusion {
 
 /// State of a sensor that a rollback restores.
 struct SensorState {
-  std::shared_ptr<Sensor> sensor;  ///< null: for maps only, or out of service
+  static constexpr int kMostCounted = 1 << 30;  ///< in a checkpoint
+  std::shared_ptr<Sensor> sensor;               ///< null: for maps only, or out of service
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
@@ -34,9 +35,11 @@ struct SensorState {
   /// Reading throws DataError if a sensor is in service that this host lacks.
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(fuse);
-    archive.bytes(&counters, sizeof counters);
-    archive(rejections_in_a_row, bias, biased, ignored_noted, not_localized_noted);
+    archive(fuse, counters);
+    for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
+    archive(bias);
+    archive.within(biased, 0, kMostCounted);
+    archive(ignored_noted, not_localized_noted);
     bool in_service = sensor != nullptr;
     archive(in_service);
     if (in_service && !sensor) throw DataError("the checkpoint has a sensor in service that the configuration lacks");
@@ -53,10 +56,15 @@ struct SensorRecord {
   SensorTraits traits;  ///< of the plugin, if there is one
   SensorState state;
 
+  SensorMode mode = SensorMode::fused;  ///< set by commands: not rolled back
+
   // Counted on arrival: not rolled back.
   std::uint64_t mistimed = 0;
-  bool too_late_noted = false;        ///< there is an event already
-  std::optional<Measurement> newest;  ///< for maps with several inputs
+  bool too_late_noted = false;             ///< there is an event already
+  std::optional<Measurement> newest = {};  ///< for maps with several inputs
+
+  /// Subtracts the sensor's delay from the stamp. A stamp out of range stays out of range.
+  void correct_delay(Measurement& m) const { m.stamp = moved(m.stamp, -slot.delay).value_or(Time::min()); }
 };
 
 }  // namespace waymark::fusion

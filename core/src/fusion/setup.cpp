@@ -87,7 +87,7 @@ std::vector<SensorRecord> make_records(const std::vector<SensorSlot>& sensors, c
                                          slot.weight_exponent, false, traits.is_absolute};
     const bool triggering = std::ranges::any_of(maps, [&](const MapSlot& map) { return triggers(map, i); });
     SensorState state{slot.sensor, FuseGate(slot.fuse)};
-    records.push_back({slot, policy, triggering, traits, std::move(state), 0, false, std::nullopt});
+    records.push_back({slot, policy, triggering, traits, std::move(state)});
   }
   return records;
 }

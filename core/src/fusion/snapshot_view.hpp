@@ -29,6 +29,7 @@ class SnapshotView final : public Snapshot {
   const Belief& belief() const override { return filter_.mixture(); }
   const StateLayout& layout() const override { return filter_.layout(); }
   double effective_sample_size() const override { return filter_.effective_sample_size(); }
+  std::uint64_t mapping_steps() const override { return filter_.mapping_steps(); }
   const Health& health() const override { return health_; }
   std::vector<ParticleView> particles() const override;
   std::vector<StampedPose> best_path() const override;

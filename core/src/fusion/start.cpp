@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Before the start: measurements are buffered until start pose and first motion measurement are known, then processed
-// in order.
-#include <algorithm>
+// in order. The same after the pose was lost.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimation/ekf.hpp"
 #include "fusion/parts.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark {
 
@@ -14,11 +21,19 @@ void Fusion::Parts::await_start(const Measurement& m) {
 }
 
 void Fusion::Parts::begin(const fusion::Start& start) {
-  committed.filter.start(start.prior, start.draw);
+  if (started) {
+    begin_anew(start);
+  } else {
+    committed.filter.start(start.prior, start.draw);
+    committed.health.start(start.prior.stamp);
+    started = true;
+  }
   committed.filter.mixture();  // `front` may be called before the first commit
-  started = true;
-  committed.health.start(start.prior.stamp);
   for (const Measurement& m : startup.release()) {
+    if (searching) {
+      await_start(m);  // a gap between the buffered measurements
+      continue;
+    }
     const bool before = m.stamp < start.prior.stamp;
     // Alternation and stretches count from its first measurement.
     if (before) committed.record(m).state.fuse.fuses(m.stamp);
@@ -34,11 +49,99 @@ void Fusion::Parts::begin(const fusion::Start& start) {
   }
 }
 
+/// Increments measure the motion between two stamps, however long that is, unless the clock was set in between.
+bool Fusion::Parts::is_after_gap(const Measurement& m) const {
+  const Duration gap = m.stamp - committed.filter.stamp();
+  return gap > settings.clock.max_gap && (gap > settings.clock.max_jump || !committed.standstill.is_known_until_next());
+}
+
+/// The last pose, in case that nothing finds another one: anywhere around it, with any heading.
+fusion::Start Fusion::Parts::last_pose(Time at) const {
+  constexpr double kLostSigmas = 2.0;
+  const double position_sigma = std::max(kLostSigmas * settings.health.lost_sigma, settings.start.position_sigma);
+  const double yaw_sigma = std::numbers::pi / std::numbers::sqrt3;  // of a uniform distribution
+  const auto& pose = layout.pose_indices();
+  fusion::Start start;
+  start.keeps_pose = true;
+  start.prior.stamp = at;
+  start.prior.mean.block.setZero(layout.block_size());
+  start.prior.P.setZero(layout.size(), layout.size());
+  estimation::ekf::release(start.prior, layout, settings.start.velocity_sigma, settings.start.rate_sigma);
+  start.prior.P(pose[0], pose[0]) = start.prior.P(pose[1], pose[1]) = position_sigma * position_sigma;
+  start.prior.P(pose[2], pose[2]) = yaw_sigma * yaw_sigma;
+  return start;
+}
+
+/// What was predicted up to here says nothing about the time after a gap, and what was computed from a covariance that
+/// is none says nothing at all. Maps and the sensors' own states stay.
+void Fusion::Parts::lose_pose(Time at, const std::string& why) {
+  committed.note(at, why + ": the pose is lost; position, heading and twist are found anew, as at the start");
+  searching = true;
+  committed.unsound = false;
+  // Until then the last pose stands, so that the results of a run that ends here are not those of a broken filter.
+  committed.filter.begin_anew({last_pose(committed.filter.stamp()).prior, true});
+  committed.filter.mixture();
+  startup.search_again(last_pose(at), settings.clock.max_gap, !maps.empty());
+  history.clear();
+  committed.health.search();
+  committed.update_health(at);
+}
+
+void Fusion::Parts::begin_anew(const fusion::Start& start) {
+  searching = false;
+  committed.filter.begin_anew({start.prior, start.keeps_pose});
+  committed.standstill.reset();
+  committed.health.begin_anew(start.prior.stamp);
+  for (fusion::SensorRecord& sensor : committed.sensors) {
+    sensor.state.rejections_in_a_row.fill(0);
+    sensor.state.bias.reset();
+  }
+  if (settings.smooth) committed.smoother.cut_next();
+  committed.note(start.prior.stamp,
+                 start.keeps_pose ? "no sensor found the pose anew: the filter goes on from the last one, with a wide "
+                                    "covariance"
+                                  : "position and heading were found anew");
+}
+
+void Fusion::set_pose(const GivenPose& pose) {
+  Parts& p = *parts_;
+  if (!p.started) throw Error("the filter has not started");
+  const bool is_valid = pose.position.allFinite() && std::isfinite(pose.yaw) && std::isfinite(pose.position_sigma) &&
+                        std::isfinite(pose.yaw_sigma) && pose.position_sigma > 0.0 && pose.yaw_sigma > 0.0;
+  if (!is_valid) throw Error("a pose needs finite numbers, and a positive σ of position and heading");
+  fusion::Start start = p.last_pose(p.committed.filter.stamp());
+  start.keeps_pose = false;
+  const Pose& last = p.committed.filter.mixture().mean.T_map_base;
+  const Eigen::Quaterniond turn = so3::from_rpy(0.0, 0.0, pose.yaw - last.yaw());
+  start.prior.mean.T_map_base = {turn * last.q, {pose.position.x(), pose.position.y(), last.p.z()}};
+  const auto& index = p.layout.pose_indices();
+  start.prior.P(index[0], index[0]) = start.prior.P(index[1], index[1]) = pose.position_sigma * pose.position_sigma;
+  start.prior.P(index[2], index[2]) = pose.yaw_sigma * pose.yaw_sigma;
+  p.committed.note(start.prior.stamp,
+                   fmt::format("the pose was set to x {:.3f} m, y {:.3f} m, heading {:.1f}°", pose.position.x(),
+                               pose.position.y(), pose.yaw * 180.0 / std::numbers::pi));
+  p.history.clear();
+  if (p.searching) {
+    p.begin(start);
+  } else {
+    p.begin_anew(start);
+    p.committed.filter.mixture();
+  }
+}
+
 void Fusion::finish() {
   Parts& p = *parts_;
   p.intake.finish([&](const Measurement& m, bool is_late) { p.dispatch(m, is_late); });
-  if (p.started) return;
-  for (const Measurement& m : p.startup.release()) p.committed.count(m, Fate::before_start);
+  if (p.has_pose()) return;
+  for (const Measurement& m : p.startup.release()) {
+    p.committed.count(m, Fate::before_start);
+    if (p.started) p.notify_observer(m, Fate::before_start);
+  }
+  if (p.started) {
+    p.committed.note(p.committed.last_stamp, "the pose was lost and not found again: " + p.startup.missing());
+    p.committed.events.back().is_failure = true;
+    return;
+  }
   p.committed.note(p.committed.last_stamp, "the filter never started: " +
                                                (p.arrived == 0 ? "no measurement has arrived" : p.startup.missing()));
 }

@@ -24,6 +24,14 @@ std::optional<Start> StartFinder::process(const Measurement& measurement, const 
   return make_start(fix != nullptr ? fix->stamp : measurement.stamp, fix);
 }
 
+void StartFinder::restart(const StartSettings& settings, StartSources sources) {
+  settings_ = settings;
+  sources_ = sources;
+  first_fixes_.clear();
+  yaw_.reset();
+  yaw_sigma_ = 0.0;
+}
+
 /// Heading from the course between two fixes of one antenna: two antennas are apart also at standstill.
 void StartFinder::update_course(const Measurement& measurement, const StartHint& hint) {
   const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);

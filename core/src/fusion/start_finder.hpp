@@ -17,6 +17,7 @@ struct Start {
   std::uint32_t used_sensor = 0;  ///< the measurement that gave the position, if `used`; not to be fused again
   std::uint64_t used_sequence = 0;
   bool used = false;
+  bool keeps_pose = false;  ///< of a new start: the position before, with the covariance of the prior
 };
 
 /// What gives or constrains the start pose.
@@ -35,6 +36,10 @@ class StartFinder {
   /// Adds the next measurement in stamp order, with its sensor's hint. Returns the start once it is known.
   std::optional<Start> process(const Measurement& measurement, const std::optional<StartHint>& hint);
 
+  /// Begins the search anew.
+  void restart(const StartSettings& settings, StartSources sources);
+  /// True if the position is known: given, or measured.
+  bool has_position() const { return settings_.position || !first_fixes_.empty(); }
   /// The missing information, as a text for users.
   std::string missing() const;
 

@@ -11,16 +11,25 @@
 
 namespace waymark::fusion {
 
-/// Buffers measurements until the start pose and the first motion measurement are known.
+/// Buffers measurements until the start pose and the first motion measurement are known. Once more after the pose was
+/// lost.
 class Startup {
  public:
   /// `motion_from_maps`: without a motion sensor, the first mapping measurement starts the filter.
   Startup(const StartSettings& settings, const StateLayout& layout, StartSources sources, bool motion_from_maps)
-      : finder_(settings, layout, sources), motion_from_maps_(motion_from_maps) {}
+      : settings_(settings),
+        layout_(layout),
+        sources_(sources),
+        finder_(settings, layout, sources),
+        motion_from_maps_(motion_from_maps) {}
 
   /// Adds the next measurement, with its sensor's hint. Returns the start of the filter once it is known.
   std::optional<Start> process(const Measurement& m, const std::optional<StartHint>& hint,
                                const std::vector<SensorRecord>& sensors);
+  /// The pose was lost: position and heading are searched with absolute sensors, whatever the YAML says of the start.
+  /// Without one, nothing can find them: then, and after `patience` without a position, or without both where there are
+  /// maps, the filter goes on from `last_pose`.
+  void search_again(Start last_pose, Duration patience, bool has_maps);
   /// False once the start pose is found.
   bool needs_pose() const { return !start_; }
   /// Returns the buffered measurements, in the total order, and clears the buffer.
@@ -29,8 +38,21 @@ class Startup {
   std::string missing() const;
 
  private:
+  /// What happens if nothing finds the pose.
+  struct LastPose {
+    Start start;
+    Duration patience;
+    bool has_maps;
+  };
+  bool has_waited_enough(const Measurement& m) const;
+  std::optional<Start> at_first_motion(const std::vector<SensorRecord>& sensors) const;
+
+  StartSettings settings_;
+  const StateLayout& layout_;
+  StartSources sources_;
   StartFinder finder_;
   bool motion_from_maps_;
+  std::optional<LastPose> last_pose_;  // of a search for a pose that was lost
   std::vector<Measurement> buffer_;
   std::optional<Start> start_;  // found, but no motion is measured yet
 };

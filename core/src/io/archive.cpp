@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "waymark/base/error.hpp"
@@ -12,8 +13,6 @@ static_assert(std::endian::native == std::endian::little, "archives are written 
 namespace waymark {
 namespace {
 
-// A damaged count must not allocate the whole memory.
-constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 34;
 constexpr std::uint64_t kMaxNameLength = 4096;
 constexpr std::uint32_t kSectionMark = 0x54434553u;  // "SECT"
 
@@ -38,6 +37,18 @@ bool OutArchive::first_sight(const void* object) {
   return is_new;
 }
 
+InArchive::InArchive(std::istream& stream) : stream_(stream) {
+  const std::istream::pos_type here = stream_.tellg();
+  if (here != std::istream::pos_type(-1)) {
+    stream_.seekg(0, std::ios::end);
+    const std::istream::pos_type end = stream_.tellg();
+    stream_.clear();
+    stream_.seekg(here);
+    if (end != std::istream::pos_type(-1)) left_ = static_cast<std::uint64_t>(end - here);
+  }
+  stream_.clear();
+}
+
 std::uint32_t InArchive::section(std::string_view name, std::uint32_t newest) {
   std::uint32_t mark = 0;
   value(mark);
@@ -60,32 +71,31 @@ void InArchive::bytes(void* data, std::size_t size) {
   if (size == 0) return;
   stream_.read(static_cast<char*>(data), static_cast<std::streamsize>(size));
   if (!stream_) fail("the stream ends early");
+  if (left_ != kUnknown) left_ -= std::min<std::uint64_t>(left_, size);
 }
 
 std::size_t InArchive::count(std::size_t element_size) {
   std::uint64_t elements = 0;
   value(elements);
-  if (elements > kMaxBytes / element_size) fail("a length is damaged");
-  // If the stream has an end, a length beyond it is rejected before any memory is allocated.
-  const std::istream::pos_type here = stream_.tellg();
-  if (here != std::istream::pos_type(-1)) {
-    stream_.seekg(0, std::ios::end);
-    const std::istream::pos_type end = stream_.tellg();
-    stream_.clear();
-    stream_.seekg(here);
-    if (end != std::istream::pos_type(-1) && elements * element_size > static_cast<std::uint64_t>(end - here)) {
-      fail("the stream ends early");
-    }
-  } else {
-    stream_.clear();
-  }
+  require_left(elements, element_size);
   return static_cast<std::size_t>(elements);
 }
 
-std::shared_ptr<void> InArchive::shared(std::uint64_t& number) {
+void InArchive::require_left(std::uint64_t elements, std::size_t element_size) const {
+  if (elements > left_ / element_size) fail("the stream ends early");
+}
+
+std::shared_ptr<void> InArchive::shared_of(std::type_index type, std::uint64_t& number) {
   value(number);
-  const auto it = objects_.find(number);
-  return it == objects_.end() ? nullptr : it->second;
+  if (number > objects_.size()) fail("a shared object was skipped");
+  if (number == objects_.size()) {
+    objects_.emplace_back();
+    return nullptr;
+  }
+  const Object& known = objects_[static_cast<std::size_t>(number)];
+  if (known.object == nullptr) fail("a shared object is a part of itself");
+  if (known.type != type) fail("a shared object has another type");
+  return known.object;
 }
 
 void InArchive::fail(std::string_view what) const { throw DataError(fmt::format("checkpoint: {}", what)); }

@@ -33,7 +33,8 @@ class BiasWatch {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(count_, mean_, white_, variance_);
+    archive.within(count_, 0.0, kWindow);
+    archive(mean_, white_, variance_);
   }
 
  private:

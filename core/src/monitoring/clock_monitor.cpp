@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "waymark/interface/payloads.hpp"
+
 namespace waymark::monitoring {
 
 namespace {
@@ -24,7 +26,12 @@ double seconds(Time time) { return to_seconds(time.time_since_epoch()); }
 std::optional<std::string> ClockMonitor::fault(const Measurement& m) {
   Arrivals& sensor = sensors_[m.sensor];
   ++sensor.count;
-  auto found = find_fault(m, sensor);
+  std::optional<std::string> found;
+  if (is_stamp(m.stamp) && is_stamp(m.arrival)) {
+    found = find_fault(m, sensor);
+  } else {
+    found = "stamp or arrival lies more than 146 years from the epoch: it is no time";
+  }
   if (found) {
     ++sensor.mistimed;
     return found;
@@ -55,15 +62,16 @@ std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Arriva
     return fmt::format("stamp {:.3f} for the {}th time in a row: the clock is stuck", seconds(m.stamp),
                        sensor.equal_in_a_row + 1);
   }
-  if (now_ && m.stamp - *now_ > settings_.max_jump) {
+  measures_steps_ = measures_steps_ || (m.payload && m.payload->type() == PoseIncrement::kType);
+  if (now_ && m.stamp - *now_ > longest_step()) {
     // One stamp years ahead would make all others late; several that agree are a clock that was set.
     const bool agrees =
         jumps_in_a_row_ > 0 && m.stamp - jumped_to_ < settings_.max_jump && jumped_to_ - m.stamp < settings_.max_jump;
     jumps_in_a_row_ = agrees ? jumps_in_a_row_ + 1 : 1;
     jumped_to_ = m.stamp;
     if (jumps_in_a_row_ < kAgreeing) {
-      return fmt::format("stamp {:.3f} lies {:.3g} s after all others: the clock jumped", seconds(m.stamp),
-                         to_seconds(m.stamp - *now_));
+      return fmt::format("stamp {:.3f} lies {:.3g} s after all others: the clock jumped, or nothing was measured",
+                         seconds(m.stamp), to_seconds(m.stamp - *now_));
     }
   }
   jumps_in_a_row_ = 0;
@@ -72,6 +80,11 @@ std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Arriva
                        to_seconds(*now_ - m.stamp));
   }
   return std::nullopt;
+}
+
+/// Steps of odometry measure the motion in a gap, so only a clock that jumped makes it a new start.
+Duration ClockMonitor::longest_step() const {
+  return measures_steps_ ? settings_.max_jump : std::min(settings_.max_jump, settings_.max_gap);
 }
 
 void ClockMonitor::report(std::size_t index, SensorReport& report) const {

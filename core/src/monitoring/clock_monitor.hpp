@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/error.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/snapshot.hpp"
@@ -24,6 +25,16 @@ class ClockMonitor {
   /// Fills in the statistics of the arrivals: counts, first and last stamp, latency, longest gap.
   void report(std::size_t sensor, SensorReport& report) const;
 
+  /// Reading throws DataError if the checkpoint is of another configuration.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    auto count = static_cast<std::uint64_t>(sensors_.size());
+    archive(count);
+    if (count != sensors_.size()) throw DataError("the checkpoint has another number of sensors");
+    for (Arrivals& sensor : sensors_) archive(sensor);
+    archive(now_, jumps_in_a_row_, jumped_to_);
+  }
+
  private:
   struct Arrivals {
     std::uint64_t count = 0;
@@ -37,12 +48,20 @@ class ClockMonitor {
     double latency_sum = 0.0;
     double latency_max = 0.0;
     Duration gap_max{};
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(count, reordered, mistimed, timed, equal_in_a_row, first, newest, previous, latency_sum, latency_max,
+              gap_max);
+    }
   };
   std::optional<std::string> find_fault(const Measurement& m, Arrivals& sensor);
+  Duration longest_step() const;
 
   ClockSettings settings_;
   std::vector<Arrivals> sensors_;
-  std::optional<Time> now_;  // newest arrival with a plausible stamp
+  std::optional<Time> now_;      // newest arrival with a plausible stamp
+  bool measures_steps_ = false;  // some sensor delivers increments
   int jumps_in_a_row_ = 0;
   Time jumped_to_{};
 };

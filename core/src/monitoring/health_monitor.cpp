@@ -51,6 +51,22 @@ HealthMonitor::HealthMonitor(const HealthSettings& settings, const std::vector<R
   health_.probability_off_3_sigma = std::exp(-0.5 * kThreeSigmaSquared);
 }
 
+void HealthMonitor::search() {
+  searching_ = true;
+  // The gap is no interval between two measurements of a sensor.
+  for (Track& track : sensors_) {
+    track.last.reset();
+    track.last_good.reset();
+    track.degraded_at.reset();
+  }
+}
+
+void HealthMonitor::begin_anew(Time stamp) {
+  searching_ = false;
+  began_anew_ = stamp;
+  started_ = stamp;
+}
+
 void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& result) {
   Track& track = sensors_[index];
   if (track.last && stamp > *track.last) {
@@ -153,8 +169,10 @@ void HealthMonitor::judge(Time now, double position_sigma) {
   const auto set = [&](Health::State state, std::string_view why) {
     set_state(health_.state, state, health_.reason, why);
   };
+  if (searching_) return set(lost, "position and heading are found anew");
   if (!motion) return set(lost, "no motion source delivers");
   if (position_sigma > settings_.lost_sigma) return set(lost, "the position is too uncertain");
+  if (began_anew_ && now - *began_anew_ < kAfterReacquisition) return set(lost, "position and heading began anew");
   if (reacquired_ && now - *reacquired_ < kAfterReacquisition) {
     return set(lost, "the covariance was inflated to re-acquire a sensor");
   }

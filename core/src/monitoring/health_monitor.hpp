@@ -40,6 +40,10 @@ class HealthMonitor {
 
   /// The filter starts.
   void start(Time stamp) { started_ = stamp; }
+  /// The pose is lost and searched for, until `begin_anew`.
+  void search();
+  /// The pose was found anew, or taken from before with a wide covariance.
+  void begin_anew(Time stamp);
   /// Adds the result of a measurement.
   void record(std::size_t sensor, Time stamp, const UpdateResult& result);
   /// The sensor's plugin is out of service.
@@ -58,8 +62,8 @@ class HealthMonitor {
   /// Reading throws DataError if the checkpoint has an older version.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("health", 3) < 3) throw DataError("the checkpoint has an older version");
-    archive(started_, reacquired_);
+    if (archive.section("health", 4) < 4) throw DataError("the checkpoint has an older version");
+    archive(started_, reacquired_, began_anew_);
     for (Track& track : sensors_) archive(track);
   }
 
@@ -96,6 +100,8 @@ class HealthMonitor {
   std::vector<Track> sensors_;
   std::optional<Time> started_;
   std::optional<Time> reacquired_;
+  std::optional<Time> began_anew_;  // the filter, after its pose was lost
+  bool searching_ = false;          // the pose is lost; not on a checkpoint, which repeats a search
   Health health_;
 };
 

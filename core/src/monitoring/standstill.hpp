@@ -34,6 +34,11 @@ class Standstill {
 
   bool standing() const { return standing_; }
 
+  /// True if the last report of a sensor is valid until its next one: the motion is known, however long it is silent.
+  bool is_known_until_next() const {
+    return std::any_of(reports_.begin(), reports_.end(), [](const Report& r) { return r.any && r.until_next; });
+  }
+
   /// Ends the standstill if all motion sensors are silent; true if this ended it.
   bool lapses(Time now) {
     if (!standing_ || std::any_of(reports_.begin(), reports_.end(), [&](const Report& r) {
@@ -43,6 +48,12 @@ class Standstill {
     }
     standing_ = false;
     return true;
+  }
+
+  /// Nothing is known about the motion, as before the first report.
+  void reset() {
+    std::fill(reports_.begin(), reports_.end(), Report{});
+    standing_ = false;
   }
 
   template <class Archive>

@@ -21,6 +21,9 @@ void ParticleFilter::restore(const State& state) {
 
 namespace {
 
+constexpr double kMostLogWeight = 1e100;  // negative: of no weight at all
+constexpr double kRounding = 1e-6;        // normalised weights are not above 1
+
 /// A map that may be out of service, of the module that made it.
 void serialize_map(OutArchive& out, const std::unique_ptr<ParticleMap>& map, const MapModule* /*module*/) {
   out.value(map != nullptr);
@@ -48,9 +51,12 @@ void ParticleFilter::serialize(Archive& archive, State& state) const {
   state.particles.resize(set_.size());
   for (Particle& particle : state.particles) {
     estimation::serialize_belief(archive, particle.belief, layout());
-    archive(particle.log_weight, particle.path);
+    archive.within(particle.log_weight, -kMostLogWeight, kRounding);
+    archive(particle.path);
     particle.maps.resize(modules_.size());
     for (std::size_t i = 0; i < modules_.size(); ++i) serialize_map(archive, particle.maps[i], modules_[i].get());
+    if (particle.belief.stamp != state.particles.front().belief.stamp)
+      throw DataError("the checkpoint has particles of different times");
   }
 }
 template void ParticleFilter::serialize(OutArchive& archive, State& state) const;
@@ -58,9 +64,11 @@ template void ParticleFilter::serialize(InArchive& archive, State& state) const;
 
 template <class Archive>
 void ParticleFilter::serialize_rest(Archive& archive) {
-  recollection_.past().serialize(archive, set_.size(), layout());
+  recollection_.past().serialize(archive, set_.size(), layout(), stamp());
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
-  if (mixture_is_current_) estimation::serialize_belief(archive, mixture_, layout());
+  if (!mixture_is_current_) return;
+  estimation::serialize_belief(archive, mixture_, layout());
+  if (mixture_.stamp != stamp()) throw DataError("the checkpoint has a mixture of another time than its particles");
 }
 
 void ParticleFilter::save(OutArchive& out) const {

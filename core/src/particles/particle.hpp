@@ -43,6 +43,7 @@ struct UpdatePolicy {
   double weight_exponent = 1.0;  ///< on the evidence only
   bool ignore_gate = false;      ///< re-acquisition
   bool absolute = false;         ///< the model has the pose in ENU, so its update needs the georeference
+  bool evaluate_only = false;    ///< innovation and gate only; nothing is applied or weighed
 };
 
 /// The result of one update for the mixture.

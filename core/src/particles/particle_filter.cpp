@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particles/particle_filter.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <functional>
 #include <utility>
@@ -91,6 +92,28 @@ void ParticleFilter::start(const Belief& prior, bool draw) {
   recollection_.past().clear();
   set_.normalize();
   mixture_is_current_ = false;
+}
+
+void ParticleFilter::begin_anew(const estimation::NewStart& start) {
+  for (Particle& particle : set_) {
+    // Dead reckoning before the gap is not corrected by what is found after it.
+    const Pose last = particle.belief.mean.T_map_base;
+    particle.path.distribute_correction(last, last);
+    estimation::begin_anew(particle.belief, start, layout(), georeference_);
+  }
+  recollection_.past().clear();
+  set_.normalize();
+  mixture_is_current_ = false;
+}
+
+bool ParticleFilter::is_sound() const {
+  return std::ranges::all_of(set_.all(),
+                             [](const Particle& particle) { return estimation::is_sound(particle.belief); });
+}
+
+bool ParticleFilter::has_plausible_variances() const {
+  return std::ranges::all_of(
+      set_.all(), [](const Particle& particle) { return estimation::has_plausible_variances(particle.belief); });
 }
 
 void ParticleFilter::predict(Time to, bool standing) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "estimation/georeference.hpp"
+#include "estimation/new_start.hpp"
 #include "estimation/process_model.hpp"
 #include "particles/instant.hpp"
 #include "particles/mapping_step.hpp"
@@ -41,6 +42,14 @@ class WAYMARK_API ParticleFilter {
   /// fraction). With a georeference nothing is drawn: the start pose becomes the map's origin, and the prior that of
   /// the georeference. Maps become the modules' initial ones.
   void start(const Belief& prior, bool draw);
+
+  /// Begins the belief of every particle anew: the pose is lost, while maps, paths, weights and the own states of
+  /// sensors stay. Past beliefs are forgotten.
+  void begin_anew(const estimation::NewStart& start);
+  /// True if the beliefs of all particles can be updated (`estimation::is_sound`).
+  bool is_sound() const;
+  /// The same, by a look at the variances alone.
+  bool has_plausible_variances() const;
 
   Time stamp() const { return set_[0].belief.stamp; }
   /// Predicts all particles to `to`, not before `stamp()`. At standstill no noise enters pose and twist.

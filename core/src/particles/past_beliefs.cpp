@@ -49,9 +49,17 @@ void PastBeliefs::find(Time stamp, std::size_t slots, std::vector<const Belief*>
 
 void PastBeliefs::require_slots(const Record& record, std::size_t slots) {
   const auto is_slot = [&](int slot) { return slot >= 0 && static_cast<std::size_t>(slot) < slots; };
-  const bool fits = record.beliefs.size() == slots && (record.ancestors.empty() || record.ancestors.size() == slots) &&
+  const auto is_of_record = [&](const Belief& belief) { return belief.stamp == record.stamp; };
+  const bool fits = record.beliefs.size() == slots && std::ranges::all_of(record.beliefs, is_of_record) &&
+                    (record.ancestors.empty() || record.ancestors.size() == slots) &&
                     std::ranges::all_of(record.ancestors, is_slot);
   if (!fits) throw DataError("the checkpoint's earlier beliefs are not those of its particles");
+}
+
+void PastBeliefs::require_order(Time now) const {
+  const bool ascends = std::ranges::is_sorted(records_, std::ranges::less_equal{}, &Record::stamp);
+  if (!ascends || (!records_.empty() && records_.back().stamp > now))
+    throw DataError("the checkpoint's earlier beliefs are not in order");
 }
 
 }  // namespace waymark::particles

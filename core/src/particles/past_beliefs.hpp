@@ -38,9 +38,9 @@ class WAYMARK_API PastBeliefs {
   /// `out[i]` points into this object.
   void find(Time stamp, std::size_t slots, std::vector<const Belief*>& out) const;
 
-  /// Reading throws DataError if it does not belong to so many particles with such states.
+  /// Reading throws DataError if it does not belong to so many particles with such states at `now`.
   template <class Archive>
-  void serialize(Archive& archive, std::size_t slots, const StateLayout& layout) {
+  void serialize(Archive& archive, std::size_t slots, const StateLayout& layout, Time now) {
     archive.section("past_beliefs", 1);
     archive.each(records_, [&](auto& each, Record& record) {
       each(record.stamp, record.ancestors);
@@ -48,6 +48,7 @@ class WAYMARK_API PastBeliefs {
                 [&](auto& inner, Belief& belief) { estimation::serialize_belief(inner, belief, layout); });
       if constexpr (Archive::kReads) require_slots(record, slots);
     });
+    if constexpr (Archive::kReads) require_order(now);
   }
 
  private:
@@ -59,7 +60,9 @@ class WAYMARK_API PastBeliefs {
     std::vector<int> ancestors;  // of the slots of the next record, or of the present ones; empty: unchanged
   };
 
-  /// Throws DataError if a record that was read is not of so many slots.
+  /// Throws DataError if the records that were read are not in order, up to `now`.
+  void require_order(Time now) const;
+  /// Throws DataError if a record that was read is not of so many slots, or not of one time.
   static void require_slots(const Record& record, std::size_t slots);
 
   Duration span_;

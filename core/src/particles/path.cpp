@@ -13,6 +13,24 @@ double motion(const Pose& a, const Pose& b) {
 
 }  // namespace
 
+void Path::append(Time stamp, const Pose& T_map_base) {
+  if (stay_.replaces_last(stamp, T_map_base)) drop_last();
+  poses_.append({stamp, T_map_base});
+}
+
+void Path::append_tentative(Time stamp, const Pose& T_map_base) {
+  if (stay_.replaces_last(stamp, T_map_base)) drop_last();
+  tentative_.push_back({stamp, T_map_base});
+}
+
+void Path::drop_last() {
+  if (tentative_.empty()) {
+    poses_.drop_last();
+  } else {
+    tentative_.pop_back();
+  }
+}
+
 void Path::distribute_correction(const Pose& predicted, const Pose& found) {
   if (tentative_.empty()) return;
   // The motion to the first of them begins at the pose before, if there is one.

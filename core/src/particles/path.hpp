@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "particles/stay.hpp"
 #include "waymark/base/api.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/interface/snapshot.hpp"
 #include "waymark/io/archive.hpp"
 #include "waymark/memory/lineage.hpp"
@@ -12,13 +14,14 @@
 namespace waymark::particles {
 
 /// A particle's path; particles share the parts of common ancestors. Between two mapping steps it is dead reckoning;
-/// the correction of the next step is distributed over it.
+/// the correction of the next step is distributed over it. Of a robot that stands for longer than ten minutes not every
+/// pose is kept (`Stay`).
 class WAYMARK_API Path {
  public:
   /// Appends a pose of a mapping step.
-  void append(Time stamp, const Pose& T_map_base) { poses_.append({stamp, T_map_base}); }
+  void append(Time stamp, const Pose& T_map_base);
   /// A pose of dead reckoning since the last `append`.
-  void append_tentative(Time stamp, const Pose& T_map_base) { tentative_.push_back({stamp, T_map_base}); }
+  void append_tentative(Time stamp, const Pose& T_map_base);
   /// Corrects the poses of dead reckoning, which predicted `predicted` where the mapping step found `found`. Each gets
   /// a share of the correction: its share of the motion since the last `append`. Then they are no longer tentative.
   void distribute_correction(const Pose& predicted, const Pose& found);
@@ -28,9 +31,10 @@ class WAYMARK_API Path {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    const std::uint32_t version = archive.section("path", 2);
+    if (archive.section("path", 3) < 3) throw DataError("the checkpoint has an older version");
     poses_.serialize(archive, kFieldsOfPose);
-    if (version >= 2) archive.each(tentative_, kFieldsOfPose);
+    archive.each(tentative_, kFieldsOfPose);
+    archive(stay_);
   }
 
  private:
@@ -38,8 +42,11 @@ class WAYMARK_API Path {
     archive(pose.stamp, pose.T_map_base.p, pose.T_map_base.q);
   };
 
+  void drop_last();
+
   Lineage<StampedPose> poses_;
   std::vector<StampedPose> tentative_;
+  Stay stay_;
 };
 
 }  // namespace waymark::particles

@@ -21,7 +21,7 @@ MixtureOutcome UpdateStep::apply(ParticleSet& particles, Instant& at, const Upda
   workers_.for_each(count, std::cref(innovate_one), kSerialUpdates);
 
   MixtureOutcome outcome = gate(particles, policy);
-  if (!outcome.usable) return outcome;
+  if (!outcome.usable || policy.evaluate_only) return outcome;
 
   const auto update_one = [&](int slot) {
     const auto i = static_cast<std::size_t>(slot);
@@ -48,7 +48,7 @@ void UpdateStep::innovate(std::size_t slot, Instant& at, const Update& model, co
       estimation::scatter(layout_, block_offset, scratch.model, scratch.H);
     }
     ekf::innovate(belief, scratch.model, scratch.H, scratch.innovation);
-    at.carry_gain(slot, scratch.H, scratch.innovation);
+    if (!policy.evaluate_only) at.carry_gain(slot, scratch.H, scratch.innovation);
   } catch (const std::exception& error) {
     scratch.failure = error.what();
   } catch (...) {

@@ -227,14 +227,6 @@ LandmarkBox LandmarkStore::erase_below(Node& node, int height, LandmarkRef ref) 
 
 // --- counting -------------------------------------------------------------------------------------------------------
 
-template <class Visit>
-void LandmarkStore::for_nodes(const Node& node, const Visit& visit) {
-  if (node.index() == 0 || !visit(node)) return;
-  if (const auto* inner = std::get_if<Cow<Inner>>(&node)) {
-    for (const Node& child : (*inner)->children) for_nodes(child, visit);
-  }
-}
-
 std::size_t LandmarkStore::bytes_of(std::span<const LandmarkStore* const> stores) {
   std::unordered_set<const void*> seen;
   std::size_t bytes = 0;

@@ -97,6 +97,7 @@ class LandmarkStore {
 
   static std::int32_t slot_of(std::int32_t chunk, int height) { return (chunk >> (3 * (height - 1))) & (kFanOut - 1); }
   static const void* identity(const Node& node);
+  /// Calls visit(node) for this node and, where it returns true, for those below.
   template <class Visit>
   static void for_nodes(const Node& node, const Visit& visit);
 
@@ -119,6 +120,14 @@ class LandmarkStore {
   std::size_t count_ = 0;
   std::int64_t next_id_ = 0;
 };
+
+template <class Visit>
+void LandmarkStore::for_nodes(const Node& node, const Visit& visit) {
+  if (node.index() == 0 || !visit(node)) return;
+  if (const auto* inner = std::get_if<Cow<Inner>>(&node)) {
+    for (const Node& child : (*inner)->children) for_nodes(child, visit);
+  }
+}
 
 template <class Visit>
 void LandmarkStore::search(const Node& node, int height, std::int32_t path, const Disc& disc, bool is_inside,

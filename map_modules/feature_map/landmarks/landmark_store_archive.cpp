@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a store is written into a checkpoint and read back. Nodes that several stores share are written once.
+#include <cmath>
+#include <limits>
+#include <set>
 #include <string>
 
 #include "map_modules/feature_map/landmarks/landmark_store.hpp"
@@ -11,6 +14,10 @@ namespace waymark::feature_map {
 namespace {
 
 enum class Kind : std::uint8_t { kEmpty = 0, kLeaf = 1, kInner = 2 };
+constexpr Kind last_of(Kind /*kind*/) { return Kind::kInner; }
+
+constexpr double kFarthest = 1e9;               // a landmark from the map's origin [m]
+constexpr std::int32_t kMostCounted = 1 << 30;  // views, sightings
 
 void check(bool is_right, const char* what) {
   if (!is_right) throw DataError(std::string("checkpoint: landmarks: ") + what);
@@ -48,14 +55,14 @@ void load_leaf(InArchive& in, std::int64_t next_id, LandmarkLeaf& leaf) {
     in.value(bins);
     check(bins <= Signature::kMaxBins, "a signature with too many bins");
     if (bins > 0) landmark.signature = Signature::uniform(bins);
-    for (float& bin : landmark.signature) in.value(bin);
-    in.value(landmark.signature_views);
-    check(landmark.signature_views >= 0, "a signature of a negative number of views");
+    for (float& bin : landmark.signature) in.within(bin, 0.0f, std::numeric_limits<float>::max());
+    in.within(landmark.signature_views, 0, kMostCounted);
     in.value(landmark.identity);
     in.value(landmark.log_odds);
-    in.value(landmark.sightings);
+    in.within(landmark.sightings, 0, kMostCounted);
     in.value(landmark.id);
-    check(landmark.mean.allFinite(), "a landmark at no place");
+    check(landmark.mean.cwiseAbs().maxCoeff() <= kFarthest, "a landmark at no place");
+    check((landmark.P.diagonal().array() >= 0.0).all(), "a landmark of negative variance");
     check(landmark.id >= 0 && landmark.id < next_id, "an id that was never given");
     leaf.put(place, landmark);
   }
@@ -103,11 +110,16 @@ void LandmarkStore::load(InArchive& in) {
   std::uint64_t count = 0;
   std::int32_t height = 0;
   in.value(count);
-  in.value(store.next_id_);
-  in.value(height);
-  check(height >= 0 && height <= kMaxHeight, "a tree too high");
+  in.within(store.next_id_, 0, std::int64_t{1} << 62);
+  in.within(height, 0, kMaxHeight);
   Loaded root = load_node(in, height, store.next_id_);
   check(root.count == count, "another number of landmarks than announced");
+  // As a tree without shared branches: one that holds itself several times would take for ever to search.
+  std::set<const void*> seen;
+  for_nodes(root.node, [&](const Node& node) {
+    check(seen.insert(identity(node)).second, "a node that stands in two places");
+    return true;
+  });
   store.root_ = std::move(root.node);
   store.height_ = height;
   store.count_ = count;
@@ -143,9 +155,16 @@ LandmarkStore::Loaded LandmarkStore::load_inner_node(InArchive& in, int height, 
   Inner inner;
   for (std::size_t s = 0; s < kFanOut; ++s) {
     LandmarkBox& box = inner.boxes[s];
-    for (float* side : {&box.low_east, &box.low_north, &box.high_east, &box.high_north}) in.value(*side);
+    in.bytes(&box, sizeof box);  // of an empty slot its sides are infinite
     Loaded child = load_node(in, height - 1, next_id);
-    check(box.contains(child.box), "a box that does not hold what is in it");
+    if (child.count == 0) {
+      check(child.node.index() == 0, "an empty node");
+      box = {};
+    } else {
+      const bool is_finite = std::isfinite(box.low_east) && std::isfinite(box.low_north) &&
+                             std::isfinite(box.high_east) && std::isfinite(box.high_north);
+      check(is_finite && box.contains(child.box), "a box that does not hold what is in it");
+    }
     inner.children[s] = std::move(child.node);
     loaded.count += child.count;
   }

@@ -98,6 +98,7 @@ class SharedTree {
   static void gather_below(const Slot& slot, int height, Key prefix, const TileRect& rect, std::span<const Tile*> out);
   static void save_slot(const Slot& slot, OutArchive& out);
   static Loaded load_slot(InArchive& in, int height);
+  static void require_tree(const Slot& slot, int height, Key prefix, std::set<const void*>& seen);
 
   Slot root_;
   int height_ = 0;  // levels of nodes above the tiles

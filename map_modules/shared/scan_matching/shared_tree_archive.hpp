@@ -13,6 +13,7 @@ namespace waymark::scan_matching {
 namespace shared_tree {
 
 enum class Kind : std::uint8_t { kEmpty = 0, kTile = 1, kNode = 2 };
+constexpr Kind last_of(Kind /*kind*/) { return Kind::kNode; }
 
 inline void require(bool is_right, const char* what) {
   if (!is_right) throw DataError(std::string("checkpoint: tiles: ") + what);
@@ -58,12 +59,31 @@ template <class Tile>
 void SharedTree<Tile>::load(InArchive& in) {
   in.section("tiles", 1);
   std::int32_t height = 0;
-  in.value(height);
+  in.within(height, 0, kMaxHeight);
   in.value(prefix_.x);
   in.value(prefix_.y);
-  shared_tree::require(height >= 0 && height <= kMaxHeight, "a tree of no possible height");
+  const Key beyond = prefix_.above(kMaxHeight - height);
+  shared_tree::require(beyond == Key{}, "a tree beyond all places");
   height_ = height;
   root_ = load_slot(in, height).slot;
+  std::set<const void*> seen;
+  require_tree(root_, height_, prefix_, seen);
+}
+
+template <class Tile>
+void SharedTree<Tile>::require_tree(const Slot& slot, int height, Key prefix, std::set<const void*>& seen) {
+  const void* const id = identity(slot);
+  if (id == nullptr) return;
+  // A tree that held itself several times would take for ever to visit.
+  shared_tree::require(seen.insert(id).second, "a node that stands in two places");
+  if (const auto* node = std::get_if<Cow<Node>>(&slot)) {
+    for (std::size_t child = 0; child < std::size_t{kFan} * kFan; ++child)
+      require_tree((*node)->children[child], height - 1, prefix.below(child), seen);
+    return;
+  }
+  const TileIndex index = index_of(prefix);
+  const auto is_near = [](std::int32_t i) { return i >= -kMaxIndex && i <= kMaxIndex; };
+  shared_tree::require(is_near(index.x) && is_near(index.y), "a tile beyond all places");
 }
 
 template <class Tile>

@@ -12,6 +12,7 @@ namespace waymark::map_formats {
 
 namespace {
 
+constexpr double kFarthestPlace = 1e8;   // m; beyond, doubles are too coarse for a place
 constexpr double kSurveyedSigma = 0.01;  // m, where no covariance is given
 
 Eigen::Matrix3d read_covariance(const Config& config, bool of_position_only, const Eigen::Matrix3d& fallback) {
@@ -57,9 +58,10 @@ LandmarkEntry read_landmark(const Config& config) {
   LandmarkEntry landmark;
   landmark.place = config.place();
   // Not with commas: what they begin must be finished, and reading may throw.
-  landmark.mean = Eigen::Vector3d(config.number({"east_m", "m", "its middle in the map, towards the east"}),
-                                  config.number({"north_m", "m", "its middle in the map, towards the north"}),
-                                  config.non_negative({"radius_m", "m", "its radius"}, 0.0));
+  landmark.mean = Eigen::Vector3d(
+      config.number_in({"east_m", "m", "its middle in the map, towards the east"}, -kFarthestPlace, kFarthestPlace),
+      config.number_in({"north_m", "m", "its middle in the map, towards the north"}, -kFarthestPlace, kFarthestPlace),
+      config.non_negative({"radius_m", "m", "its radius"}, 0.0));
   const double variance = kSurveyedSigma * kSurveyedSigma;
   landmark.P = read_covariance(config, false, variance * Eigen::Matrix3d::Identity());
   landmark.P_floor =

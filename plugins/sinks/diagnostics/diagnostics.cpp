@@ -96,6 +96,27 @@ Json describe(const RunReport& report) {
           {"events", std::move(events)}};
 }
 
+Json describe(const LatencyReport& latency) {
+  return {{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
+}
+
+Json describe(const LiveReport& live) {
+  Json streams = Json::array();
+  for (const LiveReport::Stream& stream : live.streams) {
+    streams.push_back({{"sensor", stream.sensor},
+                       {"received", stream.received},
+                       {"dropped", stream.dropped},
+                       {"waits", stream.waits},
+                       {"clock_offset_s", stream.clock_offset_s},
+                       {"clock_drift", stream.clock_drift},
+                       {"latency_s", describe(stream.latency_s)}});
+  }
+  return {{"duration_s", live.duration_s},
+          {"cpu_share", live.cpu_share},
+          {"front_latency_s", describe(live.front_latency_s)},
+          {"streams", std::move(streams)}};
+}
+
 Json count_landmarks(const Snapshot& last) {
   Json maps = Json::array();
   for (const MapDescription& map : last.best_maps(MapDetail::summary)) {
@@ -128,9 +149,11 @@ class Diagnostics : public Sink {
   }
 
   void write(const Snapshot& snapshot) override {
-    if (!snapshot.started()) return;
+    has_started_ = has_started_ || snapshot.started();
+    if (!has_started_) return;
     const double t = to_seconds(snapshot.stamp().time_since_epoch());
     health_.look(t, snapshot.health());
+    if (!snapshot.started()) return;  // the pose is lost
     if (map_figures_) map_figures_->look(snapshot);
     const double n_eff = snapshot.effective_sample_size();
     if (std::isfinite(n_eff)) smallest_n_eff_ = std::min(smallest_n_eff_, n_eff);
@@ -150,15 +173,15 @@ class Diagnostics : public Sink {
     if (map_figures_) map_figures_->finish(started ? last : nullptr);
     Json sensors = Json::array();
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
-    const Json document = {
-        {"run", describe(report)},
-        {"health", health_.describe(report)},
-        {"sensors", std::move(sensors)},
-        {"particles", started ? last->particles().size() : 0},
-        {"effective_sample_size",
-         {{"min", finite(smallest_n_eff_)}, {"median", median_n_eff()}, {"over_time", table(n_eff_)}}},
-        {"landmarks", started ? count_landmarks(*last) : Json::array()},
-        {"pose_sigma", {{"columns", {"t_s", "x_m", "y_m", "yaw_rad"}}, {"over_time", table(sigma_)}}}};
+    Json document = {{"run", describe(report)},
+                     {"health", health_.describe(report)},
+                     {"sensors", std::move(sensors)},
+                     {"particles", started ? last->particles().size() : 0},
+                     {"effective_sample_size",
+                      {{"min", finite(smallest_n_eff_)}, {"median", median_n_eff()}, {"over_time", table(n_eff_)}}},
+                     {"landmarks", started ? count_landmarks(*last) : Json::array()},
+                     {"pose_sigma", {{"columns", {"t_s", "x_m", "y_m", "yaw_rad"}}, {"over_time", table(sigma_)}}}};
+    if (report.live) document["live"] = describe(*report.live);
     // A bad record may quote bytes of the log that are not UTF-8.
     write_file(path_, document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
@@ -180,6 +203,7 @@ class Diagnostics : public Sink {
   Duration map_figures_every_;  // zero: not written
   std::optional<MapFiguresLog> map_figures_;
   std::filesystem::path path_;
+  bool has_started_ = false;
   HealthLog health_;
   double smallest_n_eff_ = std::numeric_limits<double>::infinity();
   ThinnedSeries<2> n_eff_;

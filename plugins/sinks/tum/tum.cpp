@@ -58,8 +58,7 @@ class Tum : public Sink {
     if (!snapshot.started() || !was_taken_in(snapshot.fate())) return;
     trajectory_->write(line(snapshot.stamp(), snapshot.belief().mean.T_map_base));
     // With maps the covariance is shown where it means most: of the refined mixture, before a mapping step samples.
-    maps_ = maps_ || snapshot.fate() == Fate::mapped;
-    if (maps_ && snapshot.fate() != Fate::mapped) return;
+    if (snapshot.mapping_steps() > 0 && snapshot.fate() != Fate::mapped) return;
     covariance_->write(line(snapshot.stamp(), pose_covariance(snapshot.belief(), snapshot.layout())));
   }
 
@@ -102,7 +101,6 @@ class Tum : public Sink {
   std::filesystem::path out_dir_;
   std::optional<OutputFile> trajectory_;  // open from start() to finish()
   std::optional<OutputFile> covariance_;
-  bool maps_ = false;
 };
 
 }  // namespace

@@ -51,8 +51,11 @@ class Reader {
 
  private:
   Time stamp(const Fields& fields) {
-    if (wanted_.clock == Wanted::Clock::lines)
-      return Time(static_cast<std::int64_t>(messages_) * wanted_.line_interval);
+    if (wanted_.clock == Wanted::Clock::lines) {
+      const auto counted = stamp_after(messages_, wanted_.line_interval);
+      if (!counted) throw Unusable("the number of the message times line_interval_s is more than 146 years");
+      return *counted;
+    }
     const Times times = read_times(fields);
     const Time stamp = wanted_.clock == Wanted::Clock::ipc ? times.ipc : times.logger;
     // Of its own kind only: many loggers write every scan behind the odometry that came after it.

@@ -213,10 +213,9 @@ Time TimeColumn::read(Row row) const {
     if (!(std::abs(value) < 9.2e18L)) reject(field, column_.label, NumberText::out_of_range);
     nanoseconds = static_cast<std::int64_t>(value);
   }
-  if (__builtin_add_overflow(nanoseconds, offset_ns_, &nanoseconds)) {
-    reject(field, column_.label, NumberText::out_of_range);
-  }
-  return Time{Duration{nanoseconds}};
+  const auto stamp = moved(Time{Duration{nanoseconds}}, Duration{offset_ns_});
+  if (!stamp) reject(field, column_.label, NumberText::out_of_range);
+  return *stamp;
 }
 
 RowFilter::RowFilter(const Config& config, ColumnFinder& finder) {

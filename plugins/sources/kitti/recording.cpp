@@ -113,10 +113,11 @@ std::vector<Entry> schedule(const std::vector<StampRule>& streams, Duration peri
       } else {
         entry.file = file->second;
       }
-      const auto stamp =
-          stamps->has_stamps() ? stamps->stamp(frame) : std::optional<Time>(static_cast<std::int64_t>(frame) * period);
+      const auto stamp = stamps->has_stamps() ? stamps->stamp(frame) : stamp_after(frame, period);
       const auto place = [&] { return fmt::format("{}:{}", stamps->stamps_file().string(), frame + 1); };
-      if (!stamp) {
+      if (!stamp && !stamps->has_stamps()) {
+        entry.problem = "has no stamp: its number times frame_period_s is more than 146 years";
+      } else if (!stamp) {
         entry.problem = fmt::format("has no stamp: {} ends before", place());
       } else if (newest && *stamp <= *newest) {
         entry.problem = fmt::format("its stamp is not later than the one before: {}", place());

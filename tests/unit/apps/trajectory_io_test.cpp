@@ -154,6 +154,11 @@ TEST_F(TrajectoryIo, ReadsTheLandmarksOfAMap) {
   EXPECT_TRUE(std::isnan(landmarks[1].radius_m));
 }
 
+TEST_F(TrajectoryIo, RefusesSightingsThatAreNoCount) {
+  for (const char* sightings : {"1e300", "-1", "nan"})
+    EXPECT_THROW(read_landmarks(file("id,x_m,y_m,sightings\nA1,1,2," + std::string(sightings) + "\n")), DataError);
+}
+
 TEST_F(TrajectoryIo, ReadsASurveyWithoutRadii) {
   const auto survey = read_landmarks(file("id,x_m,y_m\nA1,1,2\n"));
   ASSERT_EQ(survey.size(), 1u);

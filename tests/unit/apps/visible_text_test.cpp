@@ -21,5 +21,11 @@ TEST(VisibleText, KeepsTheRest) {
     EXPECT_EQ(visible_text(text), text);
 }
 
+TEST(VisibleLine, HasNoLineWithin) {
+  EXPECT_EQ(visible_line("waymark: error: \"a\nwaymark: b\"\n"), "waymark: error: \"a\\nwaymark: b\"\n");
+  EXPECT_EQ(visible_line("\r[==  ]"), "\r[==  ]");
+  EXPECT_EQ(visible_line("\n"), "\n");
+}
+
 }  // namespace
 }  // namespace waymark::command

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "waymark/base/api.hpp"
+#include "waymark/host/front.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/snapshot.hpp"
 
@@ -16,6 +18,14 @@ namespace waymark {
 namespace particles {
 class ParticleFilter;
 }
+
+/// A pose given by a person or another program, in the frame of the results, and its σ.
+struct GivenPose {
+  Eigen::Vector2d position{0.0, 0.0};
+  double yaw = 0.0;             ///< [rad]
+  double position_sigma = 0.5;  ///< [m], of x and of y
+  double yaw_sigma = 0.26;      ///< [rad]
+};
 
 /// The host of Fig. 2.1 of the paper. Every committed measurement predicts, updates and maps. The observer then
 /// receives a snapshot.
@@ -49,6 +59,11 @@ class WAYMARK_API Fusion {
   /// checkpoint, configuration and log do not match.
   void resume(InArchive& in, const Next& next);
 
+  /// As `save` and `resume`, for a running robot, whose measurements cannot be read again: those that are buffered, or
+  /// needed for late ones, are part of it. Throws Error if the filter has not started.
+  void save_with_measurements(OutArchive& out) const;
+  void resume_with_measurements(InArchive& in);
+
   /// True once the start pose and the first motion measurement are known.
   bool started() const;
   /// Calls `observer` with the last snapshot; not called if there was none.
@@ -57,6 +72,16 @@ class WAYMARK_API Fusion {
   /// measurements and predicted to `at`. Changes neither particles nor maps. Throws Error if the filter has not
   /// started, or if `at` is before the committed time.
   Belief front(Time at) const;
+  /// The same for another thread: the committed belief, to which the measurements from then on are added; null if the
+  /// filter has not started.
+  std::unique_ptr<Front> front() const;
+
+  /// Changes what becomes of a sensor's measurements from the next processed one on. A mode is part of the checkpoint.
+  void set_mode(std::uint32_t sensor, SensorMode mode);
+  SensorMode mode(std::uint32_t sensor) const;
+  /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
+  /// states stay. Throws Error if the filter has not started, or if a number is not finite or a σ not positive.
+  void set_pose(const GivenPose& pose);
   /// Counters of the sensors and events so far; without the source's bad records.
   RunReport report() const;
   /// Health of sensors and pose after the last processed measurement.

@@ -30,6 +30,13 @@ struct FuseRule {
   Duration gap{};
 };
 
+/// What the filter does with the measurements of a sensor.
+enum class SensorMode {
+  fused,
+  shadow,  ///< evaluated only: NIS and gate are counted, the pose does not depend on it
+  off      ///< held out
+};
+
 /// One sensor of the YAML: its plugin and what the host does with its updates.
 struct SensorSlot {
   std::string name;
@@ -66,10 +73,11 @@ struct StartSettings {
   double min_course_distance = 0.5;  ///< least distance of two fixes that give a heading [m]
 };
 
-/// Limits of plausible stamps (`clock:` of the YAML).
+/// Limits of plausible stamps, and of gaps between them (`clock:` of the YAML).
 struct ClockSettings {
-  Duration max_ahead = from_seconds(0.1);     ///< a stamp may be this far after its own arrival
-  Duration max_jump = std::chrono::hours(1);  ///< a stamp farther from all others is rejected until several agree
+  Duration max_ahead = from_seconds(0.1);      ///< a stamp may be this far after its own arrival
+  Duration max_jump = std::chrono::hours(1);   ///< a stamp farther from all others is rejected until several agree
+  Duration max_gap = std::chrono::minutes(1);  ///< after a longer one, once several agree, the pose is found anew
 };
 
 /// Thresholds of the pose's health (`health:` of the YAML).

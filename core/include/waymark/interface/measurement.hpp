@@ -8,6 +8,7 @@
 
 #include "waymark/base/api.hpp"
 #include "waymark/base/time.hpp"
+#include "waymark/interface/payload_edit.hpp"
 #include "waymark/interface/payload_field.hpp"
 
 namespace waymark {
@@ -23,6 +24,9 @@ class WAYMARK_TYPE Payload {
   virtual std::string_view type() const = 0;
   /// Passes all registered fields to `visitor`; false if none are registered.
   virtual bool visit(FieldVisitor& visitor) const = 0;
+  /// Passes the places of all registered fields to `editor`; false if none are registered. What was set should be
+  /// checked with `problem`.
+  virtual bool edit(FieldEditor& editor) = 0;
   /// The first invalid value, as a text for users; empty if there is none. Checks every registered field (finite, or
   /// unknown where allowed, and within its limit), then the rule over several fields.
   WAYMARK_API std::string problem() const;
@@ -41,6 +45,10 @@ struct PayloadOf : Payload {
     if constexpr (HasFields<T>) visit_fields(static_cast<const T&>(*this), visitor);
     return HasFields<T>;
   }
+  bool edit(FieldEditor& editor) final {
+    if constexpr (HasFields<T>) edit_fields(static_cast<T&>(*this), editor);
+    return HasFields<T>;
+  }
 
  protected:
   std::string_view broken_rule() const final {
@@ -56,6 +64,9 @@ constexpr std::string_view short_type_name(std::string_view payload_type) {
   payload_type.remove_prefix(payload_type.find('/') + 1);
   return payload_type.substr(0, payload_type.find('@'));
 }
+
+/// Stamp of a live measurement whose sensor reports no time: the host replaces it by the arrival.
+inline constexpr Time kUnknownStamp = Time::min();
 
 /// One reading of one sensor.
 struct WAYMARK_API Measurement {

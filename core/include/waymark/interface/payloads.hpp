@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -146,6 +147,7 @@ struct GnssFix : PayloadOf<GnssFix> {
     field(member, {.names = {name}, .unit = unit, .meaning = meaning, .required = false, .unknown = "NaN"});
   }
 };
+constexpr GnssFix::Type last_of(GnssFix::Type /*type*/) { return GnssFix::Type::unknown; }
 
 /// One sweep of a planar laser scanner. Beam k points at start_rad + k · step_rad, counter-clockwise from the sensor's
 /// x axis.
@@ -352,5 +354,8 @@ struct LandmarkObservations : PayloadOf<LandmarkObservations> {
 /// All payloads of core, in the order of reference pages.
 using CorePayloads = std::tuple<WheelSpeeds, WheelSteering, BodyTwist, PoseIncrement, GnssFix, LaserScan, PointCloud,
                                 Image, ImuSample, CompassHeading, MagneticField, Height, LandmarkObservations>;
+
+/// A core payload with its defaults, by its versioned name; null if there is none of that name.
+WAYMARK_API std::shared_ptr<Payload> make_payload(std::string_view type);
 
 }  // namespace waymark

@@ -21,7 +21,9 @@ struct Datum {
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(latitude_deg, longitude_deg, height_m);
+    archive.within(latitude_deg, -90.0, 90.0);
+    archive.within(longitude_deg, -180.0, 180.0);
+    archive(height_m);
   }
 };
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/base/api.hpp"
@@ -31,6 +32,16 @@ class WAYMARK_TYPE Sink {
   /// Called for every measurement in order of arrival, before the filter processes it; also for those that are too
   /// late. `sensor` is the index in the rig.
   virtual void arrived(const Measurement&) {}
+  /// Called for every measurement of a live robot that is not passed to the filter, which could not keep up.
+  virtual void dropped(const Measurement&) {}
+  /// Called for every command that changes the running filter (`waymark ctl`), between the measurements, in order.
+  virtual void commanded(Time /*arrival*/, std::string_view /*command*/) {}
+  /// Live robots only: the belief at the time of the call, at `live.front_hz`. Called by the thread of outputs, during
+  /// the other calls: a sink that implements it protects what both use.
+  virtual void front(const Belief&) {}
+  /// What happened to the sink since the last call, one line each: a full disk, a lost connection. May be called at any
+  /// time by any thread.
+  virtual std::vector<std::string> take_events() { return {}; }
   /// Called after every measurement that the filter has processed or rejected (`Snapshot::fate`). The snapshot is valid
   /// only during the call.
   virtual void write(const Snapshot&) = 0;

@@ -49,6 +49,7 @@ enum class Fate {
   paired,        ///< stored for a map module, which uses it with a measurement of its first input
   mistimed       ///< implausible stamp: zero, in the future, stuck, or far from all others
 };
+constexpr Fate last_of(Fate /*fate*/) { return Fate::mistimed; }
 
 /// Detail of the maps that a sink requests.
 enum class MapDetail {
@@ -66,7 +67,8 @@ class WAYMARK_TYPE Snapshot {
   virtual Time stamp() const = 0;
   virtual const Measurement& measurement() const = 0;  ///< the measurement behind this snapshot
   virtual Fate fate() const = 0;
-  /// True once the filter has started; before that only `measurement` and `fate` are valid.
+  /// True once the filter has started, and not while its pose is lost; otherwise only `measurement`, `fate` and
+  /// `health` are valid.
   virtual bool started() const = 0;
   /// Moments of the mixture (circular mean for yaw) at `stamp`.
   virtual const Belief& belief() const = 0;
@@ -78,6 +80,8 @@ class WAYMARK_TYPE Snapshot {
   virtual std::vector<StampedPose> best_path() const = 0;
   /// The maps of the particle with the highest weight.
   virtual std::vector<MapDescription> best_maps(MapDetail detail) const = 0;
+  /// Number of mapping steps so far, those before a checkpoint included.
+  virtual std::uint64_t mapping_steps() const = 0;
 };
 
 /// Numbers of one sensor's measurements by `Fate`, and its NIS.
@@ -95,6 +99,12 @@ struct SensorCounters {
   double nis_sum = 0.0;              ///< of accepted and gated updates
   std::uint64_t nis_count = 0;
   std::uint64_t nis_dof = 0;  ///< sum of the updates' rows: mean NIS should be near nis_dof / nis_count
+
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(fused, gated, mapped, skipped, held_out, late, before_start, unusable, ignored, processed_late, nis_sum,
+            nis_count, nis_dof);
+  }
 };
 
 /// Report of one sensor over a run.
@@ -115,12 +125,37 @@ struct SensorReport : SensorCounters {
 struct Event {
   std::string text;
   double stamp_s = 0.0;
-  bool is_failure = false;  ///< a plugin was taken out of service
+  bool is_failure = false;  ///< a plugin was taken out of service, or the pose was lost to the end
 
   template <class Archive>
   void serialize(Archive& archive) {
     archive(text, stamp_s, is_failure);
   }
+};
+
+/// Median, 99 % quantile and maximum of a latency [s].
+struct LatencyReport {
+  double median = 0.0;
+  double p99 = 0.0;
+  double max = 0.0;
+};
+
+/// Report of a running robot, beside what a log's run has.
+struct LiveReport {
+  /// What arrived for one sensor.
+  struct Stream {
+    std::string sensor;
+    std::uint64_t received = 0;
+    std::uint64_t dropped = 0;    ///< not passed to the filter, which could not keep up
+    std::uint64_t waits = 0;      ///< times at which the source had to wait for room in the queue
+    double clock_offset_s = 0.0;  ///< stamp minus arrival of the quickest measurement of the last 10 s
+    double clock_drift = 0.0;     ///< by which the sensor's clock is fast [s/s]
+    LatencyReport latency_s;      ///< from arrival to the filter's pose
+  };
+  std::vector<Stream> streams;
+  LatencyReport front_latency_s;  ///< from a motion measurement's arrival to the pose now that contains it
+  double cpu_share = 0.0;         ///< of one core, all threads
+  double duration_s = 0.0;
 };
 
 /// Report of a run.
@@ -132,6 +167,7 @@ struct RunReport {
   bool interrupted = false;
   std::uint64_t resamplings = 0;
   std::uint64_t mapping_steps = 0;
+  std::optional<LiveReport> live;
   std::vector<SmoothedPose> smoothed;  ///< of a run without maps, if `filter.smooth` is set; one per step
 };
 

@@ -42,6 +42,10 @@ struct BadRecord {
 
 /// Delivers measurements. The host pulls them, so a replay is deterministic and drops nothing. Constructed from the
 /// YAML: `explicit MySource(const Config&)` or `MySource(const Config&, const Rig&)`.
+///
+/// A live source waits in `next` for what arrives. The host reads it in a thread of its own and sets `arrival`; the
+/// stamp is in UTC, or `kUnknownStamp`. A lost connection is no end: the source restores it, and reports both in
+/// `take_events`. `next` is called by one thread only; `stop` and `take_events` are called by others meanwhile.
 class WAYMARK_TYPE Source {
  public:
   virtual ~Source() = default;
@@ -51,6 +55,13 @@ class WAYMARK_TYPE Source {
 
   /// The next measurement in order of arrival, or nothing at the end. Throws DataError when the data cannot be read on.
   virtual std::optional<Measurement> next() = 0;
+
+  /// True if `next` waits for measurements of a running robot.
+  virtual bool is_live() const { return false; }
+  /// Of a live source: `next` returns nothing within 0.1 s, now and from now on.
+  virtual void stop() {}
+  /// Of a live source: what happened since the last call, one line each: connected, lost, restored.
+  virtual std::vector<std::string> take_events() { return {}; }
 
   /// Share of the log that was read, 0..1; negative if unknown (live).
   virtual double progress() const { return -1.0; }
@@ -64,7 +75,7 @@ class WAYMARK_TYPE Source {
   /// Messages about the log for users, once it was read: unused messages, repairs. One line each.
   virtual std::vector<std::string> notices() const { return {}; }
 
-  /// Ground truth; null if the source has none.
+  /// Ground truth; null if the source has none. Throws DataError if it cannot be read; the measurements still can.
   virtual std::shared_ptr<const Reference> reference() const { return nullptr; }
 };
 

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "waymark/base/error.hpp"
 #include "waymark/io/archive.hpp"
 
 namespace waymark {
@@ -37,6 +39,11 @@ class Lineage {
   ~Lineage() { release(std::move(leaf_)); }
 
   void append(Item item) { leaf_ = std::make_shared<Node>(Node{std::move(item), std::move(leaf_)}); }
+  /// Removes the newest item; others that share it keep it. Must not be empty.
+  void drop_last() {
+    std::shared_ptr<Node> leaf = std::exchange(leaf_, leaf_->parent);
+    release(std::move(leaf));
+  }
   bool empty() const { return leaf_ == nullptr; }
   /// The newest item, or null.
   const Item* last() const { return leaf_ == nullptr ? nullptr : &leaf_->item; }
@@ -61,22 +68,25 @@ class Lineage {
     out.value(false);
   }
 
-  /// Reads what that wrote.
+  /// Reads what that wrote. Throws DataError if an item would descend from itself.
   template <class Fields>
   void serialize(InArchive& in, const Fields& fields) {
     release(std::move(leaf_));
     std::shared_ptr<Node>* slot = &leaf_;
+    std::optional<std::uint64_t> leaf;  // number of the first item that is new: all before it have their ancestors
     while (true) {
       bool more = false;
       in.value(more);
       if (!more) return;
       std::uint64_t number = 0;
-      if (auto known = in.shared(number)) {
-        *slot = std::static_pointer_cast<Node>(known);
+      if (auto known = in.template shared<Node>(number)) {
+        if (leaf && number >= *leaf) throw DataError("checkpoint: an item of a lineage descends from itself");
+        *slot = std::move(known);
         return;
       }
       auto node = std::make_shared<Node>();
       in.remember(number, node);
+      if (!leaf) leaf = number;
       fields(in, node->item);
       *slot = node;
       slot = &node->parent;

@@ -15,11 +15,11 @@ void save_shared(const void* identity, OutArchive& out, const Save& save) {
 }
 
 /// Reads a shared object that `save_shared` wrote: the first time with `load()`, then as copies of that result. A `T`
-/// is a handle, whose copies share the object.
+/// is a handle, whose copies share the object. Throws DataError if the object that is read is a part of itself.
 template <class T, class Load>
 T load_shared(InArchive& in, const Load& load) {
   std::uint64_t number = 0;
-  if (const auto known = in.shared(number)) return *std::static_pointer_cast<T>(known);
+  if (const auto known = in.shared<T>(number)) return *known;
   T object = load();
   in.remember(number, std::make_shared<T>(object));
   return object;

@@ -134,6 +134,25 @@ TEST(Session, KeepsWhatCameBeforeTheLogFailed) {
   EXPECT_TRUE(sink->has_last);
 }
 
+/// A source whose truth has a bad row.
+class NoTruth : public Twists {
+ public:
+  std::shared_ptr<const Reference> reference() const override { throw DataError("truth.csv:2: is no truth"); }
+};
+
+TEST(Session, RunsWithoutAReferenceThatCannotBeRead) {
+  Robot robot = host::robot();
+  robot.source = std::make_shared<NoTruth>();
+  const auto sink = std::make_shared<Counter>();
+  robot.sinks = {{"counter", sink}};
+  Session session(std::move(robot), {});
+  session.play();
+  const SessionResult result = session.finish();
+  EXPECT_EQ(result.log_error, "");
+  EXPECT_THAT(result.failures, ElementsAre("no reference: truth.csv:2: is no truth"));
+  EXPECT_EQ(sink->snapshots, kTwists);
+}
+
 /// A source that runs out of memory.
 class NoMemory : public Twists {
  public:

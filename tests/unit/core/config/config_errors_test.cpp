@@ -239,11 +239,38 @@ TEST(ConfigErrors, ExplainAnUnsetEnvironmentVariable) {
   unsetenv("WAYMARK_TEST_UNSET");
 }
 
+TEST(ConfigErrors, AreOneLineOfBoundedLength) {
+  const auto number_error = [](const std::string& value) {
+    return message_of([&] { Config::parse("a: " + value, "f.yaml").number("a"); });
+  };
+  EXPECT_EQ(number_error("|\n  x\n  y\n"), "f.yaml:1:4: a: \"x\\ny\\n\" is not a number");
+  EXPECT_EQ(number_error("\"x\\ry\""), "f.yaml:1:4: a: \"x\\ry\" is not a number");
+  const std::string longest = number_error(std::string(100000, 'x'));
+  EXPECT_LT(longest.size(), 2010u);
+  EXPECT_TRUE(longest.ends_with("x…")) << longest;
+  EXPECT_EQ(message_of([&] { Config::parse("{ \"b\\nc\": 1 }", "f.yaml").reject_unread(); }).find('\n'),
+            std::string::npos);
+}
+
+TEST(ConfigErrors, RefuseNumbersThatCannotBeComputedWith) {
+  for (const std::string number : {"1e51", "-1e51", "1e-51", "-1e-300", "1e-310"}) {
+    EXPECT_EQ(read_error("x: " + number, [](const Config& c) { c.number("x"); }),
+              "f.yaml:3:8: sensors.gps.x: " + number +
+                  " is too large or too small to compute with; 0 or 1e-50 to 1e50 is expected");
+  }
+  for (const char* number : {"0", "1e50", "-1e50", "1e-50"})
+    EXPECT_EQ(Config::parse("a: " + std::string(number)).number("a"), std::strtod(number, nullptr));
+}
+
 TEST(ConfigErrors, ExplainWrongVariables) {
   EXPECT_EQ(parse_error("variables: { log: x }\na: ${lgo}"),
             "f.yaml:2:4: ${lgo}: variables: has no such name; did you mean \"log\"?");
   EXPECT_EQ(parse_error("variables:\n  a: ${b}\n  b: ${a}\nc: ${a}\n"),
             "f.yaml:3:6: ${a}: the variable refers to itself");
+  // also where nothing uses them
+  EXPECT_EQ(parse_error("variables:\n  a: ${b}\n  b: ${a}\nc: 1\n"), "f.yaml:3:6: ${a}: the variable refers to itself");
+  EXPECT_EQ(parse_error("variables: { l: [1, { x: \"y${l}\" }] }\nc: 1\n"),
+            "f.yaml:1:26: ${l}: the variable refers to itself");
   EXPECT_EQ(parse_error("variables: { l: [1] }\na: x${l}"),
             "f.yaml:2:4: ${l}: is a list and cannot stand inside a text");
   EXPECT_EQ(parse_error("a: x${b"), "f.yaml:1:4: \"x${b\": a ${ has no }");

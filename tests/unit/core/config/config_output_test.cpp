@@ -39,5 +39,21 @@ TEST(ConfigOutput, EachFileIsWrittenByOneKey) {
   EXPECT_THROW(sinks[0].output("path", "config.yaml"), ConfigError);
 }
 
+TEST(ConfigOutput, RefusesNamesThatNoFileShouldHave) {
+  const auto refusal = [](const std::string& name) -> std::string {
+    try {
+      Config::parse("file: " + name, "f.yaml").output("file", "a.txt");
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("\"a\\0b\""), "f.yaml:1:7: file: a file's name has no control characters");
+  EXPECT_EQ(refusal("\"a\\nb\""), "f.yaml:1:7: file: a file's name has no control characters");
+  EXPECT_EQ(refusal("a.txt.partial"),
+            "f.yaml:1:7: file: \"a.txt.partial\": names that end in .partial are of files that are not complete");
+  EXPECT_EQ(refusal("partial"), "");
+}
+
 }  // namespace
 }  // namespace waymark

@@ -40,7 +40,13 @@ TEST(FusionSettings, AreAPlainPlanarEkfByDefault) {
   EXPECT_FALSE(s.datum.has_value());
 }
 
-TEST(FusionSettings, HaveTwentyFiveParticlesWithMaps) { EXPECT_EQ(read("maps: []").filter.particles, 25); }
+TEST(FusionSettings, HaveTwentyFiveParticlesWithMaps) { EXPECT_EQ(read("maps: [{ name: a }]").filter.particles, 25); }
+
+TEST(FusionSettings, AnEmptyListOfMapsIsNone) {
+  EXPECT_EQ(read("maps: []").filter.particles, 1);
+  EXPECT_TRUE(read("{ maps: [], filter: { smooth: true } }").smooth);
+  EXPECT_THROW(read("{ maps: [{ name: a }], filter: { smooth: true } }"), ConfigError);
+}
 
 TEST(FusionSettings, AreReadWithTheirUnits) {
   const FusionSettings s = read(

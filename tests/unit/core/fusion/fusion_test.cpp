@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "unit/core/fusion_robot.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {
@@ -204,6 +206,83 @@ TEST(FusionFront, PredictsToTheTimeAsked) {
   const Belief later = robot.fusion().front(at(10.9));
   EXPECT_NEAR((later.mean.T_map_base.p - now.mean.T_map_base.p).norm(), 1.0, 0.1);
   EXPECT_GT(later.P(0, 0), now.P(0, 0));
+}
+
+TEST(FusionFront, OfAnotherThreadAgreesWithTheFilter) {
+  FusionRobot robot(windowed("{ max_latency_s: 0 }"));
+  const std::vector<Measurement> log = curve();
+  const std::size_t half = log.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) robot.fusion().add(log[i]);
+  const std::unique_ptr<Front> front = robot.fusion().front();
+  ASSERT_NE(front, nullptr);
+  for (const Measurement& m : log) {
+    if (m.stamp > robot.fusion().filter().stamp()) front->add(m);  // those of the queue, too
+  }
+  for (std::size_t i = half; i < log.size(); ++i) robot.fusion().add(log[i]);
+  robot.fusion().finish();
+  const Belief& mixture = robot.fusion().filter().mixture();
+  const Belief ahead = front->at(mixture.stamp);
+  EXPECT_LT(boxminus(ahead.mean, mixture.mean, robot.fusion().layout()).norm(), 1e-9);
+  EXPECT_LT((ahead.P - mixture.P).cwiseAbs().maxCoeff(), 1e-9);
+  front->add(log.front());  // older: the filter's part
+  EXPECT_EQ(front->at(mixture.stamp).P, ahead.P);
+}
+
+TEST(FusionFront, IsNoneBeforeTheStart) {
+  FusionRobot robot(windowed("{ max_latency_s: 0.5 }"));
+  EXPECT_EQ(robot.fusion().front(), nullptr);
+}
+
+TEST(FusionModes, AShadowIsEvaluatedAndDoesNotSteer) {
+  const std::string yaml = kAtOrigin + "sensors:\n" + kWheels + gps();
+  const std::vector<Measurement> log = curve();
+  FusionRobot off(yaml);
+  off.fusion().set_mode(1, SensorMode::off);
+  off.play(log);
+  FusionRobot shadow(yaml);
+  shadow.fusion().set_mode(1, SensorMode::shadow);
+  shadow.play(log);
+  EXPECT_EQ(shadow.pose_P(), off.pose_P());
+  EXPECT_EQ(shadow.pose().p, off.pose().p);
+  EXPECT_EQ(off.report(1).nis_count, 0U);
+  EXPECT_EQ(off.report(1).held_out, off.report(1).measurements);
+  EXPECT_EQ(shadow.report(1).nis_count, shadow.report(1).measurements);
+  EXPECT_EQ(shadow.report(1).held_out, shadow.report(1).measurements);
+}
+
+TEST(FusionModes, SteersAgainWhenItIsFused) {
+  const std::vector<Measurement> log = curve();
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  robot.fusion().set_mode(1, SensorMode::off);
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    if (i == log.size() / 2) robot.fusion().set_mode(1, SensorMode::fused);
+    robot.fusion().add(log[i]);
+  }
+  EXPECT_EQ(robot.fusion().mode(1), SensorMode::fused);
+  EXPECT_GT(robot.report(1).fused, 5U);
+  EXPECT_GT(robot.report(1).held_out, 5U);
+}
+
+TEST(FusionSetPose, BeginsAnewThereAndLaterMeasurementsGoOn) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  robot.fusion().add(twist(0.0, 1.0));
+  robot.fusion().add(twist(1.0, 0.0));
+  robot.fusion().set_pose({{10.0, 20.0}, 0.5 * std::numbers::pi, 0.3, 0.1});
+  robot.fusion().add(twist(1.1, 0.0));
+  const Belief& belief = robot.fusion().filter().mixture();
+  EXPECT_NEAR(belief.mean.T_map_base.p.x(), 10.0, 0.4);
+  EXPECT_NEAR(belief.mean.T_map_base.p.y(), 20.0, 0.4);
+  EXPECT_NEAR(belief.mean.T_map_base.yaw(), 0.5 * std::numbers::pi, 0.15);
+  EXPECT_NEAR(std::sqrt(belief.P(0, 0)), 0.3, 0.1);
+  EXPECT_NE(robot.events().find("the pose was set"), std::string::npos);
+}
+
+TEST(FusionSetPose, RefusesWhatIsNoPose) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
+  EXPECT_THROW(robot.fusion().set_pose({}), Error) << "not started";
+  robot.fusion().add(twist(0.0, 1.0));
+  EXPECT_THROW(robot.fusion().set_pose({{std::nan(""), 0.0}, 0.0, 0.3, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 0.0, 0.1}), Error);
 }
 
 TEST(Fusion, ReportsTheLastMeasurementAgain) {

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <sstream>
+#include <streambuf>
 #include <string>
 #include <vector>
 
@@ -19,15 +21,17 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
+enum class Colour : std::uint8_t { red, green };
+constexpr Colour last_of(Colour /*colour*/) { return Colour::green; }
+
 TEST(Archive, GivesBackWhatWasWritten) {
-  enum class Colour : std::uint8_t { red = 3 };
   std::stringstream stream;
   OutArchive out(stream);
   const Eigen::Matrix3d fixed = Eigen::Matrix3d::Random();
   const Eigen::VectorXd dynamic = Eigen::VectorXd::Random(5);
   out.value(-1.5);
   out.value(std::int64_t{-7});
-  out.value(Colour::red);
+  out.value(Colour::green);
   out.value(std::string_view("a\0b", 3));
   out.value(fixed);
   out.value(dynamic);
@@ -50,7 +54,7 @@ TEST(Archive, GivesBackWhatWasWritten) {
   in.values(values);
   EXPECT_EQ(number, -1.5);
   EXPECT_EQ(integer, -7);
-  EXPECT_EQ(colour, Colour::red);
+  EXPECT_EQ(colour, Colour::green);
   EXPECT_EQ(text, std::string("a\0b", 3));
   EXPECT_EQ(fixed_back, fixed);
   EXPECT_EQ(dynamic_back, dynamic);
@@ -115,6 +119,136 @@ TEST(Archive, RefusesAMatrixOfAnotherShape) {
   EXPECT_THROW(in.value(back), DataError);
 }
 
+// --- damaged values --------------------------------------------------------------------------------------------------
+
+template <class Written, class Read>
+std::string error_of(const Written& written, Read back) {
+  std::stringstream stream;
+  OutArchive(stream).value(written);
+  InArchive in(stream);
+  try {
+    in(back);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Archive, RefusesATruthValueThatIsNeither0Nor1) {
+  EXPECT_EQ(error_of(std::uint8_t{1}, false), "");
+  EXPECT_EQ(error_of(std::uint8_t{2}, false), "checkpoint: a truth value is neither 0 nor 1");
+  EXPECT_EQ(error_of(std::uint8_t{255}, false), "checkpoint: a truth value is neither 0 nor 1");
+}
+
+TEST(Archive, RefusesAnEnumWithoutSuchAValue) {
+  EXPECT_EQ(error_of(std::uint8_t{1}, Colour::red), "");
+  EXPECT_EQ(error_of(std::uint8_t{2}, Colour::red), "checkpoint: an enum has no such value");
+}
+
+TEST(Archive, RefusesNumbersThatAreNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(error_of(nan, 0.0), "checkpoint: a number is not finite");
+  EXPECT_EQ(error_of(std::numeric_limits<float>::infinity(), 0.0f), "checkpoint: a number is not finite");
+  EXPECT_EQ(error_of(Eigen::Vector2d(0.0, nan), Eigen::Vector2d{}), "checkpoint: a matrix is not finite");
+  std::stringstream stream;
+  OutArchive out(stream);
+  out(std::vector<double>{1.0, nan});
+  InArchive in(stream);
+  std::vector<double> values;
+  EXPECT_THROW(in(values), DataError);
+}
+
+TEST(Archive, RefusesATimeWhoseDifferencesWouldOverflow) {
+  EXPECT_EQ(error_of(std::int64_t{1} << 62, Time{}), "");
+  EXPECT_EQ(error_of((std::int64_t{1} << 62) + 1, Time{}), "checkpoint: a time lies outside of the range of stamps");
+  EXPECT_EQ(error_of(std::numeric_limits<std::int64_t>::min(), Duration{}),
+            "checkpoint: a time lies outside of the range of stamps");
+}
+
+TEST(Archive, RefusesARotationThatHasNotLength1) {
+  EXPECT_EQ(error_of(Eigen::Vector4d(0.0, 0.6, 0.0, 0.8), Eigen::Quaterniond{}), "");
+  EXPECT_EQ(error_of(Eigen::Vector4d(0.0, 0.0, 0.0, 0.0), Eigen::Quaterniond{}),
+            "checkpoint: a rotation has not length 1");
+}
+
+TEST(Archive, RefusesANumberOutsideOfItsRange) {
+  for (const int number : {-1, 0, 3, 4}) {
+    std::stringstream stream;
+    OutArchive(stream).within(number, 0, 3);
+    InArchive in(stream);
+    int back = 7;
+    if (number >= 0 && number <= 3) {
+      in.within(back, 0, 3);
+      EXPECT_EQ(back, number);
+    } else {
+      EXPECT_THROW(in.within(back, 0, 3), DataError) << number;
+    }
+  }
+}
+
+/// A stream that cannot say how long it is, as a pipe.
+class Pipe : public std::streambuf {
+ public:
+  explicit Pipe(std::string bytes) : bytes_(std::move(bytes)) {
+    setg(bytes_.data(), bytes_.data(), bytes_.data() + bytes_.size());
+  }
+
+ private:
+  std::string bytes_;
+};
+
+TEST(Archive, OfUnknownLengthRefusesALengthBeyondTheEndWithoutTakingTheMemory) {
+  std::ostringstream bytes;
+  OutArchive(bytes).value(std::uint64_t{1} << 40);
+  Pipe pipe(bytes.str());
+  std::istream stream(&pipe);
+  InArchive in(stream);
+  std::vector<double> values;
+  EXPECT_THROW(in.values(values), DataError);
+  EXPECT_LT(values.capacity(), 100'000u);
+}
+
+TEST(Archive, RefusesAMatrixLargerThanTheStream) {
+  std::stringstream stream;
+  OutArchive out(stream);
+  out.value(std::int32_t{1} << 20);
+  out.value(std::int32_t{1} << 20);
+  InArchive in(stream);
+  Eigen::MatrixXd matrix;
+  EXPECT_THROW(in.value(matrix), DataError);
+}
+
+// --- shared objects --------------------------------------------------------------------------------------------------
+
+TEST(Archive, RefusesASharedObjectOfAnotherType) {
+  std::stringstream stream;
+  OutArchive out(stream);
+  for (const std::uint64_t number : {0U, 0U}) out.value(number);
+  InArchive in(stream);
+  std::uint64_t number = 0;
+  ASSERT_EQ(in.shared<double>(number), nullptr);
+  in.remember(number, std::make_shared<double>(1.0));
+  EXPECT_THROW(in.shared<float>(number), DataError);
+}
+
+TEST(Archive, RefusesASharedObjectThatIsAPartOfItself) {
+  std::stringstream stream;
+  OutArchive out(stream);
+  for (const std::uint64_t number : {0U, 0U}) out.value(number);
+  InArchive in(stream);
+  std::uint64_t number = 0;
+  ASSERT_EQ(in.shared<double>(number), nullptr);
+  EXPECT_THROW(in.shared<double>(number), DataError);
+}
+
+TEST(Archive, RefusesASharedObjectThatComesOutOfOrder) {
+  std::stringstream stream;
+  OutArchive(stream).value(std::uint64_t{1});
+  InArchive in(stream);
+  std::uint64_t number = 0;
+  EXPECT_THROW(in.shared<double>(number), DataError);
+}
+
 TEST(Archive, SharedObjectsAreSharedAgain) {
   std::stringstream stream;
   OutArchive out(stream);
@@ -128,7 +262,7 @@ TEST(Archive, SharedObjectsAreSharedAgain) {
   std::vector<std::shared_ptr<double>> loaded;
   for (int i = 0; i < 3; ++i) {
     std::uint64_t number = 0;
-    auto object = std::static_pointer_cast<double>(in.shared(number));
+    auto object = in.shared<double>(number);
     if (object == nullptr) {
       object = std::make_shared<double>();
       in.value(*object);

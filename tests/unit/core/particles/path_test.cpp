@@ -137,6 +137,100 @@ TEST(Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
   loaded = particles::Path();
 }
 
+// --- a robot that stands ---------------------------------------------------------------------------------------------
+
+constexpr double kRate = 5.0;             // poses a second
+constexpr int kTenMinutes = 600 * 5 + 1;  // poses
+constexpr int kHour = 3600 * 5;
+constexpr int kDay = 24 * kHour;
+
+Pose trembling(int i) { return Pose::planar(3.0 + 0.01 * (i % 3), 4.0, 0.01 * (i % 2)); }
+
+/// Poses `from` to `to` − 1 of a robot that stands; `Append` is append or append_tentative.
+template <class Append>
+void stand(particles::Path& path, int from, int to, Append append) {
+  for (int i = from; i < to; ++i) (path.*append)(test::at(i / kRate), trembling(i));
+}
+
+TEST(Path, KeepsEveryPoseOfTenMinutesInOnePlace) {
+  particles::Path path;
+  stand(path, 0, kTenMinutes, &particles::Path::append);
+  EXPECT_EQ(path.poses().size(), static_cast<std::size_t>(kTenMinutes));
+}
+
+class StandingPath : public testing::TestWithParam<void (particles::Path::*)(Time, const Pose&)> {};
+
+TEST_P(StandingPath, TakesNoMoreMemoryAfterADayThanAfterAnHour) {
+  particles::Path path;
+  stand(path, 0, kHour, GetParam());
+  const std::size_t after_an_hour = path.poses().size();
+  stand(path, kHour, kDay / 2, GetParam());
+  const std::size_t after_half_a_day = path.poses().size();
+  stand(path, kDay / 2, kDay, GetParam());
+  EXPECT_LT(after_an_hour, kTenMinutes + 250U);
+  EXPECT_LT(after_half_a_day, after_an_hour + 260U);
+  EXPECT_LT(path.poses().size(), after_half_a_day + 75U);
+}
+
+TEST_P(StandingPath, EndsWithTheNewestPose) {
+  particles::Path path;
+  for (int i = 0; i < kHour; ++i) {
+    (path.*GetParam())(test::at(i / kRate), trembling(i));
+    if (i % 1000 != 0) continue;
+    const StampedPose last = path.poses().back();
+    EXPECT_EQ(last.stamp, test::at(i / kRate));
+    EXPECT_EQ(last.T_map_base.p, trembling(i).p);
+  }
+}
+
+TEST_P(StandingPath, KeepsEveryPoseOnceTheRobotHasMoved) {
+  particles::Path path;
+  stand(path, 0, kDay, GetParam());
+  const std::size_t standing = path.poses().size();
+  for (int i = 1; i <= 1000; ++i) (path.*GetParam())(test::at((kDay + i) / kRate), Pose::planar(3.0 + i, 4.0, 0.0));
+  EXPECT_EQ(path.poses().size(), standing + 1000U);
+}
+
+TEST_P(StandingPath, IsTheSameIfItIsSavedAndLoadedInBetween) {
+  particles::Path path;
+  stand(path, 0, kHour, GetParam());
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  particles::Path loaded;
+  in(loaded);
+  for (particles::Path* each : {&path, &loaded}) stand(*each, kHour, 3 * kHour, GetParam());
+  EXPECT_EQ(saved({loaded}), saved({path}));
+}
+
+INSTANTIATE_TEST_SUITE_P(OfMappingSteps, StandingPath, testing::Values(&particles::Path::append));
+INSTANTIATE_TEST_SUITE_P(OfDeadReckoning, StandingPath, testing::Values(&particles::Path::append_tentative));
+
+TEST(Path, ACopyKeepsItsPosesWhileTheOtherStands) {
+  particles::Path path;
+  stand(path, 0, kHour, &particles::Path::append);
+  const particles::Path copy = path;
+  const std::string before = saved({copy});
+  stand(path, kHour, 2 * kHour, &particles::Path::append);
+  EXPECT_EQ(saved({copy}), before);
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+
+TEST(Path, RefusesAPoseThatDescendsFromItself) {
+  // The leaf has the number 0 behind "more", its parent the number 1; a third item is announced, which is the leaf.
+  std::ostringstream damaged;
+  OutArchive out(damaged);
+  out.section("path", 3);
+  for (const std::uint64_t number : {0U, 1U}) {
+    out(true, number, test::at(0), Eigen::Vector3d(1.0, 2.0, 0.0), Eigen::Quaterniond::Identity());
+  }
+  out(true, std::uint64_t{0});
+  std::istringstream stream(damaged.str());
+  InArchive in(stream);
+  particles::Path loaded;
+  EXPECT_THROW(in(loaded), DataError);
+}
+
 TEST(Path, SpreadsTheErrorOfDeadReckoningOverIt) {
   particles::Path path;
   path.append(Time{Duration{0}}, Pose::planar(0.0, 0.0, 0.0));

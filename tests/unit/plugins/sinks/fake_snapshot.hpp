@@ -52,11 +52,13 @@ class FakeSnapshot : public Snapshot {
   std::vector<ParticleView> particles() const override { return particles_; }
   std::vector<StampedPose> best_path() const override { return path_; }
   std::vector<MapDescription> best_maps(MapDetail) const override { return maps_; }
+  std::uint64_t mapping_steps() const override { return mapping_steps_; }
 
   Measurement measurement_;
   Fate fate_ = Fate::fused;
   bool started_ = true;
   double effective_sample_size_ = 1.0;
+  std::uint64_t mapping_steps_ = 0;
   Health health_;
   std::vector<ParticleView> particles_;
   std::vector<StampedPose> path_;

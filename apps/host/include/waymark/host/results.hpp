@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/host/robot.hpp"
@@ -22,17 +24,24 @@ class Results {
   Results& operator=(const Results&) = delete;
 
   void arrived(const Measurement& measurement);
+  void dropped(const Measurement& measurement);
+  void commanded(Time arrival, std::string_view command);
+  /// May be called by another thread than the rest.
+  void front(const Belief& belief);
+  /// What happened to the sinks since the last call.
+  std::vector<std::string> take_events();
   void write(const Snapshot& snapshot);
   void finish(const Snapshot* last, const RunReport& report);
 
   /// One line for every sink that failed: "sink tum: taken out of service: …".
-  const std::vector<std::string>& failures() const { return failures_; }
+  std::vector<std::string> failures() const;
 
  private:
   void for_each(const std::function<void(Sink&)>& call);
 
   RunInfo info_;
   std::filesystem::path new_config_;  // until it takes the older one's place; empty: there is none
+  mutable std::mutex mutex_;          // of what follows
   std::vector<SinkSlot> sinks_;
   std::vector<std::string> failures_;
 };

@@ -9,12 +9,16 @@
 
 #include "waymark/host/fusion.hpp"
 #include "waymark/host/fusion_settings.hpp"
+#include "waymark/host/live_settings.hpp"
 #include "waymark/interface/rig.hpp"
 #include "waymark/interface/sink.hpp"
 #include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::host {
+
+class LiveClock;
+class LiveInput;
 
 /// One sink of the YAML.
 struct SinkSlot {
@@ -35,9 +39,15 @@ struct Robot {
   FusionSettings settings;
   std::vector<SensorSlot> sensors;
   std::vector<MapSlot> maps;
-  std::shared_ptr<Source> source;      ///< null if the program adds the measurements
-  std::vector<int> sensor_of_channel;  ///< of the source; -1: the sensor is disabled
+  /// All sources of the YAML as one; null if the program adds the measurements.
+  std::shared_ptr<Source> source;
+  std::vector<int> sensor_of_channel;  ///< of the source; -1: the sensor is disabled; kCommands
   std::vector<SinkSlot> sinks;
+  LiveSettings live_settings = {};
+  std::shared_ptr<LiveInput> live_input = {};        ///< the source, if one of the YAML's is live; else null
+  std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
+
+  static constexpr int kCommands = -2;  ///< in `sensor_of_channel`: a channel of commands
 
   /// Reads a file. Plugins are searched in its `plugin_path`, then in the folders of
   /// `PluginLoader::standard_search_path`. Throws ConfigError, PluginError or DataError, with place and cause in one
@@ -52,7 +62,10 @@ struct Robot {
   /// Creates the filter of this robot. Throws ConfigError with the name of the YAML if the parts do not fit together.
   std::unique_ptr<Fusion> fusion(Fusion::Observer observer) const;
 
-  /// Replaces the channel of a source's measurement by the index of its sensor; false if that is disabled.
+  /// True if a source's measurement is a command.
+  bool is_command(const Measurement& measurement) const { return sensor_of_channel[measurement.sensor] == kCommands; }
+  /// Replaces the channel of a source's measurement by the index of its sensor; false if that is disabled, and for a
+  /// command.
   bool assign(Measurement& measurement) const;
 };
 

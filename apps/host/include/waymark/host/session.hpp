@@ -15,6 +15,7 @@
 
 namespace waymark::host {
 
+class LiveRun;
 class LogIdentity;
 
 /// Options of a session.
@@ -27,6 +28,8 @@ struct SessionOptions {
   /// Called after every committed measurement, after the sinks, with the share of the log that was read (0 to 1,
   /// negative if unknown). The snapshot is valid during the call.
   std::function<void(const Snapshot&, double share)> observer = nullptr;
+  /// Of a running robot: called with each event of sources, queue and sinks when it happens.
+  std::function<void(const Event&)> on_event = nullptr;
 };
 
 /// Result of a session.
@@ -34,7 +37,8 @@ struct SessionResult {
   RunReport report;       ///< with the source's bad records and notices
   bool started = false;   ///< the filter has started
   std::string log_error;  ///< error that ended the log early; empty if there was none
-  /// All failures, one line each: `log_error`, plugins and sinks taken out of service, why the filter did not start.
+  /// All failures, one line each: `log_error`, plugins and sinks taken out of service, why the filter did not start, a
+  /// reference that cannot be read.
   std::vector<std::string> failures;
 };
 
@@ -69,15 +73,25 @@ class Session {
 
  private:
   std::optional<Measurement> next();
+  void write(const std::filesystem::path& checkpoint) const;
+  void obey(const Measurement& command);
+  void follow_live();
+  void take_live_events();
+  std::string save_maps();
+  std::string write_live_checkpoint();
   SessionResult conclude();
 
   Robot robot_;
   SessionOptions options_;
   std::unique_ptr<FolderLock> lock_;  // before the sinks open their files
+  std::string reference_error_;
   Results results_;
   std::unique_ptr<Fusion> fusion_;
   std::optional<Time> first_arrival_;
   std::unique_ptr<LogIdentity> log_;
+  std::unique_ptr<LiveRun> live_;  // of a running robot
+  std::vector<Event> live_events_;
+  bool stopped_ = false;  // by a command
   std::string log_error_;
   std::string checkpoint_error_;
 };

@@ -36,6 +36,7 @@ TEST(TumSink, WritesCovariancesAtMappingStepsAsSoonAsThereAreAny) {
   FakeSnapshot snapshot;
   sink->write(snapshot.at(0.5, Pose{}));
   snapshot.fate_ = Fate::mapped;
+  snapshot.mapping_steps_ = 1;
   sink->write(snapshot.at(1.0, Pose{}));
   snapshot.fate_ = Fate::fused;
   sink->write(snapshot.at(1.5, Pose{}));
@@ -45,6 +46,21 @@ TEST(TumSink, WritesCovariancesAtMappingStepsAsSoonAsThereAreAny) {
   EXPECT_EQ(lines[0], "t_s,xx,xy,xyaw,yy,yyaw,yawyaw");
   EXPECT_EQ(lines[1].substr(0, 12), "0.500000000,");
   EXPECT_EQ(lines[2].substr(0, 12), "1.000000000,");
+}
+
+TEST(TumSink, WritesNoOtherCovariancesOfARunThatIsResumed) {
+  const TemporaryFolder out;
+  const auto sink = make_sink("tum");
+  sink->start({out.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  snapshot.mapping_steps_ = 7;  // before the checkpoint
+  sink->write(snapshot.at(0.5, Pose{}));
+  snapshot.fate_ = Fate::mapped;
+  sink->write(snapshot.at(1.0, Pose{}));
+  sink->finish(&snapshot, {});
+  const auto lines = out.lines("covariance.csv");
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[1].substr(0, 12), "1.000000000,");
 }
 
 TEST(TumSink, KeepsEveryNanosecondOfALargeStamp) {

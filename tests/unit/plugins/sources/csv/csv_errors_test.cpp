@@ -161,6 +161,16 @@ TEST_F(CsvErrors, TimeBeyondInt64) {
   EXPECT_THAT(wheels_error("99999999999,1,2\n"), HasSubstr("\"99999999999\" in column 0 (time) is out of range"));
 }
 
+TEST_F(CsvErrors, TimeWithoutADifference) {
+  for (const std::string time : {"4611686019", "-4611686019", "9200000000", "-9200000000"}) {
+    EXPECT_THAT(wheels_error("0,1,2\n" + time + ",1,2\n"),
+                HasSubstr('"' + time + "\" in column 0 (time) is out of range"));
+  }
+  write("a.csv", "-4611686018,1,2\n4611686018,1,2\n");
+  EXPECT_EQ(read_all(*make(wheels_yaml("a.csv", "", "max_time_jump_s: 1.0e+12\nmax_bad_rows: 1\n"))).size(), 1u)
+      << "292 years are a jump, whatever is allowed";
+}
+
 TEST_F(CsvErrors, TimeGoesBack) {
   EXPECT_THAT(wheels_error("5,1,2\n6,1,2\n5.75,1,2\n"), StartsWith(at("a.csv", 3) + "time goes back by 0.25 s"));
 }
@@ -367,13 +377,18 @@ TEST_F(CsvErrors, ConditionThatSaysNothing) {
 
 TEST_F(CsvErrors, NoFiles) { EXPECT_THAT(construction_error<ConfigError>("files: []\n"), HasSubstr("files")); }
 
-TEST_F(CsvErrors, ReferenceWithABadRow) {
+TEST_F(CsvErrors, ReferenceWithABadRowTakesNoMeasurementWithIt) {
   write("a.csv", "0,1,2\n");
   write("truth.csv", "0,1,2\n1,x,2\n");
-  EXPECT_THAT(
-      construction_error<DataError>(wheels_yaml("a.csv") +
-                                    "reference: {trajectory: {path: truth.csv, columns: {time: 0, x_m: 1, y_m: 2}}}\n"),
-      StartsWith(at("truth.csv", 2) + "\"x\" in column 1 (x_m) is not a number"));
+  const auto source =
+      make(wheels_yaml("a.csv") + "reference: {trajectory: {path: truth.csv, columns: {time: 0, x_m: 1, y_m: 2}}}\n");
+  try {
+    source->reference();
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), StartsWith(at("truth.csv", 2) + "\"x\" in column 1 (x_m) is not a number"));
+  }
+  EXPECT_TRUE(source->next().has_value());
 }
 
 }  // namespace

@@ -117,12 +117,18 @@ TEST_F(KittiErrorsTest, AFrameWithoutALaterStampIsABadRecord) {
 
 TEST_F(KittiErrorsTest, AStampThatIsNoneIsNamedWithItsLine) {
   write_cloud(0, kPoints);
-  for (const char* stamp :
-       {"2011-09-26 13:02:61.1", "2011-02-30 13:02:25.1", "13:02:25.1", "2011-09-26 1a:02:25.1", ""}) {
+  for (const char* stamp : {"2011-09-26 13:02:61.1", "2011-02-30 13:02:25.1", "13:02:25.1", "2011-09-26 1a:02:25.1", "",
+                            "2300-09-26 13:02:25.1", "9999-09-26 13:02:25.1", "0001-01-01 00:00:00.0"}) {
     write("velodyne_points/timestamps.txt",
           "2011-09-26 13:02:25.1\n" + std::string(stamp) + "\n2011-09-26 13:02:25.3\n");
     expect_refused("height_m: [1, 2]", "", "timestamps.txt:2: \"" + std::string(stamp) + "\"");
   }
+}
+
+TEST_F(KittiErrorsTest, AFrameNumberThatIsADateHasNoStamp) {
+  write_cloud(0, kPoints);
+  write("velodyne_points/data/20110926130225951.bin", "0123456789abcdef");
+  expect_one_bad("", "velodyne_points/data/20110926130225951.bin", "more than 146 years", 1);
 }
 
 TEST_F(KittiErrorsTest, WhatIsNoRecordingIsRefused) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "waymark/base/time.hpp"
+#include "waymark/config/config.hpp"
+
+namespace waymark::host {
+
+/// How a running robot is served (`live:` of the YAML). Without a live source only `real_time` counts.
+struct LiveSettings {
+  bool real_time = false;             ///< logs are delivered as if their robots ran now
+  double front_hz = 50.0;             ///< rate of the pose now
+  std::size_t queue = 20000;          ///< most measurements that wait for the filter
+  Duration overload_after{};          ///< age of the oldest waiting one at which scans are thinned
+  std::vector<std::string> may_drop;  ///< sensors that lose their oldest measurements if the queue is full
+  std::filesystem::path control;      ///< Unix socket of `waymark ctl`; empty: none
+  std::string checkpoint;             ///< file in the output folder; empty: none
+  Duration checkpoint_every{};
+};
+
+/// Reads `live:`. Throws ConfigError.
+LiveSettings read_live_settings(const Config& yaml);
+
+}  // namespace waymark::host

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "latency.hpp"
+#include "live_clock.hpp"
+#include "waymark/host/front.hpp"
+
+namespace waymark::host {
+
+/// The pose now, in a thread of its own: the filter's last belief, updated with what has arrived since and predicted to
+/// the present. It never waits for a mapping step.
+class FrontOutput {
+ public:
+  /// `publish` is called at `rate_hz`, and after each measurement for which `prompts` of its sensor is true. `delay`:
+  /// of each sensor's stamps. `clock` must outlive the object.
+  FrontOutput(std::function<void(const Belief&)> publish, double rate_hz, std::vector<bool> prompts,
+              std::vector<Duration> delays, const LiveClock& clock);
+  ~FrontOutput();
+  FrontOutput(const FrontOutput&) = delete;
+  FrontOutput& operator=(const FrontOutput&) = delete;
+
+  /// Adds what arrived, in order of arrival; `Measurement::sensor` is an index into the robot's sensors.
+  void arrived(const Measurement& measurement);
+  /// Begins again at what the filter has committed.
+  void rebase(std::unique_ptr<Front> front);
+  /// Time from the arrival of a prompting measurement to the end of the `publish` that contains it.
+  Latency latency() const;
+
+ private:
+  void run();
+  void follow(std::unique_ptr<Front> base);
+  void advance(const Measurement& measurement);
+
+  std::function<void(const Belief&)> publish_;
+  Duration period_;
+  std::vector<bool> prompts_;
+  std::vector<Duration> delays_;
+  const LiveClock& clock_;
+
+  // Of the thread alone.
+  std::unique_ptr<Front> front_;
+  std::vector<Measurement> ahead_;  // of what the filter has committed
+  Time newest_stamp_{};
+  Time newest_arrival_{};
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<Measurement> incoming_;
+  std::unique_ptr<Front> base_;
+  bool prompted_ = false;
+  bool stopped_ = false;
+  Latency latency_;
+  std::thread thread_;  // last: it uses all others
+};
+
+}  // namespace waymark::host

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live_run.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <ctime>
+#include <utility>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::host {
+namespace {
+
+double process_cpu_s() {
+  timespec used{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+bool is_motion_source(const SensorSlot& slot) { return slot.sensor && slot.sensor->traits().is_motion_source; }
+
+/// Sensors without a plugin of their own feed maps only.
+std::vector<LiveInput::Policy> policies_of(const Robot& robot) {
+  std::vector<LiveInput::Policy> policies;
+  for (const int sensor : robot.sensor_of_channel) {
+    LiveInput::Policy& policy = policies.emplace_back();
+    if (sensor < 0) continue;
+    const SensorSlot& slot = robot.sensors[static_cast<std::size_t>(sensor)];
+    policy.thin = slot.plugin.empty();
+    policy.may_drop = std::ranges::find(robot.live_settings.may_drop, slot.name) != robot.live_settings.may_drop.end();
+  }
+  return policies;
+}
+
+}  // namespace
+
+LiveRun::LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClock> clock, const Robot& robot,
+                 Results& results, const std::atomic<bool>* stop)
+    : input_(std::move(input)),
+      clock_(std::move(clock)),
+      robot_(robot),
+      results_(results),
+      latency_(robot.sensors.size()),
+      began_(std::chrono::steady_clock::now()),
+      last_checkpoint_(began_),
+      cpu_at_begin_s_(process_cpu_s()) {
+  std::vector<bool> prompts;
+  std::vector<Duration> delays;
+  for (const SensorSlot& slot : robot.sensors) {
+    prompts.push_back(is_motion_source(slot));
+    delays.push_back(slot.delay);
+  }
+  front_ = std::make_unique<FrontOutput>([this](const Belief& belief) { results_.front(belief); },
+                                         robot.live_settings.front_hz, std::move(prompts), std::move(delays), *clock_);
+  if (!robot.live_settings.control.empty()) {
+    control_ = std::make_unique<ControlSocket>(robot.live_settings.control,
+                                               [this](std::string text) { return input_->command(std::move(text)); });
+  }
+  LiveInput::Options options{
+      .capacity = robot.live_settings.queue, .overload_after = robot.live_settings.overload_after, .stop = stop};
+  options.on_arrival = [this](const Measurement& m) { arrived(m); };
+  options.on_wait = [this] { service_.alive(); };
+  input_->configure(std::move(options), policies_of(robot));
+}
+
+LiveRun::~LiveRun() { end(); }
+
+/// In a thread that reads a source.
+void LiveRun::arrived(const Measurement& measurement) {
+  Measurement of_sensor = measurement;
+  if (!robot_.assign(of_sensor)) return;
+  if (robot_.sensors[of_sensor.sensor].sensor) front_->arrived(of_sensor);
+}
+
+void LiveRun::processed(const Snapshot& snapshot) {
+  const Measurement& m = snapshot.measurement();
+  latency_[m.sensor].add(to_seconds(clock_->now() - m.arrival));
+  if (snapshot.started()) service_.ready();
+}
+
+void LiveRun::added(const Fusion& fusion) {
+  for (Measurement& dropped : input_->take_dropped()) {
+    if (robot_.assign(dropped)) results_.dropped(dropped);
+  }
+  if (auto front = fusion.front()) front_->rebase(std::move(front));
+  service_.alive();
+}
+
+bool LiveRun::checkpoint_is_due() {
+  const auto now = std::chrono::steady_clock::now();
+  if (robot_.live_settings.checkpoint.empty() || now - last_checkpoint_ < robot_.live_settings.checkpoint_every)
+    return false;
+  last_checkpoint_ = now;
+  return true;
+}
+
+void LiveRun::reply(std::uint64_t command, std::string answer) {
+  if (control_) control_->reply(command, std::move(answer));
+}
+
+void LiveRun::note(std::string text) {
+  events_.push_back({std::move(text), to_seconds(clock_->now().time_since_epoch()), false});
+}
+
+std::vector<Event> LiveRun::take_events() {
+  for (std::string& text : input_->take_events()) note(std::move(text));
+  for (std::string& text : results_.take_events()) note(std::move(text));
+  return std::exchange(events_, {});
+}
+
+void LiveRun::end() {
+  if (final_) return;
+  service_.stopping();
+  input_->stop();
+  control_ = nullptr;
+  final_ = report();
+  front_ = nullptr;
+}
+
+LiveReport LiveRun::report() const {
+  if (final_) return *final_;
+  LiveReport report;
+  const std::vector<LiveInput::Counts> counts = input_->counts();
+  for (std::size_t channel = 0; channel < counts.size(); ++channel) {
+    const int sensor = robot_.sensor_of_channel[channel];
+    if (sensor < 0) continue;
+    const Latency& latency = latency_[static_cast<std::size_t>(sensor)];
+    LiveReport::Stream& stream = report.streams.emplace_back();
+    stream.sensor = robot_.sensors[static_cast<std::size_t>(sensor)].name;
+    stream.received = counts[channel].received;
+    stream.dropped = counts[channel].dropped;
+    stream.waits = counts[channel].waits;
+    stream.clock_offset_s = counts[channel].clock.offset_s();
+    stream.clock_drift = counts[channel].clock.drift();
+    stream.latency_s = {latency.quantile(0.5), latency.quantile(0.99), latency.max()};
+  }
+  const Latency front = front_->latency();
+  report.front_latency_s = {front.quantile(0.5), front.quantile(0.99), front.max()};
+  report.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  report.cpu_share = (process_cpu_s() - cpu_at_begin_s_) / report.duration_s;
+  return report;
+}
+
+}  // namespace waymark::host

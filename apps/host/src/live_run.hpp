@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "control_socket.hpp"
+#include "front_output.hpp"
+#include "latency.hpp"
+#include "live_input.hpp"
+#include "service_notifier.hpp"
+#include "waymark/host/results.hpp"
+#include "waymark/host/robot.hpp"
+
+namespace waymark::host {
+
+/// A running robot's share of a session: what lies around the filter's thread. Threads read the sources, publish the
+/// pose now, and take commands.
+class LiveRun {
+ public:
+  /// `input` is the robot's source. `robot`, `results` and `stop` must outlive the object. Throws Error if the control
+  /// socket cannot be made.
+  LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClock> clock, const Robot& robot,
+          Results& results, const std::atomic<bool>* stop);
+  ~LiveRun();
+
+  /// Called by the filter's thread after each processed measurement.
+  void processed(const Snapshot& snapshot);
+  /// Called by the filter's thread after each measurement that it was given.
+  void added(const Fusion& fusion);
+  /// True once each `live.checkpoint.every_s`.
+  bool checkpoint_is_due();
+  /// Answers a command.
+  void reply(std::uint64_t command, std::string answer);
+  /// Events since the last call: of the sources, the queue and the sinks.
+  std::vector<Event> take_events();
+  /// Adds an event of the session.
+  void note(std::string text);
+  /// Ends the threads. Events and counts remain.
+  void end();
+  /// The statistics so far.
+  LiveReport report() const;
+
+ private:
+  void arrived(const Measurement& measurement);
+
+  std::shared_ptr<LiveInput> input_;
+  std::shared_ptr<const LiveClock> clock_;
+  const Robot& robot_;
+  Results& results_;
+  std::vector<Latency> latency_;  // from arrival to pose, by sensor
+  std::vector<Event> events_;
+  ServiceNotifier service_;
+  std::chrono::steady_clock::time_point began_;
+  std::chrono::steady_clock::time_point last_checkpoint_;
+  double cpu_at_begin_s_;
+  std::unique_ptr<FrontOutput> front_;
+  std::unique_ptr<ControlSocket> control_;
+  std::optional<LiveReport> final_;
+};
+
+}  // namespace waymark::host

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "waymark/host/fusion.hpp"
+#include "waymark/host/robot.hpp"
+
+namespace waymark::host {
+
+/// State of a running robot as one line of JSON: pose, health, and for each sensor mode, counts and latency.
+std::string status_line(const Fusion& fusion, const Robot& robot, const LiveReport& live);
+
+}  // namespace waymark::host

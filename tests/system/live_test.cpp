@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, diagnostics, feature_map, landmarks, map_files, odometry, simulator, tum
+// A running robot: a simulated one whose measurements arrive as they would, commands, checkpoints, and its end.
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <future>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/system/command.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+using testing::SizeIs;
+
+/// The robot of config/quickstart.yaml in real time, with a socket for commands.
+class LiveRobot {
+ public:
+  std::filesystem::path file(const char* name) const { return folder_ / name; }
+  std::filesystem::path out() const { return folder_ / "out"; }
+  std::string socket() const { return file("ctl").string(); }
+
+  Command command(std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments{"run",   WAYMARK_SOURCE_DIR "/config/quickstart.yaml",
+                                       "--out", out().string(),
+                                       "--set", "live.real_time=true",
+                                       "--set", "live.control=" + socket(),
+                                       "--set", "filter.particles=5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Command(std::move(arguments));
+  }
+  Outcome ctl(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"ctl", socket()});
+    return waymark(words);
+  }
+  /// True once the filter has started.
+  bool is_under_way() const {
+    if (!std::filesystem::exists(socket())) return false;
+    const Outcome status = ctl({"status"});
+    return status.exit_code == 0 && nlohmann::json::parse(status.out)["started"] == true;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+void wait_until(const std::function<bool()>& ready) {
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!ready() && std::chrono::steady_clock::now() < give_up)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ASSERT_TRUE(ready());
+}
+
+TEST(Live, ASignalEndsItWithItsResultsAndNothingIsLost) {
+  const LiveRobot robot;
+  const Outcome outcome = robot.command().send(SIGTERM, [&] { return robot.is_under_way(); }).run();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.errors(), SizeIs(0));
+  EXPECT_TRUE(has_complete_lines(robot.out() / "trajectory.txt", 1));
+  EXPECT_FALSE(std::filesystem::exists(robot.socket()));
+  const nlohmann::json report = nlohmann::json::parse(read_text(robot.out() / "diagnostics.json"));
+  for (const nlohmann::json& stream : report["live"]["streams"]) EXPECT_EQ(stream["dropped"], 0);
+  EXPECT_GT(report["live"]["streams"][0]["received"], 0);
+}
+
+TEST(Live, ObeysCommandsAndAnswersThem) {
+  const LiveRobot robot;
+  auto run = std::async(std::launch::async, [&] { return robot.command().run(); });
+  wait_until([&] { return robot.is_under_way(); });
+
+  EXPECT_EQ(robot.ctl({"disable", "gps"}).exit_code, 0);
+  EXPECT_EQ(nlohmann::json::parse(robot.ctl({"status"}).out)["sensors"]["gps"]["mode"], "off");
+  EXPECT_EQ(robot.ctl({"shadow", "gps"}).exit_code, 0);
+  EXPECT_EQ(nlohmann::json::parse(robot.ctl({"status"}).out)["sensors"]["gps"]["mode"], "shadow");
+  EXPECT_TRUE(reports_error(robot.ctl({"disable", "gsp"}), 1, {"there is no sensor \"gsp\"", "gps"}));
+  EXPECT_EQ(robot.ctl({"set-pose", "1", "2", "90"}).exit_code, 0);
+  EXPECT_TRUE(reports_error(robot.ctl({"set-pose", "1", "x", "90"}), 1, {"\"x\" is not a number"}));
+  EXPECT_TRUE(reports_error(robot.ctl({"statsu"}), 1, {"unknown command", "did you mean \"status\"?"}));
+  EXPECT_EQ(robot.ctl({"save-maps"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(robot.out() / "maps" / "pillars.landmarks.yaml"));
+  EXPECT_EQ(robot.ctl({"checkpoint"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(robot.out() / "live.ckpt"));
+  EXPECT_EQ(robot.ctl({"stop"}).exit_code, 0);
+
+  const Outcome outcome = run.get();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("command: disable gps"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("command: status")));
+}
+
+TEST(Live, GoesOnFromItsCheckpointAfterItWasKilled) {
+  const LiveRobot robot;
+  const std::vector<std::string> every{"--set", "live.checkpoint={every_s: 0.2}"};
+  const auto checkpoint = robot.out() / "live.ckpt";
+  const Outcome killed = robot.command(every).send(SIGKILL, [&] { return std::filesystem::exists(checkpoint); }).run();
+  EXPECT_EQ(killed.exit_code, 128 + SIGKILL);
+  std::filesystem::copy_file(checkpoint, robot.file("kept.ckpt"));
+
+  std::vector<std::string> again = every;
+  again.insert(again.end(), {"--resume", robot.file("kept.ckpt").string()});
+  const Outcome outcome = robot.command(again).send(SIGTERM, [&] { return robot.is_under_way(); }).run();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(has_complete_lines(robot.out() / "trajectory.txt", 1));
+}
+
+TEST(Live, TwoRunsDoNotShareASocket) {
+  const LiveRobot robot;
+  auto run = std::async(std::launch::async, [&] { return robot.command().run(); });
+  wait_until([&] { return robot.is_under_way(); });
+  const Outcome second =
+      waymark({"run", WAYMARK_SOURCE_DIR "/config/quickstart.yaml", "--out", robot.file("other").string(), "--set",
+               "live.real_time=true", "--set", "live.control=" + robot.socket()});
+  EXPECT_TRUE(reports_error(second, 1, {"live.control", "another run listens there"}));
+  EXPECT_EQ(robot.ctl({"stop"}).exit_code, 0);
+  EXPECT_EQ(run.get().exit_code, 0);
+}
+
+/// The socket on which systemd receives the state of a service.
+class NotifySocket {
+ public:
+  explicit NotifySocket(const std::string& path) : descriptor_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(static_cast<char*>(address.sun_path), sizeof address.sun_path - 1);
+    if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+      throw std::runtime_error("cannot bind " + path);
+  }
+  ~NotifySocket() { ::close(descriptor_); }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+
+  std::vector<std::string> received() const {
+    std::vector<std::string> all;
+    std::array<char, 256> buffer{};
+    for (ssize_t size = 0; (size = ::recv(descriptor_, buffer.data(), buffer.size(), MSG_DONTWAIT)) > 0;)
+      all.emplace_back(buffer.data(), static_cast<std::size_t>(size));
+    return all;
+  }
+
+ private:
+  int descriptor_;
+};
+
+TEST(Live, ReportsToSystemd) {
+  const LiveRobot robot;
+  const std::string path = robot.file("notify").string();
+  const NotifySocket socket(path);
+  const auto started = std::chrono::steady_clock::now();
+  std::vector<std::string> messages;
+  const auto receive = [&] { std::ranges::move(socket.received(), std::back_inserter(messages)); };
+  const Outcome outcome =
+      robot.command()
+          .with_environment("NOTIFY_SOCKET", path)
+          .with_environment("WATCHDOG_USEC", "200000")
+          .send(SIGTERM,
+                [&] {
+                  receive();
+                  return std::chrono::steady_clock::now() - started > std::chrono::seconds(3) && robot.is_under_way();
+                })
+          .run();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  receive();
+  EXPECT_THAT(messages, Contains("READY=1").Times(1));
+  EXPECT_THAT(messages, Contains("WATCHDOG=1").Times(testing::Ge(10)));
+  EXPECT_EQ(messages.back(), "STOPPING=1");
+}
+
+TEST(Live, SeveralLogsAreOneRun) {
+  const TemporaryFolder folder;
+  write_text(folder / "wheels.csv", "t,v,w\n0,1,0\n1,1,0\n2,1,0\n3,1,0\n");
+  write_text(folder / "gps.csv", "t,e,n\n0.5,0.5,0\n1.5,1.5,0\n2.5,2.5,0\n");
+  write_text(folder / "robot.yaml", R"(
+sources:
+  - { plugin: csv, files: [{ path: wheels.csv, sensor: wheels, payload: BodyTwist, time: t, columns: { v_x_mps: v, w_z_radps: w } }] }
+  - { plugin: csv, files: [{ path: gps.csv, sensor: gps, payload: GnssFix, time: t, columns: { east_m: e, north_m: n } }] }
+initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
+sensors:
+  - { name: wheels, plugin: odometry, model: twist }
+  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3 }
+sinks: [{ plugin: tum }, { plugin: diagnostics }]
+)");
+  const Outcome outcome = waymark({"run", (folder / "robot.yaml").string(), "--out", (folder / "out").string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json report = nlohmann::json::parse(read_text(folder / "out/diagnostics.json"));
+  EXPECT_EQ(report["sensors"][0]["fused"], 4);
+  EXPECT_EQ(report["sensors"][1]["fused"], 3);
+}
+
+}  // namespace
+}  // namespace waymark::system_test
