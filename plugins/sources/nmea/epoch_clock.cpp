@@ -20,6 +20,12 @@ std::string date_and_time(Time time) {
 
 }  // namespace
 
+/// True if the clock was set back, and this is the second time after it.
+bool EpochClock::goes_on_after_step_back(Time stamp) {
+  if (step_back_ == StepBack::is_left_out || !newest_ || stamp > *newest_) return false;
+  return stepped_back_to_ && stamp > *stepped_back_to_ && stamp - *stepped_back_to_ <= max_jump_;
+}
+
 std::optional<Time> EpochClock::stamp(const Epoch& epoch, BadRecordList& bad) {
   if (!epoch.time_of_day) return std::nullopt;
   const Duration time_of_day = *epoch.time_of_day;
@@ -38,19 +44,28 @@ std::optional<Time> EpochClock::stamp(const Epoch& epoch, BadRecordList& bad) {
     }
     return std::nullopt;
   }
-  const Time stamp = *date_ + time_of_day;
+  const std::optional<Time> counted = stamp_on(*date_, time_of_day);
+  if (!counted) {
+    bad.add(epoch.place, fmt::format("the year {} is no year of a stamp; 1824 to 2115 are",
+                                     static_cast<int>(std::chrono::year_month_day(*date_).year())));
+    return std::nullopt;
+  }
+  const Time stamp = *counted;
   const bool was_right = had_fix_;
   had_fix_ = had_fix_ || epoch.has_fix();
+  if (goes_on_after_step_back(stamp)) newest_.reset();
   if (newest_ && (stamp <= *newest_ || stamp - *newest_ > max_jump_)) {
     const bool back = stamp <= *newest_;
     bad.add(epoch.place, fmt::format("time {} by {:.3f} s, from {} to {}{}", back ? "goes back" : "jumps forward",
                                      to_seconds(back ? *newest_ - stamp : stamp - *newest_), date_and_time(*newest_),
                                      date_and_time(stamp), was_right ? "" : ": the receiver's clock was not set yet"));
-    // A step forward is believed if time goes on from there; a step back is never, or order would be lost.
+    // A step forward is believed if time goes on from there; a step back in a log is never, or order would be lost.
+    if (back) stepped_back_to_ = stamp;
     if (!was_right || !back) newest_ = stamp;
     if (was_right) return std::nullopt;
   }
   newest_ = stamp;
+  stepped_back_to_.reset();
   return had_fix_ ? std::optional(stamp) : std::nullopt;
 }
 

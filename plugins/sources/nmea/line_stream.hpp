@@ -7,19 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "line_input.hpp"
 #include "waymark/base/time.hpp"
 
 namespace waymark::nmea {
 
 /// The lines of a file, a FIFO or the standard input. Lines end with LF, CR LF or CR.
-class LineStream {
+class LineStream final : public LineInput {
  public:
-  static constexpr std::size_t kLongest = 1000;  ///< what follows in a line is left out
-
   /// `file`: "-" is the standard input. It is opened by the first `next`, as opening a FIFO waits for its writer.
   /// `patience`: how long more lines are waited for at the end of a regular file that grows.
   LineStream(std::filesystem::path file, Duration patience);
-  ~LineStream();
+  ~LineStream() override;
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
@@ -27,9 +26,9 @@ class LineStream {
   /// those that end a run. Throws DataError if the file cannot be read.
   bool next(std::string& line);
 
-  std::string place() const;  ///< "file:line" of the last line
-  /// Share that was read, 0..1; negative if that is unknown.
-  double progress() const;
+  Got read(std::string& line) override { return next(line) ? Got::line : Got::end; }
+  std::string place() const override;
+  double progress() const override;
 
  private:
   bool open();

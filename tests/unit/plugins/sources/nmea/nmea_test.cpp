@@ -210,6 +210,15 @@ TEST_F(Nmea, TimeNeitherGoesBackNorJumps) {
   EXPECT_THAT(read(rmc("120000", "010125") + gga("120500"), "max_time_jump_s: 60\n"), SizeIs(1));
 }
 
+TEST_F(Nmea, AYearThatNoStampHasIsABadRecord) {
+  const std::string beyond = line("GPZDA,120000,31,12,2199,00,00") + gga("120000");
+  EXPECT_THAT(read(beyond + rmc("120001", "010125")), SizeIs(1));
+  ASSERT_THAT(bad_, SizeIs(1));
+  EXPECT_THAT(bad_[0], HasSubstr("the year 2199 is no year of a stamp"));
+  EXPECT_THROW(read(rmc("120001", "010125"), "start_date: 2300-01-01\n"), ConfigError);
+  EXPECT_THROW(read(rmc("120001", "010125"), "start_date: 1700-01-01\n"), ConfigError);
+}
+
 TEST_F(Nmea, LinesMayEndInAnyWay) {
   const std::string text = "\n\r\n# comment\r\n!AIVDM,1,1,,A,x,0*00\n$PUBX,00*00\r\n" + rmc("120000", "010125") +
                            line("GPGGA,120001,4930.0,N,00830.0,E,1,,,,,,,,", "\n") +

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: dgps, diagnostics, json, json_poses, odometry, plot, tum
+// config/live_json.yaml as it is shipped, but for its ports: fed by this program, which reads the poses.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <chrono>
+#include <csignal>
+#include <istream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "live_source.hpp"
+#include "tests/system/command.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::ip::udp;
+
+/// A robot that drives east at 1 m/s: 50 messages of the wheels and 5 fixes a second, with their times.
+class Robot {
+ public:
+  explicit Robot(std::uint16_t port) : to_(asio::ip::address_v4::loopback(), port), thread_([this] { drive(); }) {}
+  ~Robot() {
+    ends_ = true;
+    thread_.join();
+  }
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+ private:
+  void drive() {
+    using namespace std::chrono;
+    constexpr double kDegreesPerMetre = 1.0 / 73'000.0;  // at 49° north
+    const auto start = steady_clock::now();
+    for (int k = 0; !ends_; ++k) {
+      const auto stamp = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+      send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
+      if (k % 10 == 0) {
+        const double x = duration<double>(steady_clock::now() - start).count();
+        send(fmt::format(
+            R"({{"sensor":"gps","stamp_ns":{},"latitude_deg":49.0,"longitude_deg":{:.9f},"type":"single"}})", stamp,
+            8.0 + x * kDegreesPerMetre));
+      }
+      if (k % 100 == 99) send("rubbish");
+      std::this_thread::sleep_until(start + milliseconds(20) * (k + 1));
+    }
+  }
+  void send(const std::string& line) {
+    boost::system::error_code nobody_listens_yet;
+    socket_.send_to(asio::buffer(line), to_, 0, nobody_listens_yet);
+  }
+
+  asio::io_context context_;
+  udp::endpoint to_;
+  udp::socket socket_{context_, udp::endpoint(asio::ip::address_v4::loopback(), 0)};
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+/// Reads poses until the program closes the connection.
+class PoseReader {
+ public:
+  explicit PoseReader(std::uint16_t port) : thread_([this, port] { read(port); }) {}
+  ~PoseReader() { join(); }
+  PoseReader(const PoseReader&) = delete;
+  PoseReader& operator=(const PoseReader&) = delete;
+
+  int count() const { return count_; }
+  void join() {
+    if (thread_.joinable()) thread_.join();
+  }
+  const nlohmann::json& first() const { return first_; }  // after join
+  const nlohmann::json& last() const { return last_; }
+
+ private:
+  void read(std::uint16_t port) {
+    asio::io_context context;
+    tcp::socket socket(context);
+    boost::system::error_code error;
+    const bool connected = test::eventually([&] {
+      socket.connect({asio::ip::address_v4::loopback(), port}, error);
+      if (error) socket.close();
+      return !error;
+    });
+    asio::streambuf received;
+    while (connected && !error) {
+      asio::read_until(socket, received, '\n', error);
+      if (error) break;
+      std::istream stream(&received);
+      std::string line;
+      std::getline(stream, line);
+      last_ = nlohmann::json::parse(line);
+      if (count_++ == 0) first_ = last_;
+    }
+  }
+
+  nlohmann::json first_;
+  nlohmann::json last_;
+  std::atomic<int> count_ = 0;
+  std::thread thread_;
+};
+
+TEST(LiveJson, TheShippedRobotRunsUntilItIsStopped) {
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  const std::uint16_t in_port = test::free_port(SOCK_DGRAM);
+  const std::uint16_t out_port = test::free_port(SOCK_STREAM);
+  const Robot robot(in_port);
+  PoseReader poses(out_port);
+  constexpr int kPoses = 200;  // four seconds
+  Command command({"run", WAYMARK_SOURCE_DIR "/config/live_json.yaml", "--out", out.string(), "--set",
+                   fmt::format("source.port={}", in_port), "--set", fmt::format("sinks.json_poses.port={}", out_port)});
+  const Outcome outcome = command.send(SIGTERM, [&] { return poses.count() >= kPoses; }).run();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(outcome.errors().empty()) << outcome.err;
+  poses.join();
+  ASSERT_GE(poses.count(), kPoses) << outcome.err;
+  const auto seconds = [](const nlohmann::json& pose) { return 1e-9 * pose.at("stamp_ns").get<double>(); };
+  EXPECT_NEAR(poses.last().at("v_x_mps").get<double>(), 1.0, 0.05);
+  EXPECT_NEAR(poses.last().at("x_m").get<double>() - poses.first().at("x_m").get<double>(),
+              seconds(poses.last()) - seconds(poses.first()), 0.5);
+  EXPECT_TRUE(has_complete_lines(out / "trajectory.txt", kPoses));
+  EXPECT_TRUE(has_no_partial_file(out));
+  const nlohmann::json report = nlohmann::json::parse(read_text(out / "diagnostics.json"));
+  EXPECT_GE(report.at("run").at("bad_record_count").get<int>(), 1) << "rubbish is skipped";
+}
+
+}  // namespace
+}  // namespace waymark::system_test
