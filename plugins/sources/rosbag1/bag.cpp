@@ -61,7 +61,7 @@ void Bag::walk() {
     while (offset < size_) {
       if (!walk_record(offset)) break;
     }
-  } catch (const Unusable& bad) {
+  } catch (const ros::Unusable& bad) {
     broken_at_ = offset;
     broken_because_ = fmt::format("here a record is expected, but {}", bad.what());
   }
@@ -75,10 +75,10 @@ bool Bag::walk_record(std::uint64_t& offset) {
     return false;
   };
   constexpr std::uint64_t kLength = sizeof(std::uint32_t);
-  const auto length_at = [&](std::uint64_t at) { return Wire(read(at, kLength)).value<std::uint32_t>(); };
+  const auto length_at = [&](std::uint64_t at) { return ros::WireReader(read(at, kLength)).value<std::uint32_t>(); };
   if (size_ - offset < kLength) return ends_early();
   const std::uint32_t header_length = length_at(offset);
-  if (header_length > kLongestHeader) throw Unusable(fmt::format("its header would have {} bytes", header_length));
+  if (header_length > kLongestHeader) throw ros::Unusable(fmt::format("its header would have {} bytes", header_length));
   if (size_ - offset < kLength + header_length + kLength) return ends_early();
   const std::vector<std::uint8_t> header_bytes = read(offset + kLength, header_length);
   const RecordHeader header(header_bytes);
@@ -119,7 +119,9 @@ void Bag::add_chunk(const RecordHeader& header, std::uint64_t offset, std::uint6
                                 place(offset), printable(chunk.compression)));
   }
   if (std::max<std::uint64_t>(chunk.size, stored) > kLargestChunk)
-    throw Unusable(fmt::format("a chunk would have {} bytes", std::max<std::uint64_t>(chunk.size, stored)));
+    throw ros::Unusable(fmt::format("a chunk would have {} bytes", std::max<std::uint64_t>(chunk.size, stored)));
+  if (chunk.size > most_unpacked(stored))
+    throw ros::Unusable(fmt::format("a chunk of {} bytes would unpack to {}", stored, chunk.size));
   chunks_.push_back(std::move(chunk));
 }
 
@@ -130,7 +132,7 @@ void Bag::add_index(const RecordHeader& header, std::uint64_t data, std::uint64_
   if (chunks_.empty() || header.number<std::uint32_t>("ver") != kIndexVersion || count * kIndexEntry != size) return;
   const std::vector<std::uint8_t> bytes = read(data, size);
   Chunk& chunk = chunks_.back();
-  Wire wire(bytes);
+  ros::WireReader wire(bytes);
   while (wire.left() > 0) {
     chunk.first = std::min(chunk.first, wire.time());
     wire.take(sizeof(std::uint32_t));

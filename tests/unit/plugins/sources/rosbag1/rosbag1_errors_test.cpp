@@ -88,7 +88,7 @@ TEST_F(Rosbag1Errors, ChannelsMustFitTheirSensors) {
   EXPECT_THAT(error_of("{ topic: /x, sensor: c }"), HasSubstr("there is no sensor \"c\""));
   EXPECT_THAT(error_of("{ topic: /x, sensor: lidar }"), HasSubstr("takes waymark/LaserScan@1"));
   EXPECT_THAT(error_of("{ topic: /x, sensor: a, payload: GnssFix }"),
-              HasSubstr("GnssFix cannot be made of nav_msgs/Odometry; BodyTwist or Height is expected"));
+              HasSubstr("GnssFix cannot be made of nav_msgs/Odometry; BodyTwist, Height or PoseIncrement is expected"));
   EXPECT_THAT(error_of("{ topic: /x, sensor: a }, { topic: /x, sensor: b }"), HasSubstr("two sensors on one input"));
   EXPECT_THAT(error_of("{ topic: /x, sensor: a, stamps: header }"), HasSubstr("did you mean \"stamp\"?"));
   EXPECT_THAT(error_of(""), HasSubstr("the list is empty"));
@@ -168,6 +168,22 @@ TEST_F(Rosbag1Errors, ADamagedChunkIsLeftOut) {
   EXPECT_THAT(speeds, SizeIs(20));
   EXPECT_EQ(bad, 1U);
   EXPECT_THAT(error_of<DataError>("{ topic: /x, sensor: a }"), HasSubstr("a chunk is damaged"));
+}
+
+TEST_F(Rosbag1Errors, ABagThatBreaksOffBeforeItsTopicsSaysSo) {
+  write("a.bag", "#ROSBAG V2.0\n\xff\xff\xff\x7f");
+  EXPECT_THAT(error_of("{ topic: /x, sensor: a }"), HasSubstr("there is no topic in the bag"));
+}
+
+// Equal bytes: some hundred compressed ones unpack to 30 MiB.
+TEST_F(Rosbag1Errors, AChunkThatUnpacksToFarMoreThanItsBytesIsRefused) {
+  BagWriter bag;
+  const auto x = bag.connect("/x", kTwist);
+  bag.add(x, 1, twist_message(1, 1));
+  bag.add(x, 2, std::string(30U << 20, ' '));
+  bag.end_chunk("bz2");
+  write("a.bag", bag.closed());
+  EXPECT_THAT(error_of<DataError>("{ topic: /x, sensor: a }"), HasSubstr("a.bag"));
 }
 
 TEST_F(Rosbag1Errors, AMessageThatIsNoneIsSkipped) {
