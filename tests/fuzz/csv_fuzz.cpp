@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tables of every payload that the csv source reads, plain and gzip, and its references.
+#include <array>
+
+#include "input.hpp"
+#include "source.hpp"
+
+namespace {
+
+constexpr std::array kFiles{
+    "payload: BodyTwist, time: 0, columns: { v_x_mps: 1, w_z_radps: 2 }",
+    "payload: WheelSpeeds, time: 0, columns: { left_mps: 1, right_mps: 2 }, cumulative: { wraps_at: 65536 }",
+    "payload: WheelSteering, time: t, columns: { speed_mps: v, steering_rad: { column: s, scale: 0.0174 } }",
+    "payload: PoseIncrement, time: 0, columns: { x_m: 1, y_m: 2, yaw_rad: 3 }, cumulative: true",
+    "payload: GnssFix, time: 0, arrival: 1, columns: { latitude_deg: 2, longitude_deg: 3, height_m: 4, satellites: 5, "
+    "type: { column: 6, map: { 0: none, 1: single, 4: rtk_fixed } } }, empty_is_unknown: true, only_changes_of: [2, 3]",
+    "payload: LaserScan, time: { column: 0, scale: 1e-9 }, columns: { ranges_m: { first: 1, last: 4 }, intensities: { "
+    "first: 5, count: 4 } }, scan: { start_deg: -90, step_deg: 1, allow_non_finite: true }",
+    "payload: ImuSample, time: 0, columns: { w_x_radps: 1, w_y_radps: 2, w_z_radps: 3, f_x_mps2: 4, f_y_mps2: 5, "
+    "f_z_mps2: 6, q_w: 7, q_x: 8, q_y: 9, q_z: 10 }, min_step_s: 0.01",
+    "payload: CompassHeading, time: { column: 0, offset_s: 0.5 }, columns: { heading_rad: 1 }, where: [{ column: 2, "
+    "in: "
+    "[1, 2] }, { column: 0, min: 0 }]",
+    "payload: LandmarkObservations, time: 0, columns: { range_m: 1, bearing_rad: 2, identity: 3 }, group_by_time: true",
+    "payload: Image, time: 0, columns: { file: 1 }",
+    "payload: Height, time: 0, columns: { height_m: 1 }, delimiter: space, comment: \"%\", header_rows: 1",
+    "payload: PoseIncrement, time: 0, columns: { left_m: 1, right_m: 2 }, cumulative: { wraps_at: 256 }, track_m: 0.4",
+    "payload: MagneticField, time: 0, columns: { m_x_t: 1, m_y_t: 2, m_z_t: { column: 3, scale: 1e-6, offset: 1 } }",
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace waymark;
+  static const Rig kRig({{"a", "", Pose{}}, {"b", "", {}}});
+  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kFiles.size() + 2);
+  fuzz::write("log", choice.rest);
+  std::string yaml = "max_bad_rows: 1000\n";
+  if (choice.which < kFiles.size()) {
+    yaml += "files:\n  - { path: log, sensor: a, " + std::string(kFiles[choice.which]) + " }\n";
+  } else {
+    fuzz::write("good", "1,2\n2,3\n");
+    yaml += "files:\n  - { path: good, sensor: a, payload: Height, time: 0, columns: { height_m: 1 } }\nreference:\n";
+    yaml +=
+        choice.which == kFiles.size()
+            ? "  landmarks: { path: log, columns: { name: 0, x_m: 1, y_m: 2, radius_m: 3 } }\n"
+            : "  trajectory: { path: log, empty_is_unknown: true, columns: { time: 0, x_m: 1, y_m: 2, yaw_rad: 3 } }\n";
+  }
+  fuzz::read_source(yaml, kRig);
+  return 0;
+}
