@@ -189,7 +189,7 @@ TEST_F(Checkpoint, ThatIsDamagedUnderAValidChecksumIsRefusedWithItsName) {
   ASSERT_EQ(same, whole);
   int refused = 0;
   for (std::size_t section = whole.find("SECT"); section != std::string::npos;
-       section = whole.find("SECT", section + whole.size() / 12)) {
+       section = whole.find("SECT", section + whole.size() / 60)) {
     std::string damaged = whole;
     for (std::size_t at = section + 30; at < std::min(section + 34, whole.size()); ++at) damaged[at] = '\xff';
     renew_checksum(damaged);
@@ -199,7 +199,7 @@ TEST_F(Checkpoint, ThatIsDamagedUnderAValidChecksumIsRefusedWithItsName) {
     EXPECT_TRUE(reports_error(outcome, 1, {file()})) << "section at byte " << section;
     ++refused;
   }
-  EXPECT_GT(refused, 0);
+  EXPECT_GT(refused, 3);
 }
 
 TEST(Threads, MoreThanTheSystemStartsAreAnError) {

@@ -19,11 +19,7 @@ constexpr std::chrono::milliseconds kLook{50};
 }  // namespace
 
 LiveInput::LiveInput(std::vector<std::shared_ptr<Source>> sources, std::shared_ptr<const LiveClock> clock)
-    : sources_(std::move(sources)), clock_(std::move(clock)) {
-  for (const std::shared_ptr<Source>& source : sources_) {
-    first_channel_.push_back(static_cast<std::uint32_t>(channels_.size()));
-    channels_.insert(channels_.end(), source->channels().begin(), source->channels().end());
-  }
+    : sources_(std::move(sources)), channels_(sources_.channels()), clock_(std::move(clock)) {
   channels_.push_back({"", std::string(Command::kType)});
   counts_.resize(channels_.size());
   policies_.resize(channels_.size());
@@ -42,8 +38,8 @@ void LiveInput::configure(Options options, std::vector<Policy> policies) {
 
 void LiveInput::read(std::size_t source) {
   try {
-    while (std::optional<Measurement> measurement = sources_[source]->next()) {
-      measurement->sensor += first_channel_[source];
+    while (std::optional<Measurement> measurement = sources_[source].next()) {
+      measurement->sensor += sources_.first_channel(source);
       admit(std::move(*measurement));
     }
   } catch (const std::exception& error) {
@@ -183,21 +179,6 @@ std::vector<LiveInput::Counts> LiveInput::counts() const {
 std::size_t LiveInput::waiting() const {
   const std::lock_guard lock(mutex_);
   return queue_.size();
-}
-
-const std::vector<BadRecord>& LiveInput::bad_records() const {
-  bad_.clear();
-  for (const std::shared_ptr<Source>& source : sources_) {
-    const std::vector<BadRecord>& own = source->bad_records();
-    bad_.insert(bad_.end(), own.begin(), own.end());
-  }
-  return bad_;
-}
-
-std::vector<std::string> LiveInput::notices() const {
-  std::vector<std::string> all;
-  for (const std::shared_ptr<Source>& source : sources_) std::ranges::move(source->notices(), std::back_inserter(all));
-  return all;
 }
 
 }  // namespace waymark::host

@@ -16,6 +16,7 @@
 
 #include "clock_offset.hpp"
 #include "live_clock.hpp"
+#include "source_list.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark::host {
@@ -59,8 +60,8 @@ class LiveInput final : public Source {
   void stop() override;
   std::vector<std::string> take_events() override;
   /// After `stop` only, as the notices.
-  const std::vector<BadRecord>& bad_records() const override;
-  std::vector<std::string> notices() const override;
+  const std::vector<BadRecord>& bad_records() const override { return sources_.bad_records(); }
+  std::vector<std::string> notices() const override { return sources_.notices(); }
 
   /// Appends a command to the queue. Returns its sequence number. May be called by any thread.
   std::uint64_t command(std::string text);
@@ -78,8 +79,7 @@ class LiveInput final : public Source {
   bool make_room();
   void drop(std::deque<Measurement>::iterator which);
 
-  std::vector<std::shared_ptr<Source>> sources_;
-  std::vector<std::uint32_t> first_channel_;
+  SourceList sources_;
   std::vector<Channel> channels_;  // the last one is that of commands
   std::shared_ptr<const LiveClock> clock_;
   Options options_;
@@ -98,7 +98,6 @@ class LiveInput final : public Source {
   bool overloaded_ = false;  // reported already
 
   std::vector<std::thread> threads_;
-  mutable std::vector<BadRecord> bad_;
 };
 
 }  // namespace waymark::host

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "source_list.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark::host {
@@ -16,23 +17,20 @@ class MergedSource final : public Source {
  public:
   explicit MergedSource(std::vector<std::shared_ptr<Source>> sources);
 
-  const std::vector<Channel>& channels() const override { return channels_; }
+  const std::vector<Channel>& channels() const override { return sources_.channels(); }
   std::optional<Measurement> next() override;
   double progress() const override;
-  const std::vector<BadRecord>& bad_records() const override;
-  std::vector<std::string> notices() const override;
+  const std::vector<BadRecord>& bad_records() const override { return sources_.bad_records(); }
+  std::vector<std::string> notices() const override { return sources_.notices(); }
   std::shared_ptr<const Reference> reference() const override;
 
  private:
-  struct Input {
-    std::shared_ptr<Source> source;
-    std::uint32_t first_channel;
-    std::optional<Measurement> head;
-    bool read = false;  // `head` is the source's next, or its end
+  struct Head {
+    std::optional<Measurement> measurement;
+    bool is_read = false;  // `measurement` is the source's next, or nothing at its end
   };
-  std::vector<Input> inputs_;
-  std::vector<Channel> channels_;
-  mutable std::vector<BadRecord> bad_;
+  SourceList sources_;
+  std::vector<Head> heads_;  // of each source
   std::uint64_t sequence_ = 0;
 };
 

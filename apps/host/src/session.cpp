@@ -145,10 +145,10 @@ void Session::obey(const Measurement& command) {
                [this] { return status_line(*fusion_, robot_, live_->report()); }, [this] { stopped_ = true; }};
   }
   const std::string answer = execute(text, *fusion_, robot_, outputs);
-  const bool is_done = answer.starts_with("ok");
-  if (is_done && steers(text)) results_.commanded(command.arrival, text);
+  const bool has_changed_filter = answer.starts_with("ok") && steers(text);
+  if (has_changed_filter) results_.commanded(command.arrival, text);
   if (!live_) return;
-  if (is_done && steers(text)) live_->note(fmt::format("command: {}", text));
+  if (has_changed_filter) live_->note(fmt::format("command: {}", text));
   live_->reply(command.sequence, answer);
   take_live_events();
 }

@@ -52,6 +52,9 @@ class MessageLog {
 
   virtual const std::vector<Topic>& topics() const = 0;
 
+  /// Where and why the recording breaks off, as far as that is known before it is read; empty if it does not.
+  virtual std::string problem() const { return ""; }
+
   /// Which topics `next` is to deliver. Called once, before it.
   virtual void select(std::set<std::size_t> topics) = 0;
 

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/shared/message_log/ordered_messages.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "waymark/base/error.hpp"
 
 namespace waymark::message_log {
-namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
-
-}  // namespace
-
-OrderedMessages::OrderedMessages(std::vector<Part> parts, Load load)
-    : parts_(std::move(parts)), load_(std::move(load)) {
+OrderedMessages::OrderedMessages(std::vector<Part> parts, Load load, std::uint64_t most_bytes)
+    : parts_(std::move(parts)), load_(std::move(load)), most_bytes_(std::min(most_bytes, kMostBytes)) {
   std::ranges::stable_sort(parts_, {}, &Part::first);
 }
 
@@ -22,8 +19,10 @@ void OrderedMessages::load_next(BadRecordList& bad) {
   LoadedPart loaded = load_(parts_[next_part_++], bad);
   if (loaded.messages.empty()) return;
   bytes_in_memory_ += loaded.bytes;
-  if (bytes_in_memory_ > kMostBytes)
-    throw DataError("the parts of the recording overlap in time so much that more than 1 GiB would be in memory");
+  if (bytes_in_memory_ > most_bytes_) {
+    throw DataError(
+        fmt::format("the parts of the recording that overlap in time unpack to more than {} bytes", most_bytes_));
+  }
   const Message& first = loaded.messages.front();
   in_memory_[{first.file, first.record}] = {loaded.messages.size(), loaded.bytes};
   for (Message& message : loaded.messages) pending_.push(std::move(message));

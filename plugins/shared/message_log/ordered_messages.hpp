@@ -34,14 +34,17 @@ class OrderedMessages {
  public:
   using Load = std::function<LoadedPart(const Part& part, BadRecordList& bad)>;
 
-  OrderedMessages(std::vector<Part> parts, Load load);
+  /// `most_bytes`: what the parts that overlap in time may take in memory, 1 GiB at most.
+  OrderedMessages(std::vector<Part> parts, Load load, std::uint64_t most_bytes = kMostBytes);
 
-  /// The next message, or nothing at the end. Throws DataError if the parts that overlap are larger than 1 GiB, and
-  /// what loading throws.
+  /// The next message, or nothing at the end. Throws DataError if the parts that overlap are larger than that, and what
+  /// loading throws.
   std::optional<Message> next(BadRecordList& bad);
 
   /// Share of the parts that was read, 0..1.
   double progress() const;
+
+  static constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 
  private:
   struct Later {
@@ -58,6 +61,7 @@ class OrderedMessages {
 
   std::vector<Part> parts_;
   Load load_;
+  std::uint64_t most_bytes_;
   std::size_t next_part_ = 0;
   std::priority_queue<Message, std::vector<Message>, Later> pending_;
   std::map<std::pair<std::size_t, std::uint64_t>, InMemory> in_memory_;  // by file and record

@@ -72,6 +72,13 @@ std::string any_of(const std::vector<std::string>& words) {
   return text;
 }
 
+bool is_undefined(const Topic& topic) { return topic.md5.empty() && topic.definition.empty(); }
+
+bool agree(const Topic& a, const Topic& b) {
+  const bool is_one_definition = is_undefined(a) || is_undefined(b) || (a.md5 == b.md5 && a.definition == b.definition);
+  return is_one_definition && a.type == b.type && a.encoding_name == b.encoding_name && a.payload == b.payload;
+}
+
 void require_valid(const Payload& payload) {
   const std::string problem = payload.problem();
   if (!problem.empty()) throw Unusable(problem);
@@ -117,40 +124,40 @@ TopicSource::TopicSource(const Config& config, const Rig& rig, const LogFormat& 
 std::string TopicSource::topics_with_counts() const {
   std::map<std::pair<std::string, std::string>, std::uint64_t> count;
   for (const Topic& topic : log_->topics()) count[{topic.name, topic.type}] += topic.messages;
-  if (count.empty()) return fmt::format("there is no topic in {}", log_name_);
+  const std::string problem = log_->problem().empty() ? "" : "; " + log_->problem();
+  if (count.empty()) return fmt::format("there is no topic in {}{}", log_name_, problem);
   std::string text;
   for (const auto& [topic, messages] : count)
     text += fmt::format("{}{} ({}, {})", text.empty() ? "" : ", ", topic.first, topic.second, messages);
-  return fmt::format("topics in {}, with type and number of messages: {}", log_name_, text);
+  return fmt::format("topics in {}, with type and number of messages: {}{}", log_name_, text, problem);
 }
 
-/// All topics of the name are of one type and definition.
+/// All topics of the name are of one type and definition; a part that lacks the definition agrees with those that have
+/// it.
 Topic TopicSource::find_topic(const Config& entry, const std::string& name) const {
   std::vector<std::string> names;
-  const Topic* found = nullptr;
-  std::set<std::tuple<std::string, std::string, std::string, std::string, std::string>> types;
+  std::vector<const Topic*> kinds;
   for (const Topic& topic : log_->topics()) {
     names.push_back(topic.name);
     if (topic.name != name) continue;
-    // A part without the definition does not contradict one that has it.
-    const bool is_bare = topic.md5.empty() && topic.definition.empty() && found != nullptr;
-    if (is_bare && topic.type == found->type && topic.payload == found->payload) continue;
-    if (found != nullptr && found->md5.empty() && found->definition.empty() && topic.type == found->type &&
-        topic.payload == found->payload)
-      types.clear();
-    types.emplace(topic.type, topic.md5, topic.definition, topic.encoding_name, topic.payload);
-    found = &topic;
+    const auto same = std::ranges::find_if(kinds, [&](const Topic* kind) { return agree(*kind, topic); });
+    if (same == kinds.end()) {
+      kinds.push_back(&topic);
+    } else if (is_undefined(**same)) {
+      *same = &topic;
+    }
   }
-  if (found == nullptr) {
+  if (kinds.empty()) {
     const std::string nearest = nearest_name(name, names);
     entry.fail("topic", fmt::format("there is no topic \"{}\"{}; {}", name,
                                     nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest),
                                     topics_with_counts()));
   }
-  if (types.size() > 1) {
+  if (kinds.size() > 1) {
     entry.fail("topic", fmt::format("\"{}\" carries messages of {} types or definitions; one is expected; {}", name,
-                                    types.size(), topics_with_counts()));
+                                    kinds.size(), topics_with_counts()));
   }
+  const Topic* found = kinds.front();
   if (found->encoding == Topic::Encoding::other) {
     entry.fail("topic", fmt::format("the messages on \"{}\" are encoded as \"{}\"; \"cdr\" is expected", name,
                                     found->encoding_name));

@@ -26,6 +26,13 @@ BagLog::BagLog(const std::vector<std::filesystem::path>& files) {
   }
 }
 
+std::string BagLog::problem() const {
+  for (const Bag& bag : bags_) {
+    if (!bag.broken_because().empty()) return fmt::format("{}: {}", bag.place(bag.broken_at()), bag.broken_because());
+  }
+  return "";
+}
+
 void BagLog::select(std::set<std::size_t> topics) {
   selected_ = std::move(topics);
   std::vector<message_log::Part> parts;
@@ -41,8 +48,11 @@ void BagLog::select(std::set<std::size_t> topics) {
         parts.push_back({bag, i, chunks[i].first});
     }
   }
-  messages_.emplace(std::move(parts),
-                    [this](const message_log::Part& part, BadRecordList& bad) { return load(part, bad); });
+  std::uint64_t size = 0;
+  for (const Bag& bag : bags_) size += bag.size();
+  messages_.emplace(
+      std::move(parts), [this](const message_log::Part& part, BadRecordList& bad) { return load(part, bad); },
+      4 * most_unpacked(size));
 }
 
 message_log::LoadedPart BagLog::load(const message_log::Part& part, BadRecordList& bad) {
