@@ -192,7 +192,7 @@ TEST_F(Rosbag1Errors, ChunksThatOverlapInTimeAreBoundedTogether) {
   BagWriter bag;
   const auto x = bag.connect("/x", kTwist);
   const auto y = bag.connect("/y", kTwist);
-  for (int chunk = 0; chunk < 5; ++chunk) {
+  for (int chunk = 0; chunk < 6; ++chunk) {
     bag.add(x, 1, twist_message(1, 1));
     bag.add(y, 100, std::string(30U << 20, ' '));
     bag.add(x, 100, twist_message(100, 1));
