@@ -187,17 +187,22 @@ TEST_F(Checkpoint, ThatIsDamagedUnderAValidChecksumIsRefusedWithItsName) {
   std::string same = whole;
   renew_checksum(same);
   ASSERT_EQ(same, whole);
+  constexpr std::size_t kName = 4;    // behind "SECT": a damaged one fits no section
+  constexpr std::size_t kValue = 30;  // a number, which may happen to be allowed
   int refused = 0;
-  for (std::size_t section = whole.find("SECT"); section != std::string::npos;
-       section = whole.find("SECT", section + whole.size() / 60)) {
-    std::string damaged = whole;
-    for (std::size_t at = section + 30; at < std::min(section + 34, whole.size()); ++at) damaged[at] = '\xff';
-    renew_checksum(damaged);
-    write_text(file(), damaged);
-    const Outcome outcome = resume();
-    if (outcome.exit_code == 0) continue;  // a number that may have such a value
-    EXPECT_TRUE(reports_error(outcome, 1, {file()})) << "section at byte " << section;
-    ++refused;
+  for (const std::size_t offset : {kName, kValue}) {
+    for (std::size_t section = whole.find("SECT"); section != std::string::npos;
+         section = whole.find("SECT", section + whole.size() / 30)) {
+      std::string damaged = whole;
+      const std::size_t begin = section + offset;
+      for (std::size_t at = begin; at < std::min(begin + 4, whole.size()); ++at) damaged[at] = '\xff';
+      renew_checksum(damaged);
+      write_text(file(), damaged);
+      const Outcome outcome = resume();
+      if (offset == kValue && outcome.exit_code == 0) continue;
+      EXPECT_TRUE(reports_error(outcome, 1, {file()})) << "section at byte " << section << ", offset " << offset;
+      ++refused;
+    }
   }
   EXPECT_GT(refused, 3);
 }

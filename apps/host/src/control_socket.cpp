@@ -58,7 +58,7 @@ class ControlSocket::Server {
   }
 
   ~Server() {
-    context_.stop();
+    asio::post(context_, [this] { context_.stop(); });  // behind the answers that were passed on before
     thread_.join();
     error_code ignored;
     acceptor_.close(ignored);
