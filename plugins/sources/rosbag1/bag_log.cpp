@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "decompress.hpp"
+
 namespace waymark::rosbag1 {
 
 BagLog::BagLog(const std::vector<std::filesystem::path>& files) {
