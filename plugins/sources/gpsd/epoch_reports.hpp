@@ -34,7 +34,7 @@ class EpochReports {
   std::optional<TimedFix> finish();
   /// Forgets the current time: the connection was lost.
   void forget() { current_.reset(); }
-  /// Release of gpsd, once it has told it; empty before.
+  /// Release of gpsd, as it reports it; empty before.
   const std::string& release() const { return release_; }
 
  private:

@@ -52,7 +52,7 @@ class JsonLive : public Json {
 
 class JsonUdp : public JsonLive {
  protected:
-  /// Repeats until it was heard once: the port opens in another thread.
+  /// Repeats until one line has arrived: the port opens in another thread.
   void send_first(const LiveReader& reader, const std::string& text) {
     ASSERT_TRUE(eventually([&] {
       boost::system::error_code refused;
