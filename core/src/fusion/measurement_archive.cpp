@@ -14,17 +14,11 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/overloaded.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::fusion {
 namespace {
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 /// Numbers are written as their bits, since those of a payload need not be finite.
 void write_bits(OutArchive& out, double number) { out(std::bit_cast<std::uint64_t>(number)); }

@@ -11,17 +11,11 @@
 #include "plugins/shared/cdr/definition_text.hpp"
 #include "plugins/shared/cdr/message.hpp"
 #include "plugins/shared/cdr/ros/geometry_msgs.hpp"
+#include "waymark/base/overloaded.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::ros {
 namespace {
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 /// Type of the elements of a payload's list: "LandmarkObservationsLandmarks".
 std::string element_type(std::string_view message, std::string_view list) {

@@ -8,15 +8,10 @@
 #include <span>
 #include <utility>
 
+#include "waymark/base/overloaded.hpp"
+
 namespace waymark::recorder {
 namespace {
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 /// Memory that a payload keeps, about.
 class PayloadSize final : public FieldVisitor {
