@@ -18,7 +18,6 @@ class Startup {
   /// `motion_from_maps`: without a motion sensor, the first mapping measurement starts the filter.
   Startup(const StartSettings& settings, const StateLayout& layout, StartSources sources, bool motion_from_maps)
       : settings_(settings),
-        layout_(layout),
         sources_(sources),
         finder_(settings, layout, sources),
         motion_from_maps_(motion_from_maps) {}
@@ -48,7 +47,6 @@ class Startup {
   std::optional<Start> at_first_motion(const std::vector<SensorRecord>& sensors) const;
 
   StartSettings settings_;
-  const StateLayout& layout_;
   StartSources sources_;
   StartFinder finder_;
   bool motion_from_maps_;
