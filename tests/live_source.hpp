@@ -47,6 +47,17 @@ inline std::uint16_t free_port(int type) {
   return ntohs(address.sin_port);
 }
 
+/// True if `once`, which sets something up and returns how long its end took, is quick in one of five attempts: a busy
+/// machine delays a thread now and then; code that waits for something else is slow every time.
+inline bool ends_soon(const std::function<std::chrono::steady_clock::duration()>& once) {
+  constexpr auto kSoon = std::chrono::milliseconds(500);  // 0.1 s, and what a busy machine adds
+  constexpr int kAttempts = 5;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (once() < kSoon) return true;
+  }
+  return false;
+}
+
 /// Reads a live source in a thread of its own, as the host does.
 class LiveReader {
  public:

@@ -42,11 +42,12 @@ class Robot {
     using namespace std::chrono;
     constexpr double kDegreesPerMetre = 1.0 / 73'000.0;  // at 49° north
     const auto start = steady_clock::now();
+    const auto first = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
     for (int k = 0; !ends_; ++k) {
       const auto stamp = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
       send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
       if (k % 10 == 0) {
-        const double x = duration<double>(steady_clock::now() - start).count();
+        const double x = 1e-9 * static_cast<double>(stamp - first);  // where it was then, however late this is sent
         send(fmt::format(
             R"({{"sensor":"gps","stamp_ns":{},"latitude_deg":49.0,"longitude_deg":{:.9f},"type":"single"}})", stamp,
             8.0 + x * kDegreesPerMetre));

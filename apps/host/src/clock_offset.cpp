@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "clock_offset.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace waymark::host {
@@ -24,6 +25,11 @@ void ClockOffset::add(Time stamp, Time arrival) {
 }
 
 double ClockOffset::offset_s() const { return windows_.empty() ? 0.0 : -windows_.back().least_s; }
+
+std::optional<Duration> ClockOffset::best_offset() const {
+  if (windows_.empty()) return std::nullopt;
+  return from_seconds(-std::ranges::min_element(windows_, {}, &Window::least_s)->least_s);
+}
 
 double ClockOffset::drift() const {
   if (windows_.size() < 3) return 0.0;

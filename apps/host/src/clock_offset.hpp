@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "waymark/base/time.hpp"
 
@@ -16,6 +17,8 @@ class ClockOffset {
 
   /// Stamp minus arrival of the quickest measurement of the last window, negative for a delay [s]; 0 without any.
   double offset_s() const;
+  /// Stamp minus arrival of the quickest measurement of the last ten minutes; nothing without any.
+  std::optional<Duration> best_offset() const;
   /// Seconds per second by which the sensor's clock is fast; 0 with less than three windows.
   double drift() const;
 

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <exception>
 #include <numbers>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -23,8 +25,9 @@ namespace {
 
 constexpr std::array<std::pair<std::string_view, SensorMode>, 3> kModes{
     {{"enable", SensorMode::fused}, {"disable", SensorMode::off}, {"shadow", SensorMode::shadow}}};
-const std::vector<std::string> kCommands{"enable",    "disable",    "shadow", "set-pose",
+const std::vector<std::string> kCommands{"enable",    "disable",    "shadow", "set", "set-pose",
                                          "save-maps", "checkpoint", "status", "stop"};
+constexpr std::string_view kDropped = "dropped";
 
 std::vector<std::string> words_of(std::string_view text) {
   std::istringstream stream{std::string(text)};
@@ -33,20 +36,56 @@ std::vector<std::string> words_of(std::string_view text) {
   return words;
 }
 
-std::uint32_t sensor_of(const std::string& name, const Robot& robot) {
-  const int sensor = robot.rig.find(name);
-  if (sensor >= 0) return static_cast<std::uint32_t>(sensor);
+/// A sensor or a map of the robot, by its name, or by "sensors.name" or "maps.name" if both have it.
+struct Part {
+  std::optional<std::uint32_t> sensor;
+  std::optional<std::size_t> map;
+};
+
+Part part_of(std::string_view name, const Robot& robot) {
+  constexpr std::string_view kSensors = "sensors.";
+  constexpr std::string_view kMaps = "maps.";
+  const bool is_sensor = name.starts_with(kSensors);
+  const bool is_map = name.starts_with(kMaps);
+  const std::string_view plain = name.substr(is_sensor ? kSensors.size() : is_map ? kMaps.size() : 0);
+  Part part;
+  if (const int sensor = robot.rig.find(std::string(plain)); sensor >= 0 && !is_map)
+    part.sensor = static_cast<std::uint32_t>(sensor);
+  const auto map = std::ranges::find(robot.maps, plain, &MapSlot::name);
+  if (map != robot.maps.end() && !is_sensor) part.map = static_cast<std::size_t>(map - robot.maps.begin());
+  if (part.sensor && part.map)
+    throw Error(fmt::format("\"{}\" is a sensor and a map: sensors.{} or maps.{} is expected", name, name, name));
+  if (part.sensor || part.map) return part;
   std::vector<std::string> names;
   for (const SensorSlot& slot : robot.sensors) names.push_back(slot.name);
-  throw Error(fmt::format("there is no sensor \"{}\"; there are: {}", name, fmt::join(names, ", ")));
+  for (const MapSlot& slot : robot.maps) names.push_back(slot.name);
+  throw Error(fmt::format("there is no sensor or map \"{}\"; there are: {}", name, fmt::join(names, ", ")));
 }
 
 std::string set_mode(const std::vector<std::string>& words, SensorMode mode, Fusion& fusion, const Robot& robot) {
-  if (words.size() != 2) throw Error(fmt::format("{} takes the name of one sensor", words.front()));
-  const std::uint32_t sensor = sensor_of(words[1], robot);
-  if (mode != SensorMode::off && !robot.sensors[sensor].enabled)
+  if (words.size() != 2) throw Error(fmt::format("{} takes the name of one sensor or map", words.front()));
+  const Part part = part_of(words[1], robot);
+  if (part.map) {
+    if (mode == SensorMode::shadow) throw Error("a map is on or off: only sensors are evaluated without steering");
+    fusion.set_map_enabled(*part.map, mode == SensorMode::fused);
+    return "ok";
+  }
+  if (mode != SensorMode::off && !robot.sensors[*part.sensor].enabled)
     throw Error(fmt::format("{} is switched off in the YAML (enabled: false)", words[1]));
-  fusion.set_mode(sensor, mode);
+  fusion.set_mode(*part.sensor, mode);
+  return "ok";
+}
+
+std::string retune(const std::vector<std::string>& words, const CommandOutputs& outputs) {
+  if (words.size() < 2) throw Error("set takes sensors.NAME.KEY=VALUE or maps.NAME.KEY=VALUE");
+  outputs.retune(fmt::format("{}", fmt::join(words.begin() + 1, words.end(), " ")));
+  return "ok";
+}
+
+std::string note_dropped(const std::vector<std::string>& words, Fusion& fusion, const Robot& robot) {
+  const Part part = words.size() == 3 ? part_of("sensors." + words[1], robot) : Part{};
+  if (!part.sensor) throw Error("dropped takes a sensor and a number");
+  fusion.note_dropped(*part.sensor);
   return "ok";
 }
 
@@ -74,12 +113,14 @@ std::string set_pose(const std::vector<std::string>& words, Fusion& fusion) {
 }
 
 std::string execute_words(const std::vector<std::string>& words, Fusion& fusion, const Robot& robot,
-                          const CommandOutputs& outputs) {
+                          const CommandOutputs& outputs, bool is_record) {
   if (words.empty()) throw Error("an empty command");
   for (const auto& [name, mode] : kModes) {
     if (words.front() == name) return set_mode(words, mode, fusion, robot);
   }
   if (words.front() == "set-pose") return set_pose(words, fusion);
+  if (words.front() == "set") return retune(words, outputs);
+  if (words.front() == kDropped && is_record) return note_dropped(words, fusion, robot);
   const std::string nearest = nearest_name(words.front(), kCommands);
   if (words.size() > 1) throw Error(fmt::format("\"{}\" takes no arguments", words.front()));
   if (words.front() == "save-maps" && outputs.save_maps) return "ok " + outputs.save_maps();
@@ -99,16 +140,21 @@ std::string execute_words(const std::vector<std::string>& words, Fusion& fusion,
 bool steers(std::string_view command) {
   const std::vector<std::string> words = words_of(command);
   if (words.empty()) return false;
-  if (words.front() == "set-pose") return true;
+  if (words.front() == "set-pose" || words.front() == "set" || words.front() == kDropped) return true;
   for (const auto& [name, mode] : kModes) {
     if (words.front() == name) return true;
   }
   return false;
 }
 
-std::string execute(std::string_view command, Fusion& fusion, const Robot& robot, const CommandOutputs& outputs) {
+std::string dropped_command(const std::string& sensor, std::size_t count) {
+  return fmt::format("{} {} {}", kDropped, sensor, count);
+}
+
+std::string execute(std::string_view command, Fusion& fusion, const Robot& robot, const CommandOutputs& outputs,
+                    bool is_record) {
   try {
-    return execute_words(words_of(command), fusion, robot, outputs);
+    return execute_words(words_of(command), fusion, robot, outputs, is_record);
   } catch (const std::exception& error) {
     return fmt::format("error: {}", error.what());
   }

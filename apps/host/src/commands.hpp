@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -16,12 +17,18 @@ struct CommandOutputs {
   std::function<std::string()> checkpoint;  ///< returns the file
   std::function<std::string()> status;      ///< one line of JSON
   std::function<void()> stop;
+  std::function<void(const std::string&)> retune;  ///< key=value of a sensor or map; throws Error if it is refused
 };
+
+/// Records that so many measurements of a sensor were dropped before the filter: a command that only records give.
+std::string dropped_command(const std::string& sensor, std::size_t count);
 
 /// True if the command changes the filter's results: it is recorded, and a replay repeats it.
 bool steers(std::string_view command);
 
-/// Executes one command. Returns the reply, one line: "ok …" or "error: …". Never throws.
-std::string execute(std::string_view command, Fusion& fusion, const Robot& robot, const CommandOutputs& outputs);
+/// Executes one command; `is_record`: of a record that is replayed. Returns the reply, one line: "ok …" or "error: …".
+/// Never throws.
+std::string execute(std::string_view command, Fusion& fusion, const Robot& robot, const CommandOutputs& outputs,
+                    bool is_record);
 
 }  // namespace waymark::host

@@ -15,11 +15,10 @@ constexpr Duration kFarAhead = std::chrono::seconds(2);
 }  // namespace
 
 FrontOutput::FrontOutput(std::function<void(const Belief&)> publish, double rate_hz, std::vector<bool> prompts,
-                         std::vector<Duration> delays, const LiveClock& clock)
+                         const LiveClock& clock)
     : publish_(std::move(publish)),
       period_(from_seconds(1.0 / rate_hz)),
       prompts_(std::move(prompts)),
-      delays_(std::move(delays)),
       clock_(clock),
       thread_([this] { run(); }) {}
 
@@ -44,6 +43,14 @@ void FrontOutput::arrived(const Measurement& measurement) {
 void FrontOutput::rebase(std::unique_ptr<Front> front) {
   const std::lock_guard lock(mutex_);
   base_.swap(front);  // the older one is destroyed after the lock
+}
+
+void FrontOutput::replace(std::unique_ptr<Front> front) {
+  std::unique_lock lock(mutex_);
+  base_.swap(front);
+  must_follow_ = prompted_ = true;
+  wake_.notify_one();
+  followed_.wait(lock, [this] { return !must_follow_; });
 }
 
 Latency FrontOutput::latency() const {
@@ -75,12 +82,14 @@ void FrontOutput::run() {
       } else if (front_) {
         for (const Measurement& m : news) advance(m);
       }
+      report_following();
       if (!front_) continue;
       // Stamps may be of another clock: the present is the newest stamp and the time since it arrived.
       const Duration since = std::clamp<Duration>(clock_.now() - newest_arrival_, Duration::zero(), period_ * 2);
       publish_(front_->at(std::max(newest_stamp_, front_->stamp()) + since));
     } catch (const std::exception&) {
       front_ = nullptr;  // the filter processes the same measurements and reports what is wrong
+      report_following();
     }
     const std::lock_guard lock(mutex_);
     for (const Measurement& m : news) {
@@ -89,17 +98,26 @@ void FrontOutput::run() {
   }
 }
 
+void FrontOutput::report_following() {
+  const std::lock_guard lock(mutex_);
+  // If another base came meanwhile, `replace` waits for that one.
+  if (base_) return;
+  must_follow_ = false;
+  followed_.notify_all();
+}
+
 void FrontOutput::follow(std::unique_ptr<Front> base) {
   front_ = std::move(base);
   const Time committed = newest_stamp_ = front_->stamp();
-  std::erase_if(ahead_, [&](const Measurement& m) { return m.stamp - delays_[m.sensor] <= committed; });
-  std::ranges::stable_sort(ahead_, {}, [&](const Measurement& m) { return m.stamp - delays_[m.sensor]; });
+  const auto stamp = [&](const Measurement& m) { return front_->corrected_stamp(m); };
+  std::erase_if(ahead_, [&](const Measurement& m) { return stamp(m) <= committed; });
+  std::ranges::stable_sort(ahead_, {}, stamp);
   for (const Measurement& m : ahead_) advance(m);
 }
 
 /// An implausible stamp must not move the front away: the filter decides about it.
 void FrontOutput::advance(const Measurement& m) {
-  const Time stamp = m.stamp - delays_[m.sensor];
+  const Time stamp = front_->corrected_stamp(m);
   if (stamp > front_->stamp() + kFarAhead) return;
   front_->add(m);
   newest_stamp_ = std::max(newest_stamp_, stamp);

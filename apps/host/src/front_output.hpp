@@ -19,10 +19,10 @@ namespace waymark::host {
 /// the present. It never waits for a mapping step.
 class FrontOutput {
  public:
-  /// `publish` is called at `rate_hz`, and after each measurement for which `prompts` of its sensor is true. `delay`:
-  /// of each sensor's stamps. `clock` must outlive the object.
+  /// `publish` is called at `rate_hz`, and after each measurement for which `prompts` of its sensor is true. `clock`
+  /// must outlive the object.
   FrontOutput(std::function<void(const Belief&)> publish, double rate_hz, std::vector<bool> prompts,
-              std::vector<Duration> delays, const LiveClock& clock);
+              const LiveClock& clock);
   ~FrontOutput();
   FrontOutput(const FrontOutput&) = delete;
   FrontOutput& operator=(const FrontOutput&) = delete;
@@ -31,18 +31,20 @@ class FrontOutput {
   void arrived(const Measurement& measurement);
   /// Begins again at what the filter has committed.
   void rebase(std::unique_ptr<Front> front);
+  /// The same with another filter: on return nothing of the one before is used any more.
+  void replace(std::unique_ptr<Front> front);
   /// Time from the arrival of a prompting measurement to the end of the `publish` that contains it.
   Latency latency() const;
 
  private:
   void run();
   void follow(std::unique_ptr<Front> base);
+  void report_following();
   void advance(const Measurement& measurement);
 
   std::function<void(const Belief&)> publish_;
   Duration period_;
   std::vector<bool> prompts_;
-  std::vector<Duration> delays_;
   const LiveClock& clock_;
 
   // Of the thread alone.
@@ -55,6 +57,8 @@ class FrontOutput {
   std::condition_variable wake_;
   std::vector<Measurement> incoming_;
   std::unique_ptr<Front> base_;
+  std::condition_variable followed_;
+  bool must_follow_ = false;  // the thread has not begun at `base_` yet, and somebody waits for that
   bool prompted_ = false;
   bool stopped_ = false;
   Latency latency_;

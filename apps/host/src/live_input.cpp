@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <iterator>
 #include <utility>
@@ -58,32 +59,51 @@ void LiveInput::admit(Measurement&& measurement) {
   std::unique_lock lock(mutex_);
   Counts& counts = counts_[measurement.sensor];
   if (!make_room()) {
-    ++counts.waits;
+    if (counts.waits++ == 0) {
+      events_.push_back(
+          fmt::format("{} measurements wait for the filter: the source of {} waits, too (further times "
+                      "are only counted)",
+                      queue_.size(), channels_[measurement.sensor].sensor));
+    }
     room_.wait(lock, [&] { return stopped_ || make_room(); });
   }
   if (stopped_) return;
-  measurement.arrival = clock_->now();
-  if (measurement.stamp == kUnknownStamp) measurement.stamp = measurement.arrival;
+  set_times(measurement);
   measurement.sequence = sequence_++;
   ++counts.received;
-  counts.clock.add(measurement.stamp, measurement.arrival);
   thin_if_behind(measurement);
   if (options_.on_arrival) options_.on_arrival(measurement);
   queue_.push_back(std::move(measurement));
   filled_.notify_one();
 }
 
+void LiveInput::set_times(Measurement& m) {
+  Counts& counts = counts_[m.sensor];
+  m.arrival = clock_->now();
+  if (m.stamp == kUnknownStamp) {
+    m.stamp = m.arrival;
+  } else {
+    m.stamp = counts.steps.corrected(m.stamp, m.arrival, counts.clock.best_offset());
+  }
+  if (const auto step = counts.steps.take_step()) {
+    events_.push_back(fmt::format(
+        "the clock of {} was set {} by {:.3f} s: its stamps are carried on as if it had not been",
+        channels_[m.sensor].sensor, *step > Duration::zero() ? "forward" : "back", std::abs(to_seconds(*step))));
+  }
+  if (!counts.steps.in_doubt()) counts.clock.add(m.stamp, m.arrival);
+}
+
 void LiveInput::thin_if_behind(const Measurement& newest) {
-  const bool behind = !queue_.empty() && newest.arrival - queue_.front().arrival > options_.overload_after;
-  if (!behind) {
+  const Duration thin_after = policies_[newest.sensor].thin_after;
+  if (thin_after == Duration::zero()) return;
+  const Duration behind = queue_.empty() ? Duration::zero() : newest.arrival - queue_.front().arrival;
+  if (behind <= thin_after) {
     overloaded_ = overloaded_ && !queue_.empty();
     return;
   }
   if (!std::exchange(overloaded_, true)) {
-    events_.push_back(fmt::format("the filter is {:.2f} s behind: scans for maps are thinned",
-                                  to_seconds(newest.arrival - queue_.front().arrival)));
+    events_.push_back(fmt::format("the filter is {:.2f} s behind: scans for maps are thinned", to_seconds(behind)));
   }
-  if (!policies_[newest.sensor].thin) return;
   for (auto it = queue_.begin(); it != queue_.end();) {
     if (it->sensor == newest.sensor) {
       drop(it);
@@ -98,6 +118,11 @@ bool LiveInput::make_room() {
   if (queue_.size() < options_.capacity) return true;
   const auto oldest = std::ranges::find_if(queue_, [&](const Measurement& m) { return policies_[m.sensor].may_drop; });
   if (oldest == queue_.end()) return false;
+  if (!std::exchange(counts_[oldest->sensor].was_crowded_out, true)) {
+    events_.push_back(
+        fmt::format("{} measurements wait for the filter: the oldest of {} are dropped (further ones are only counted)",
+                    queue_.size(), channels_[oldest->sensor].sensor));
+  }
   drop(oldest);
   queue_.erase(oldest);
   return true;
@@ -169,6 +194,14 @@ std::vector<std::string> LiveInput::take_events() {
 std::vector<Measurement> LiveInput::take_dropped() {
   const std::lock_guard lock(mutex_);
   return std::exchange(dropped_, {});
+}
+
+std::vector<Measurement> LiveInput::waiting_measurements() const {
+  std::vector<Measurement> waiting;
+  const std::lock_guard lock(mutex_);
+  std::ranges::copy_if(queue_, std::back_inserter(waiting),
+                       [this](const Measurement& m) { return m.sensor + 1 < channels_.size(); });
+  return waiting;
 }
 
 std::vector<LiveInput::Counts> LiveInput::counts() const {

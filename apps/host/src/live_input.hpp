@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "clock_offset.hpp"
+#include "clock_steps.hpp"
 #include "live_clock.hpp"
 #include "source_list.hpp"
 #include "waymark/interface/source.hpp"
@@ -28,21 +29,23 @@ class LiveInput final : public Source {
  public:
   /// What the queue may do with the measurements of a channel if the filter falls behind.
   struct Policy {
-    bool thin = false;      ///< only the newest of its waiting measurements is kept: it feeds maps only
+    /// Only the newest of its waiting measurements is kept once the oldest of all waits for so long; zero: never.
+    Duration thin_after{};
     bool may_drop = false;  ///< its oldest waiting measurement may be dropped if the queue is full
   };
   struct Options {
-    std::size_t capacity = 20000;                              ///< measurements
-    Duration overload_after = std::chrono::milliseconds(300);  ///< age of the oldest waiting one
-    const std::atomic<bool>* stop = nullptr;                   ///< true: `next` returns nothing soon
-    std::function<void(const Measurement&)> on_arrival = {};   ///< called by the reading threads, in order of arrival
-    std::function<void()> on_wait = {};                        ///< called by `next` now and then while it waits
+    std::size_t capacity = 20000;                             ///< measurements
+    const std::atomic<bool>* stop = nullptr;                  ///< true: `next` returns nothing soon
+    std::function<void(const Measurement&)> on_arrival = {};  ///< called by the reading threads, in order of arrival
+    std::function<void()> on_wait = {};                       ///< called by `next` now and then while it waits
   };
   struct Counts {
     std::uint64_t received = 0;
-    std::uint64_t dropped = 0;  ///< not passed to the filter
-    std::uint64_t waits = 0;    ///< times at which the source had to wait for room in the queue
-    ClockOffset clock = {};
+    std::uint64_t dropped = 0;     ///< not passed to the filter
+    std::uint64_t waits = 0;       ///< times at which the source had to wait for room in the queue
+    bool was_crowded_out = false;  ///< some of them were dropped because the queue was full
+    ClockOffset clock = {};        ///< without its steps
+    ClockSteps steps = {};         ///< of its clock, which were taken out of its stamps
   };
 
   /// Reading begins with the first `next`.
@@ -67,6 +70,8 @@ class LiveInput final : public Source {
   std::uint64_t command(std::string text);
   /// The measurements dropped since the last call, in order of arrival.
   std::vector<Measurement> take_dropped();
+  /// Copies of the waiting measurements, without the commands.
+  std::vector<Measurement> waiting_measurements() const;
   /// Of each channel but that of the commands.
   std::vector<Counts> counts() const;
   /// Number of waiting measurements.
@@ -75,6 +80,7 @@ class LiveInput final : public Source {
  private:
   void read(std::size_t source);
   void admit(Measurement&& measurement);
+  void set_times(Measurement& measurement);
   void thin_if_behind(const Measurement& newest);
   bool make_room();
   void drop(std::deque<Measurement>::iterator which);

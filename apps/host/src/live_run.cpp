@@ -19,14 +19,19 @@ double process_cpu_s() {
 
 bool is_motion_source(const SensorSlot& slot) { return slot.sensor && slot.sensor->traits().is_motion_source; }
 
-/// Sensors without a plugin of their own feed maps only.
+/// Sensors without a plugin of their own feed maps only. Those that no map localises with are thinned first.
 std::vector<LiveInput::Policy> policies_of(const Robot& robot) {
+  const auto localises = [&](int sensor) {
+    return std::ranges::any_of(robot.maps, [&](const MapSlot& map) {
+      return map.localize && std::ranges::find(map.inputs, sensor) != map.inputs.end();
+    });
+  };
   std::vector<LiveInput::Policy> policies;
   for (const int sensor : robot.sensor_of_channel) {
     LiveInput::Policy& policy = policies.emplace_back();
     if (sensor < 0) continue;
     const SensorSlot& slot = robot.sensors[static_cast<std::size_t>(sensor)];
-    policy.thin = slot.plugin.empty();
+    if (slot.plugin.empty()) policy.thin_after = robot.live_settings.overload_after * (localises(sensor) ? 2 : 1);
     policy.may_drop = std::ranges::find(robot.live_settings.may_drop, slot.name) != robot.live_settings.may_drop.end();
   }
   return policies;
@@ -45,19 +50,17 @@ LiveRun::LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClo
       last_checkpoint_(began_),
       cpu_at_begin_s_(process_cpu_s()) {
   std::vector<bool> prompts;
-  std::vector<Duration> delays;
   for (const SensorSlot& slot : robot.sensors) {
     prompts.push_back(is_motion_source(slot));
-    delays.push_back(slot.delay);
+    has_plugin_.push_back(slot.sensor != nullptr);
   }
   front_ = std::make_unique<FrontOutput>([this](const Belief& belief) { results_.front(belief); },
-                                         robot.live_settings.front_hz, std::move(prompts), std::move(delays), *clock_);
+                                         robot.live_settings.front_hz, std::move(prompts), *clock_);
   if (!robot.live_settings.control.empty()) {
     control_ = std::make_unique<ControlSocket>(robot.live_settings.control,
                                                [this](std::string text) { return input_->command(std::move(text)); });
   }
-  LiveInput::Options options{
-      .capacity = robot.live_settings.queue, .overload_after = robot.live_settings.overload_after, .stop = stop};
+  LiveInput::Options options{.capacity = robot.live_settings.queue, .stop = stop};
   options.on_arrival = [this](const Measurement& m) { arrived(m); };
   options.on_wait = [this] { service_.alive(); };
   input_->configure(std::move(options), policies_of(robot));
@@ -65,11 +68,11 @@ LiveRun::LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClo
 
 LiveRun::~LiveRun() { end(); }
 
-/// In a thread that reads a source.
+/// In a thread that reads a source, while the filter's may change settings of the robot.
 void LiveRun::arrived(const Measurement& measurement) {
   Measurement of_sensor = measurement;
   if (!robot_.assign(of_sensor)) return;
-  if (robot_.sensors[of_sensor.sensor].sensor) front_->arrived(of_sensor);
+  if (has_plugin_[of_sensor.sensor]) front_->arrived(of_sensor);
 }
 
 void LiveRun::processed(const Snapshot& snapshot) {
@@ -78,12 +81,22 @@ void LiveRun::processed(const Snapshot& snapshot) {
   if (snapshot.started()) service_.ready();
 }
 
-void LiveRun::added(const Fusion& fusion) {
+std::map<std::uint32_t, std::size_t> LiveRun::added(const Fusion& fusion) {
+  std::map<std::uint32_t, std::size_t> dropped_of;
   for (Measurement& dropped : input_->take_dropped()) {
-    if (robot_.assign(dropped)) results_.dropped(dropped);
+    if (!robot_.assign(dropped)) continue;
+    results_.dropped(dropped);
+    ++dropped_of[dropped.sensor];
   }
   if (auto front = fusion.front()) front_->rebase(std::move(front));
   service_.alive();
+  return dropped_of;
+}
+
+std::vector<Measurement> LiveRun::waiting_measurements() const {
+  std::vector<Measurement> of_channels = input_->waiting_measurements();
+  std::erase_if(of_channels, [this](Measurement& m) { return !robot_.assign(m); });
+  return of_channels;
 }
 
 bool LiveRun::checkpoint_is_due() {
@@ -130,7 +143,7 @@ LiveReport LiveRun::report() const {
     stream.received = counts[channel].received;
     stream.dropped = counts[channel].dropped;
     stream.waits = counts[channel].waits;
-    stream.clock_offset_s = counts[channel].clock.offset_s();
+    stream.clock_offset_s = counts[channel].clock.offset_s() + to_seconds(counts[channel].steps.total());
     stream.clock_drift = counts[channel].clock.drift();
     stream.latency_s = {latency.quantile(0.5), latency.quantile(0.99), latency.max()};
   }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
+#include <cstddef>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +32,13 @@ class LiveRun {
 
   /// Called by the filter's thread after each processed measurement.
   void processed(const Snapshot& snapshot);
-  /// Called by the filter's thread after each measurement that it was given.
-  void added(const Fusion& fusion);
+  /// Called by the filter's thread after each measurement that it was given. Returns how many of each sensor's
+  /// measurements were dropped since the last call; sensors without any are left out.
+  std::map<std::uint32_t, std::size_t> added(const Fusion& fusion);
+  /// The filter goes on in another host; nothing of the one before is used any more on return.
+  void replaced(const Fusion& fusion) { front_->replace(fusion.front()); }
+  /// Copies of the measurements that wait for the filter, by sensor.
+  std::vector<Measurement> waiting_measurements() const;
   /// True once each `live.checkpoint.every_s`.
   bool checkpoint_is_due();
   /// Answers a command.
@@ -52,6 +59,7 @@ class LiveRun {
   std::shared_ptr<const LiveClock> clock_;
   const Robot& robot_;
   Results& results_;
+  std::vector<bool> has_plugin_;  // of each sensor: the pose now uses it
   std::vector<Latency> latency_;  // from arrival to pose, by sensor
   std::vector<Event> events_;
   ServiceNotifier service_;

@@ -17,8 +17,10 @@ LiveSettings read_live_settings(const Config& yaml) {
       live.integer_in({"queue", "most measurements that wait for the filter; if it is full, sources wait, too"}, 100,
                       10'000'000, 20'000));
   settings.overload_after = from_seconds(live.number_in(
-      {"overload_after_s", "s", "waiting time from which on only the newest scan of a sensor for maps is kept"}, 0.01,
-      3600.0, 0.3));
+      {"overload_after_s", "s",
+       "waiting time from which on only the newest scan is kept of a sensor that feeds maps only; twice as long "
+       "if a map localises with it"},
+      0.01, 3600.0, 0.3));
   settings.may_drop =
       live.texts({"may_drop", "", "sensors whose oldest measurements are dropped if the queue is full", "none"},
                  std::vector<std::string>{});
@@ -27,6 +29,8 @@ LiveSettings read_live_settings(const Config& yaml) {
   if (settings.control == "none") settings.control.clear();
   const Config checkpoint =
       live.child_or_empty({"checkpoint", "", "the state is written in between, to go on from after a failure", "none"});
+  settings.resumes = checkpoint.boolean(
+      {"resume", "a run begins at the checkpoint in its output folder, if there is one of this configuration"}, false);
   if (live.has("checkpoint")) {
     settings.checkpoint = checkpoint.output({"file", "file in the output folder"}, "live.ckpt");
     settings.checkpoint_every =

@@ -127,8 +127,8 @@ std::vector<std::filesystem::path> plugin_path(const Config& yaml) {
   return folders;
 }
 
-/// Everything but the source.
-Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own) {
+/// Everything but the sources and, without `with_sinks`, the sinks.
+Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own, bool with_sinks = true) {
   const FusionSettings settings = read_fusion_settings(yaml);
   const std::vector<Config> entries = yaml.items({"sensors",
                                                   "at least one must be a motion source, unless `motion.source` is "
@@ -141,7 +141,8 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
   }
   std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
   std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
-  std::vector<SinkSlot> sinks = load_sinks(yaml, loader, rig);
+  std::vector<SinkSlot> sinks;
+  if (with_sinks) sinks = load_sinks(yaml, loader, rig);
   return {yaml, std::move(rig),   settings,       std::move(sensors), std::move(maps), nullptr,
           {},   std::move(sinks), std::move(live)};
 }
@@ -199,6 +200,7 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
   load_sources(robot, yaml, loader);
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
+  robot.loader = std::make_shared<const PluginLoader>(loader);
   // Only the parts together show whether they fit: a motion source, room for the blocks.
   robot.fusion(nullptr);
   return robot;
@@ -211,7 +213,51 @@ Robot Robot::live(const Config& yaml, const PluginLoader& loader, const OwnSenso
     for (const Config& entry : yaml.items("sources")) entry.ignore();
   }
   yaml.reject_unread();
+  robot.loader = std::make_shared<const PluginLoader>(loader);
   return robot;
+}
+
+Robot Robot::retuned(const Config::Override& key_and_value) const {
+  const bool is_of_parts = key_and_value.starts_with("sensors.") || key_and_value.starts_with("maps.");
+  if (!is_of_parts || key_and_value.find('=') == std::string::npos)
+    throw Error(fmt::format("\"{}\": sensors.NAME.KEY=VALUE or maps.NAME.KEY=VALUE is expected", key_and_value));
+  if (!loader) throw Error("the robot was put together without a loader of plugins");
+  // The name keeps the folder from which relative paths count.
+  const std::string name = fmt::format("{} (effective)", yaml.file().string());
+  const Config tuned = Config::parse(yaml.effective(), name, {key_and_value});
+  for (const char* key : {"source", "sources", "sinks", "record"}) {
+    if (tuned.is_mapping(key)) tuned.child(key).ignore();
+    if (!tuned.is_list(key)) continue;
+    for (const Config& entry : tuned.items(key)) entry.ignore();
+  }
+  Robot parts = load_parts(tuned, *loader, {}, false);
+  plugin_path(tuned);  // read, or it would count as unknown
+  tuned.reject_unread();
+  const auto same_part = [](const auto& a, const auto& b) { return a.name == b.name && a.plugin == b.plugin; };
+  const bool is_same_robot =
+      std::ranges::equal(parts.sensors, sensors,
+                         [&](const SensorSlot& a, const SensorSlot& b) {
+                           return same_part(a, b) && a.enabled == b.enabled &&
+                                  (!a.sensor || std::ranges::equal(a.sensor->block(), b.sensor->block(), {},
+                                                                   &BlockState::name, &BlockState::name));
+                         }) &&
+      std::ranges::equal(parts.maps, maps,
+                         [&](const MapSlot& a, const MapSlot& b) { return same_part(a, b) && a.inputs == b.inputs; });
+  if (!is_same_robot)
+    throw Error(
+        fmt::format("\"{}\": names, plugins, inputs and states cannot be changed while it runs", key_and_value));
+  parts.fusion(nullptr);  // only the parts together show whether they fit
+  Robot robot = *this;
+  robot.adopt(std::move(parts));
+  return robot;
+}
+
+/// Not the rig: sinks have been given this one, and names and payloads are the same.
+void Robot::adopt(Robot&& retuned) {
+  yaml = std::move(retuned.yaml);
+  settings = std::move(retuned.settings);
+  sensors = std::move(retuned.sensors);
+  maps = std::move(retuned.maps);
 }
 
 std::unique_ptr<Fusion> Robot::fusion(Fusion::Observer observer) const {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
 #include <iterator>
 #include <sstream>
@@ -22,6 +23,9 @@
 namespace waymark::host {
 
 namespace {
+
+/// Events of sources, queue and sinks that are kept for the report.
+constexpr std::ptrdiff_t kMostEvents = 2000;
 
 /// The truth is for pictures and scores: without it the run goes on, and `problem` says why.
 std::shared_ptr<const Reference> reference_of(const Robot& robot, std::string& problem) {
@@ -69,32 +73,75 @@ Session::Session(Robot robot, SessionOptions options)
       results_(std::move(robot_.sinks),
                RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective()},
                lock_ != nullptr),
-      fusion_(robot_.fusion([this](const Snapshot& snapshot) {
-        results_.write(snapshot);
-        if (live_) live_->processed(snapshot);
-        if (options_.observer) options_.observer(snapshot, robot_.source ? robot_.source->progress() : -1.0);
-      })),
-      log_(std::make_unique<LogIdentity>()) {
+      fusion_(make_fusion(robot_)),
+      log_(std::make_unique<LogIdentity>()),
+      config_identity_(identity_of(robot_.yaml.effective())) {
   if (robot_.live_input)
     live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop);
 }
 
 Session::~Session() = default;
 
-void Session::resume(const std::filesystem::path& checkpoint) {
+std::unique_ptr<Fusion> Session::make_fusion(const Robot& robot) {
+  return robot.fusion([this](const Snapshot& snapshot) {
+    results_.write(snapshot);
+    if (live_) live_->processed(snapshot);
+    if (options_.observer) options_.observer(snapshot, robot_.source ? robot_.source->progress() : -1.0);
+  });
+}
+
+/// The state of a checkpoint of this configuration.
+std::string Session::read(const std::filesystem::path& checkpoint, std::uint64_t& log_identity) const {
   CheckpointIdentity identity;
-  std::istringstream stream(read_checkpoint(checkpoint, identity));
+  std::string state = read_checkpoint(checkpoint, identity);
+  if (identity.config != config_identity_) {
+    throw Error(
+        fmt::format("{}: is of a run with another configuration; only sinks, plugin_path and filter.threads may differ",
+                    checkpoint.string()));
+  }
+  log_identity = identity.log;
+  return state;
+}
+
+void Session::load(const std::filesystem::path& checkpoint, std::string state, std::uint64_t log_identity) {
   const auto fail = [&](std::string_view why) { throw Error(fmt::format("{}: {}", checkpoint.string(), why)); };
-  if (identity.config != identity_of(robot_.yaml.effective()))
-    fail("is of a run with another configuration; only sinks, plugin_path and filter.threads may differ");
+  std::istringstream stream(std::move(state));
   InArchive archive(stream);
   try {
-    if (live_) return fusion_->resume_with_measurements(archive);
+    if (archive.section("session", 1) < 1) throw DataError("the checkpoint has an older version");
+    bool is_live = false;
+    archive(is_live, retunings_);
+    if (is_live != (live_ != nullptr))
+      fail(is_live ? "is of a running robot, and this run is of a log" : "is of a log, and this robot is running");
+    for (const std::string& key_and_value : retunings_) robot_.adopt(robot_.retuned(key_and_value));
+    if (!retunings_.empty()) fusion_ = make_fusion(robot_);
+    if (live_) {
+      for (Measurement& waiting : fusion_->resume_with_measurements(archive)) add(std::move(waiting));
+      return;
+    }
     fusion_->resume(archive, [this] { return next(); });
   } catch (const DataError& error) {
     fail(error.what());
   }
-  if (identity.log != log_->hash()) fail("is of a run with another log");
+  if (log_identity != log_->hash()) fail("is of a run with another log");
+}
+
+void Session::resume(const std::filesystem::path& checkpoint) {
+  std::uint64_t log_identity = 0;
+  std::string state = read(checkpoint, log_identity);
+  load(checkpoint, std::move(state), log_identity);
+}
+
+std::string Session::resume_if_possible(const std::filesystem::path& checkpoint) {
+  std::uint64_t log_identity = 0;
+  std::string state;
+  try {
+    state = read(checkpoint, log_identity);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  load(checkpoint, std::move(state), log_identity);
+  return {};
 }
 
 void Session::play() {
@@ -113,25 +160,41 @@ void Session::play() {
 
 void Session::add(Measurement measurement) {
   results_.arrived(measurement);
+  last_arrival_ = measurement.arrival;
   fusion_->add(std::move(measurement));
   if (live_) follow_live();
 }
 
 void Session::follow_live() {
-  live_->added(*fusion_);
-  if (live_->checkpoint_is_due()) {
-    try {
-      write_live_checkpoint();
-    } catch (const std::exception& error) {
-      live_->note(fmt::format("the checkpoint is not written: {}", error.what()));
-    }
+  for (const auto& [sensor, count] : live_->added(*fusion_)) {
+    // As a command, so that a replay has the same health at the same place.
+    fusion_->note_dropped(sensor);
+    results_.commanded(last_arrival_, dropped_command(robot_.sensors[sensor].name, count));
   }
+  write_live_checkpoint_if_due();
   take_live_events();
 }
 
+void Session::write_live_checkpoint_if_due() {
+  if (!live_->checkpoint_is_due() || !fusion_->has_pose()) return;
+  try {
+    write_live_checkpoint();
+    if (!std::exchange(checkpoint_problem_, {}).empty()) live_->note("checkpoints are written again");
+  } catch (const std::exception& error) {
+    // Once, however long a disk is full.
+    const std::string problem = fmt::format("the checkpoint is not written: {}", error.what());
+    if (std::exchange(checkpoint_problem_, problem) != problem) live_->note(problem);
+  }
+}
+
+/// A peer that connects and goes, and a robot that runs for months, must not fill the memory.
 void Session::take_live_events() {
   for (Event& event : live_->take_events()) {
     if (options_.on_event) options_.on_event(event);
+    if (std::ssize(live_events_) >= kMostEvents) {
+      live_events_.erase(live_events_.begin() + kMostEvents / 2);
+      ++live_events_left_out_;
+    }
     live_events_.push_back(std::move(event));
   }
 }
@@ -141,16 +204,35 @@ void Session::obey(const Measurement& command) {
   const std::string& text = command.as<Command>().text;
   CommandOutputs outputs;
   if (live_) {
-    outputs = {[this] { return save_maps(); }, [this] { return write_live_checkpoint(); },
-               [this] { return status_line(*fusion_, robot_, live_->report()); }, [this] { stopped_ = true; }};
+    outputs = {[this] { return save_maps(); },
+               [this] { return write_live_checkpoint(); },
+               [this] { return status_line(*fusion_, robot_, live_->report()); },
+               [this] { stopped_ = true; },
+               {}};
   }
-  const std::string answer = execute(text, *fusion_, robot_, outputs);
+  outputs.retune = [this](const std::string& key_and_value) { retune(key_and_value); };
+  const std::string answer = execute(text, *fusion_, robot_, outputs, live_ == nullptr);
   const bool has_changed_filter = answer.starts_with("ok") && steers(text);
   if (has_changed_filter) results_.commanded(command.arrival, text);
   if (!live_) return;
   if (has_changed_filter) live_->note(fmt::format("command: {}", text));
   live_->reply(command.sequence, answer);
   take_live_events();
+}
+
+/// The filter goes on in another host with the new settings, from a checkpoint in memory.
+void Session::retune(const std::string& key_and_value) {
+  std::stringstream state;
+  OutArchive out(state);
+  fusion_->save_with_measurements(out);
+  Robot tuned = robot_.retuned(key_and_value);
+  std::unique_ptr<Fusion> fusion = make_fusion(tuned);
+  InArchive in(state);
+  fusion->resume_with_measurements(in);
+  if (live_) live_->replaced(*fusion);  // nothing uses the older one then
+  fusion_ = std::move(fusion);
+  robot_.adopt(std::move(tuned));
+  retunings_.push_back(key_and_value);
 }
 
 std::string Session::write_live_checkpoint() {
@@ -198,12 +280,14 @@ SessionResult Session::suspend(const std::filesystem::path& checkpoint) {
 void Session::write(const std::filesystem::path& checkpoint) const {
   std::ostringstream state;
   OutArchive archive(state);
+  archive.section("session", 1);
+  archive(live_ != nullptr, retunings_);
   if (live_) {
-    fusion_->save_with_measurements(archive);
+    fusion_->save_with_measurements(archive, live_->waiting_measurements());
   } else {
     fusion_->save(archive);
   }
-  write_checkpoint(checkpoint, {identity_of(robot_.yaml.effective()), log_->hash()}, state.str());
+  write_checkpoint(checkpoint, {config_identity_, log_->hash()}, state.str());
 }
 
 std::optional<Measurement> Session::next() {
@@ -242,6 +326,11 @@ SessionResult Session::conclude() {
   }
   if (live_) {
     result.report.live = live_->report();
+    if (live_events_left_out_ > 0) {
+      result.report.notices.push_back(
+          fmt::format("{} events of the running robot are left out: the first and the last {} are kept",
+                      live_events_left_out_, kMostEvents / 2));
+    }
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp_s);
   }

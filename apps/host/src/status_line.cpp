@@ -19,6 +19,7 @@ std::string status_line(const Fusion& fusion, const Robot& robot, const LiveRepo
     json["y_m"] = pose.p.y();
     json["yaw_rad"] = pose.yaw();
   });
+  json["measurements"] = fusion.arrived();
   json["cpu_share"] = live.cpu_share;
   json["front_latency_s"] = {live.front_latency_s.median, live.front_latency_s.p99, live.front_latency_s.max};
   for (std::size_t i = 0; i < robot.sensors.size(); ++i) {
@@ -28,12 +29,16 @@ std::string status_line(const Fusion& fusion, const Robot& robot, const LiveRepo
     sensor["mode"] = kModeWords[static_cast<std::size_t>(mode)];
     if (i < health.sensors.size()) sensor["health"] = to_string(health.sensors[i].state);
   }
+  for (std::size_t i = 0; i < robot.maps.size(); ++i)
+    json["maps"][robot.maps[i].name]["mode"] = fusion.map_enabled(i) ? "on" : "off";
   for (const LiveReport::Stream& stream : live.streams) {
     nlohmann::ordered_json& sensor = json["sensors"][stream.sensor];
     sensor["received"] = stream.received;
     sensor["dropped"] = stream.dropped;
+    sensor["waits"] = stream.waits;
     sensor["latency_s"] = {stream.latency_s.median, stream.latency_s.p99, stream.latency_s.max};
     sensor["clock_offset_s"] = stream.clock_offset_s;
+    sensor["clock_drift"] = stream.clock_drift;
   }
   return json.dump();
 }

@@ -54,7 +54,8 @@ void add_ctl_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CtlOptions>();
   CLI::App* command = app.add_subcommand("ctl", "Send a command to a running robot");
   command->footer(
-      "Commands: enable SENSOR, disable SENSOR, shadow SENSOR (evaluated only), "
+      "Commands: enable NAME, disable NAME (a sensor or a map), shadow SENSOR (evaluated only), "
+      "set sensors.NAME.KEY=VALUE, set maps.NAME.KEY=VALUE, "
       "set-pose X_M Y_M HEADING_DEG [SIGMA_M SIGMA_DEG], save-maps, checkpoint, status, stop.\n"
       "Commands that change the filter are part of the flight record, so that a replay repeats them.\n\n"
       "Example:\n  waymark run robot.yaml --set live.control=/run/waymark.sock\n"

@@ -52,7 +52,7 @@ void serialize_counted(Archive& archive, fusion::SensorRecord& sensor, std::uint
 /// it takes.
 template <class Archive, class Parts>
 void serialize_progress(Archive& archive, Parts& p, Progress& progress) {
-  if (archive.section("fusion", 5) < 5) throw DataError("the checkpoint has an older version");
+  if (archive.section("fusion", 6) < 6) throw DataError("the checkpoint has an older version");
   serialize_sensor_names(archive, p.committed.sensors);
   archive(progress.arrived, progress.started);
   if (!progress.started) return;
@@ -178,12 +178,13 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Repeat& r
 /// What came before, of a running robot: nobody can repeat it.
 template <class Archive, class Parts>
 void serialize_arrivals(Archive& archive, Parts& p) {
-  if (archive.section("arrivals", 1) < 1) throw DataError("the checkpoint has an older version");
+  if (archive.section("arrivals", 2) < 2) throw DataError("the checkpoint has an older version");
   archive(p.intake);
   for (fusion::SensorRecord& sensor : p.committed.sensors) archive(sensor.mistimed);
 }
 
-void write_all(OutArchive& out, const std::vector<Measurement>& measurements) {
+template <class Measurements>
+void write_all(OutArchive& out, const Measurements& measurements) {
   out(static_cast<std::uint64_t>(measurements.size()));
   for (const Measurement& m : measurements) fusion::write_measurement(out, m);
 }
@@ -225,9 +226,9 @@ void Fusion::save(OutArchive& out) const {
   }
 }
 
-void Fusion::save_with_measurements(OutArchive& out) const {
+void Fusion::save_with_measurements(OutArchive& out, std::span<const Measurement> waiting) const {
   Parts& p = *parts_;
-  if (!p.has_pose()) throw Error("there is no pose yet");
+  if (!p.has_pose()) throw Error("there is no pose");
   save(out);
   serialize_arrivals(out, p);
   std::vector<Measurement> needed(p.history.log().begin(), p.history.log().end());
@@ -236,12 +237,14 @@ void Fusion::save_with_measurements(OutArchive& out) const {
   }
   if (p.last) needed.push_back(p.last->first);
   write_all(out, needed);
-  write_all(out, {p.intake.queue().waiting().begin(), p.intake.queue().waiting().end()});
+  write_all(out, p.intake.queue().waiting());
+  write_all(out, waiting);
 }
 
-void Fusion::resume_with_measurements(InArchive& in) {
+std::vector<Measurement> Fusion::resume_with_measurements(InArchive& in) {
   Parts& p = *parts_;
   Progress progress;
+  std::vector<Measurement> waiting;
   serialize_progress(in, p, progress);
   if (!progress.started) throw DataError("the checkpoint was made before the filter started");
   p.repeating = true;
@@ -251,10 +254,12 @@ void Fusion::resume_with_measurements(InArchive& in) {
     read_all(in, sensors, [&](Measurement&& m) { needed.offer(m); });
     needed.check();
     read_all(in, sensors, [&](Measurement&& m) { p.intake.put_back(std::move(m)); });
+    read_all(in, sensors, [&](Measurement&& m) { waiting.push_back(std::move(m)); });
     p.arrived = progress.arrived;
     p.turns = progress.turns;
   });
   p.repeating = false;
+  return waiting;
 }
 
 void Fusion::resume(InArchive& in, const Next& next) {

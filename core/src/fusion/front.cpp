@@ -20,10 +20,14 @@ Front::~Front() = default;
 
 void Front::add(const Measurement& measurement) {
   Measurement m = measurement;
-  m.stamp -= impl_->horizon.delay(m);
+  m.stamp = corrected_stamp(m);
   if (m.stamp < stamp()) return;
   impl_->horizon.predict(m.stamp);
   process(m, impl_->horizon, impl_->layout, impl_->updates);
+}
+
+Time Front::corrected_stamp(const Measurement& m) const {
+  return moved(m.stamp, -impl_->horizon.delay(m)).value_or(Time::min());
 }
 
 Time Front::stamp() const { return impl_->horizon.stamp(); }
@@ -44,5 +48,14 @@ void Fusion::set_mode(std::uint32_t sensor, SensorMode mode) {
 }
 
 SensorMode Fusion::mode(std::uint32_t sensor) const { return parts_->committed.sensors.at(sensor).mode; }
+
+void Fusion::set_map_enabled(std::size_t map, bool enabled) { parts_->maps.enable(map, enabled); }
+
+bool Fusion::map_enabled(std::size_t map) const { return parts_->maps.is_enabled(map); }
+
+void Fusion::note_dropped(std::uint32_t sensor) {
+  Parts& p = *parts_;
+  if (p.has_pose()) p.committed.health.dropped(sensor, p.committed.filter.stamp());
+}
 
 }  // namespace waymark

@@ -119,6 +119,8 @@ void apply_maps(const Measurement& m, Horizon& at, UpdateResult& result) {
   } else if (extraction.skipped) {
     at.skip_mapping();
     if (result.fate == Fate::ignored) result.fate = Fate::skipped;
+  } else if (extraction.held_out && result.fate == Fate::ignored) {
+    result.fate = Fate::held_out;
   }
 }
 

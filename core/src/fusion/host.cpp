@@ -60,6 +60,8 @@ Fusion::Fusion(const FusionSettings& settings, std::vector<SensorSlot> sensors, 
 Fusion::~Fusion() = default;
 
 bool Fusion::started() const { return parts_->started; }
+std::uint64_t Fusion::arrived() const { return parts_->arrived; }
+bool Fusion::has_pose() const { return parts_->has_pose(); }
 const particles::ParticleFilter& Fusion::filter() const { return parts_->committed.filter; }
 const StateLayout& Fusion::layout() const { return parts_->layout; }
 const Health& Fusion::health() const { return parts_->committed.health.health(); }

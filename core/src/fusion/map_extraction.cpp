@@ -35,6 +35,10 @@ Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& moti
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const MapSlot& map = maps_[i];
     if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
+    if (!enabled_[i]) {
+      result.held_out = true;
+      continue;
+    }
     try {
       if (auto observation = map.module->extract(m, companions_of(map, m, committed), motion)) {
         result.inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
@@ -53,6 +57,11 @@ Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& moti
     }
   }
   return result;
+}
+
+void MapExtraction::enable(std::size_t map, bool enabled) {
+  if (!maps_.at(map).module) throw Error(fmt::format("map \"{}\" is out of service", maps_[map].name));
+  enabled_[map] = enabled;
 }
 
 void MapExtraction::take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed) {
@@ -89,7 +98,9 @@ void MapExtraction::serialize(Archive& archive, particles::ParticleFilter& filte
     if (name != map.name)
       throw DataError(fmt::format("the checkpoint was made with a map \"{}\" where now \"{}\" stands", name, map.name));
     bool in_service = map.module != nullptr;
-    archive(unusable_[i], in_service);
+    bool enabled = enabled_[i];
+    archive(unusable_[i], in_service, enabled);
+    enabled_[i] = enabled;
     if (in_service) {
       serialize_module(archive, *map.module);
     } else if (map.module) {

@@ -21,12 +21,14 @@ struct Extraction {
   std::vector<std::shared_ptr<const Observation>> observations;  ///< of the inputs, which point to them
   bool skipped = false;                                          ///< a module does not use the measurement
   bool unusable = false;                                         ///< a module rejected it as unusable
+  bool held_out = false;                                         ///< a map that would use it is switched off
 };
 
 /// The maps of the YAML with their modules and inputs.
 class MapExtraction {
  public:
-  explicit MapExtraction(std::vector<MapSlot> maps) : maps_(std::move(maps)), unusable_(maps_.size()) {}
+  explicit MapExtraction(std::vector<MapSlot> maps)
+      : maps_(std::move(maps)), unusable_(maps_.size()), enabled_(maps_.size(), true) {}
 
   const std::vector<MapSlot>& maps() const { return maps_; }
   bool empty() const { return maps_.empty(); }
@@ -34,6 +36,10 @@ class MapExtraction {
   bool localizes() const;
   /// True if a map in service takes this sensor's measurements along with those of its first input.
   bool has_companion(std::uint32_t sensor) const;
+
+  /// Switches a map on or off; it keeps its content. Throws Error if it is out of service.
+  void enable(std::size_t map, bool enabled);
+  bool is_enabled(std::size_t map) const { return enabled_.at(map); }
 
   /// The observations of every module that this measurement triggers. A module that throws anything but DataError is
   /// taken out of service.
@@ -53,6 +59,7 @@ class MapExtraction {
 
   std::vector<MapSlot> maps_;
   std::vector<std::uint64_t> unusable_;  // per map, unusable measurements
+  std::vector<bool> enabled_;            // per map
 };
 
 }  // namespace waymark::fusion

@@ -103,6 +103,11 @@ void HealthMonitor::mistimed(std::size_t index, Time stamp) {
          {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
 }
 
+void HealthMonitor::dropped(std::size_t index, Time stamp) {
+  sensors_[index].degraded_reason = "measurements are dropped: the filter does not keep up";
+  sensors_[index].degraded_at = stamp;
+}
+
 bool HealthMonitor::is_not_localized(const Track& track) {
   return track.role.has_prior_map && track.steps >= kKnown && track.not_localized > kFaultyShare;
 }

@@ -50,6 +50,8 @@ class HealthMonitor {
   void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
   /// Adds a measurement with an implausible stamp; `stamp`: the time to use instead for a sensor without others.
   void mistimed(std::size_t sensor, Time stamp);
+  /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
+  void dropped(std::size_t sensor, Time stamp);
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The covariance was inflated to re-acquire a sensor.

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,7 +21,8 @@ namespace {
 class Recorder final : public Sink {
  public:
   explicit Recorder(const Config& config)
-      : file_name_(config.output({"file", "name of the record; an older one is kept under a number"}, "flight.mcap")) {
+      : file_name_(config.output({"file", "name of the record; an older one is kept under a number"}, "flight.mcap")),
+        config_file_(std::filesystem::absolute(config.file())) {
     options_.profile = "waymark";
     options_.library = "waymark " WAYMARK_VERSION;
     const std::string compression =
@@ -41,7 +43,9 @@ class Recorder final : public Sink {
     std::vector<std::string> sensors;
     for (const Mounting& mounting : info.rig->mountings()) sensors.push_back(mounting.name);
     FlightEncoder encoder(options_, std::move(sensors), flush_);
-    encoder.add_metadata("waymark", {{"version", WAYMARK_VERSION}, {"plugin_abi", std::to_string(kPluginAbi)}});
+    encoder.add_metadata("waymark", {{"version", WAYMARK_VERSION},
+                                     {"plugin_abi", std::to_string(kPluginAbi)},
+                                     {"config_file", config_file_.string()}});
     encoder.add_attachment("config.yaml", "application/yaml", info.config);
     recording_ = std::make_unique<Recording>(info.out_dir / file_name_, std::move(encoder), queue_bytes_);
   }
@@ -74,6 +78,7 @@ class Recorder final : public Sink {
 
  private:
   std::string file_name_;
+  std::filesystem::path config_file_;
   mcap::WriterOptions options_;
   Duration flush_{};
   std::size_t queue_bytes_ = 0;

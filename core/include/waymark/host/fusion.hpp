@@ -2,9 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,12 +63,15 @@ class WAYMARK_API Fusion {
   void resume(InArchive& in, const Next& next);
 
   /// As `save` and `resume`, for a running robot, whose measurements cannot be read again: those that are buffered, or
-  /// needed for late ones, are part of it. Throws Error if the filter has not started.
-  void save_with_measurements(OutArchive& out) const;
-  void resume_with_measurements(InArchive& in);
+  /// needed for late ones, are part of it, and so are `waiting`, which have not been added yet; `resume_with_…` returns
+  /// these. Throws Error if the filter has no pose.
+  void save_with_measurements(OutArchive& out, std::span<const Measurement> waiting = {}) const;
+  std::vector<Measurement> resume_with_measurements(InArchive& in);
 
   /// True once the start pose and the first motion measurement are known.
   bool started() const;
+  /// True if the filter has started and its pose is not lost.
+  bool has_pose() const;
   /// Calls `observer` with the last snapshot; not called if there was none.
   void visit_last(const Observer& observer) const;
   /// The belief at `at`, any time from the committed one on: the mixture's moments, updated with the buffered
@@ -79,9 +85,18 @@ class WAYMARK_API Fusion {
   /// Changes what becomes of a sensor's measurements from the next processed one on. A mode is part of the checkpoint.
   void set_mode(std::uint32_t sensor, SensorMode mode);
   SensorMode mode(std::uint32_t sensor) const;
+  /// Switches a map, by its index, on or off from the next processed measurement on. What is off takes no measurements
+  /// and stays as it is. Part of the checkpoint. Throws Error if the map is out of service.
+  void set_map_enabled(std::size_t map, bool enabled);
+  bool map_enabled(std::size_t map) const;
+  /// Notes that measurements of a sensor were dropped before `add`, since the filter does not keep up: the sensor's
+  /// health is degraded for the next two seconds.
+  void note_dropped(std::uint32_t sensor);
   /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
   /// states stay. Throws Error if the filter has not started, or if a number is not finite or a σ not positive.
   void set_pose(const GivenPose& pose);
+  /// Number of measurements that were added, those before a checkpoint included.
+  std::uint64_t arrived() const;
   /// Counters of the sensors and events so far; without the source's bad records.
   RunReport report() const;
   /// Health of sensors and pose after the last processed measurement.

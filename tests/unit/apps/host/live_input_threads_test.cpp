@@ -76,7 +76,7 @@ TEST(LiveInput, ScansAreThinnedIfTheFilterFallsBehind) {
   std::vector<Measurement> script = readings(200);
   Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"lidar"}, script, true)});
   LiveInput& input = *setup.input;
-  input.configure({.overload_after = Duration(1)}, {{.thin = true}});
+  input.configure({}, {{.thin_after = Duration(1)}});
   const auto first = input.next();
   ASSERT_TRUE(first);
   wait_for(input, 200);
@@ -93,6 +93,25 @@ TEST(LiveInput, ScansAreThinnedIfTheFilterFallsBehind) {
   EXPECT_THAT(input.take_events(), Not(IsEmpty()));
 }
 
+TEST(LiveInput, ASensorWithoutThatPolicyIsNotThinned) {
+  Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"lidar"}, readings(200), true)});
+  setup.input->configure({}, {{.thin_after = std::chrono::hours(1)}});
+  ASSERT_TRUE(setup.input->next());
+  wait_for(*setup.input, 200);
+  EXPECT_EQ(setup.input->waiting(), 199U);
+  EXPECT_EQ(setup.input->counts().front().dropped, 0U);
+}
+
+TEST(LiveInput, WhatWaitsCanBeKeptForACheckpoint) {
+  Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"a"}, readings(20), true)});
+  ASSERT_TRUE(setup.input->next());
+  wait_for(*setup.input, 20);
+  setup.input->command("disable gps");
+  const std::vector<Measurement> kept = setup.input->waiting_measurements();
+  ASSERT_THAT(kept, SizeIs(19)) << "without the command";
+  for (const Measurement& copy : kept) EXPECT_EQ(setup.input->next()->sequence, copy.sequence);
+}
+
 TEST(LiveInput, AFullQueueLosesTheOldestOfTheSensorsThatAllowIt) {
   Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"camera"}, readings(1000), true)});
   LiveInput& input = *setup.input;
@@ -102,6 +121,7 @@ TEST(LiveInput, AFullQueueLosesTheOldestOfTheSensorsThatAllowIt) {
   EXPECT_LE(input.waiting(), 100U);
   EXPECT_GE(input.counts().front().dropped, 899U);
   EXPECT_EQ(input.counts().front().waits, 0U);
+  EXPECT_THAT(input.take_events(), ElementsAre(HasSubstr("the oldest of camera are dropped")));
 }
 
 TEST(LiveInput, AFullQueueMakesOtherSourcesWait) {
@@ -113,6 +133,7 @@ TEST(LiveInput, AFullQueueMakesOtherSourcesWait) {
   EXPECT_EQ(count, 1000);
   EXPECT_EQ(input.counts().front().dropped, 0U);
   EXPECT_GT(input.counts().front().waits, 0U);
+  EXPECT_THAT(input.take_events(), ElementsAre(HasSubstr("the source of wheels waits, too")));
 }
 
 TEST(LiveInput, ACommandTakesItsPlaceInTheQueue) {

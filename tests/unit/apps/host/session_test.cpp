@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/command.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::host {
@@ -251,6 +253,84 @@ TEST(Session, GoesOnFromACheckpointAsIfItHadNotEnded) {
   EXPECT_EQ(result.report.sensors.at(0).measurements, static_cast<std::uint64_t>(kTwists));
   EXPECT_EQ(x_at_end(second), x_at_end(whole));
   EXPECT_NE(x_at_end(first), x_at_end(whole));
+}
+
+/// Twists, and after the twentieth a command.
+class Commanded final : public Twists {
+ public:
+  explicit Commanded(std::string text) : text_(std::move(text)) {
+    channels_ = Twists::channels();
+    channels_.push_back({"", std::string(Command::kType)});
+  }
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override {
+    if (read_++ != 20) return Twists::next();
+    auto command = std::make_shared<Command>();
+    command->text = text_;
+    Measurement measurement = twist(19);
+    measurement.sensor = 1;
+    measurement.payload = command;
+    return measurement;
+  }
+
+ private:
+  std::string text_;
+  std::vector<Channel> channels_;
+  int read_ = 0;
+};
+
+Robot robot_with(const std::string& command) {
+  Robot robot = live();
+  robot.source = std::make_shared<Commanded>(command);
+  robot.sensor_of_channel = {0, Robot::kCommands};
+  return robot;
+}
+
+/// σ of the speed at the end, after a replay with that command.
+double speed_sigma_after(const std::string& command) {
+  Session session(robot_with(command), {});
+  session.play();
+  session.finish();
+  const Belief belief = session.fusion().front(Time{} + from_seconds(0.1 * kTwists));
+  return std::sqrt(belief.P(3, 3));
+}
+
+TEST(Session, AReplayRepeatsTheTuningOfASensor) {
+  const double before = speed_sigma_after("");
+  EXPECT_GT(speed_sigma_after("set sensors.wheels.speed_noise_m_per_sqrt_s=[0.5, 0.01]"), 5.0 * before);
+  for (const char* refused :
+       {"set sensors.wheels.speed_noise_m_per_sqrt_s=-1", "set sensors.wheels.nosie=1", "set filter.seed=2", "set",
+        "set sensors.wheels.name=tracks", "set sensors.wheels.enabled=false", "set sensors.wheels.plugin=dgps",
+        "set sensors.whels.model=twist", "set sensors.wheels.speed_scale_sigma=0.1"}) {
+    EXPECT_EQ(speed_sigma_after(refused), before) << refused;
+  }
+}
+
+TEST(Session, ACheckpointKeepsTheTuning) {
+  const test::TemporaryFolder folder;
+  const std::string command = "set sensors.wheels.speed_noise_m_per_sqrt_s=[0.5, 0.01]";
+  Session whole(robot_with(command), {});
+  whole.play();
+  whole.finish();
+
+  Session first(robot_with(command), {.until_s = 2.55});
+  first.play();
+  first.suspend(folder / "half.ckpt");
+  Session second(robot_with(command), {});
+  second.resume(folder / "half.ckpt");
+  second.play();
+  second.finish();
+  const Time end = Time{} + from_seconds(0.1 * kTwists);
+  EXPECT_EQ(second.fusion().front(end).P, whole.fusion().front(end).P);
+  EXPECT_EQ(x_at_end(second), x_at_end(whole));
+}
+
+TEST(Session, BeginsAnewIfThereIsNoCheckpointToGoOnFrom) {
+  const test::TemporaryFolder folder;
+  Session session(robot(), {});
+  EXPECT_THAT(session.resume_if_possible(folder / "none.ckpt"), HasSubstr("cannot be read"));
+  session.play();
+  EXPECT_TRUE(session.finish().failures.empty());
 }
 
 TEST(Session, RefusesACheckpointThatIsMissing) {

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 
@@ -130,6 +132,30 @@ TEST_P(FusionCheckpoint, ContinuesWithTheSameBytes) {
   }
 }
 
+/// Of a running robot nothing can be read again: what is buffered, and what waits in front of the filter, is kept.
+TEST_P(FusionCheckpoint, ARunningRobotContinuesWithWhatWaits) {
+  const std::vector<Measurement> log = curve(GetParam().longest);
+  FusionRobot whole = make(GetParam());
+  whole.play(log);
+  for (const std::size_t split : {std::size_t{17}, std::size_t{64}, std::size_t{100}}) {
+    const std::size_t waiting_until = split + 7;
+    FusionRobot first = make(GetParam());
+    for (std::size_t i = 0; i < split; ++i) first.fusion().add(log[i]);
+    std::stringstream stream;
+    OutArchive out(stream);
+    first.fusion().save_with_measurements(out, std::span(log).subspan(split, waiting_until - split));
+
+    FusionRobot second = make(GetParam());
+    InArchive in(stream);
+    const std::vector<Measurement> waiting = second.fusion().resume_with_measurements(in);
+    ASSERT_EQ(waiting.size(), waiting_until - split);
+    for (const Measurement& m : waiting) second.fusion().add(m);
+    for (std::size_t i = waiting_until; i < log.size(); ++i) second.fusion().add(log[i]);
+    second.fusion().finish();
+    EXPECT_TRUE(second.bytes() == whole.bytes()) << split;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Hosts, FusionCheckpoint,
     ::testing::Values(Case{"{}", false, 0.0}, Case{"{ history_s: 0 }", false, 0.0},
@@ -137,6 +163,44 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"{ history_s: 0, smooth: true }", false, 0.0}, Case{"{ max_latency_s: 0.5 }", false, 0.4},
                       Case{"{ particles: 10 }", true, 0.0}, Case{"{ particles: 10, max_latency_s: 0.3 }", true, 0.3},
                       Case{"{ particles: 10 }", true, 0.4}, Case{"{ particles: 10 }", true, 0.0, 10}));
+
+TEST(FusionCheckpointModes, AMapThatIsSwitchedOffStaysSo) {
+  const std::vector<Measurement> log = curve(0.0);
+  FusionRobot first = make({"{ particles: 10 }", true});
+  for (std::size_t i = 0; i < 60; ++i) first.fusion().add(log[i]);
+  const std::uint64_t mapped = first.fusion().report().sensors[1].mapped;
+  EXPECT_GT(mapped, 0U);
+  first.fusion().set_map_enabled(0, false);
+  for (std::size_t i = 60; i < 100; ++i) first.fusion().add(log[i]);
+  EXPECT_EQ(first.fusion().report().sensors[1].mapped, mapped);
+
+  FusionRobot second = make({"{ particles: 10 }", true});
+  resume(second, checkpoint(first), log);
+  EXPECT_FALSE(second.fusion().map_enabled(0));
+  second.fusion().set_map_enabled(0, true);
+  for (std::size_t i = 100; i < log.size(); ++i) second.fusion().add(log[i]);
+  EXPECT_GT(second.fusion().report().sensors[1].mapped, mapped);
+}
+
+TEST(FusionCheckpointModes, AMapOutOfServiceCannotBeSwitched) {
+  const std::vector<Measurement> log = curve(0.0);
+  FusionRobot robot = make({"{ particles: 10 }", true, 0.0, 3});
+  robot.play(log);
+  EXPECT_THROW(robot.fusion().set_map_enabled(0, true), Error);
+}
+
+TEST(FusionHealth, DroppedMeasurementsAreShownForTwoSeconds) {
+  FusionRobot robot = make({"{}"});
+  const std::vector<Measurement> log = curve(0.0);
+  for (std::size_t i = 0; i < 60; ++i) robot.fusion().add(log[i]);
+  EXPECT_EQ(robot.fusion().health().sensors[1].state, SensorHealth::State::ok);
+  robot.fusion().note_dropped(1);
+  robot.fusion().add(log[60]);
+  EXPECT_EQ(robot.fusion().health().sensors[1].state, SensorHealth::State::degraded);
+  EXPECT_THAT(robot.fusion().health().reason, HasSubstr("gps is degraded: measurements are dropped"));
+  for (std::size_t i = 61; i < log.size(); ++i) robot.fusion().add(log[i]);
+  EXPECT_EQ(robot.fusion().health().sensors[1].state, SensorHealth::State::ok);
+}
 
 TEST(FusionCheckpointErrors, AnotherConfigurationOrLogIsRefused) {
   const std::vector<Measurement> log = curve(0.0);

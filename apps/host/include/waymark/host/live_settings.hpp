@@ -21,6 +21,7 @@ struct LiveSettings {
   std::filesystem::path control;      ///< Unix socket of `waymark ctl`; empty: none
   std::string checkpoint;             ///< file in the output folder; empty: none
   Duration checkpoint_every{};
+  bool resumes = false;  ///< a run begins at that checkpoint, if it is there and of this configuration
 };
 
 /// Reads `live:`. Throws ConfigError.

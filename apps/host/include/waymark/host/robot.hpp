@@ -46,6 +46,7 @@ struct Robot {
   LiveSettings live_settings = {};
   std::shared_ptr<LiveInput> live_input = {};        ///< the source, if one of the YAML's is live; else null
   std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
+  std::shared_ptr<const PluginLoader> loader = {};   ///< of its plugins
 
   static constexpr int kCommands = -2;  ///< in `sensor_of_channel`: a channel of commands
 
@@ -58,6 +59,13 @@ struct Robot {
   /// Builds a robot whose measurements the program adds: `source:` is optional and ignored. Whether the parts fit
   /// together is checked by `fusion` only, so that the program can add its own before. Throws like `load`.
   static Robot live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own = {});
+
+  /// This robot with one key of a sensor or map changed: "sensors.gps.sigma_m=2", "maps.pillars.…". Its sensors and
+  /// maps are new, in their initial state. Throws ConfigError or PluginError, and Error for a key that cannot be
+  /// changed so.
+  Robot retuned(const Config::Override& key_and_value) const;
+  /// Takes configuration, settings, sensors and maps of another one, which `retuned` made.
+  void adopt(Robot&& retuned);
 
   /// Creates the filter of this robot. Throws ConfigError with the name of the YAML if the parts do not fit together.
   std::unique_ptr<Fusion> fusion(Fusion::Observer observer) const;

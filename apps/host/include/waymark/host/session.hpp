@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -56,6 +57,9 @@ class Session {
   /// Continues from the checkpoint that `suspend` wrote. Call it before `play`. Throws Error if it is damaged, or if
   /// configuration (but for sinks, plugin_path and filter.threads) or log are others.
   void resume(const std::filesystem::path& checkpoint);
+  /// The same for a running robot that starts again: if the file cannot be used (missing, damaged, of another
+  /// configuration), the session begins without it. Returns the reason then, else an empty text.
+  std::string resume_if_possible(const std::filesystem::path& checkpoint);
   /// Reads the source to its end, `until_s` or `stop`. An error in the log or a lack of memory also ends it
   /// (`SessionResult::log_error`); results up to there are kept.
   void play();
@@ -73,10 +77,15 @@ class Session {
 
  private:
   std::optional<Measurement> next();
+  std::unique_ptr<Fusion> make_fusion(const Robot& robot);
+  std::string read(const std::filesystem::path& checkpoint, std::uint64_t& log_identity) const;
+  void load(const std::filesystem::path& checkpoint, std::string state, std::uint64_t log_identity);
   void write(const std::filesystem::path& checkpoint) const;
   void obey(const Measurement& command);
   void follow_live();
   void take_live_events();
+  void write_live_checkpoint_if_due();
+  void retune(const std::string& key_and_value);
   std::string save_maps();
   std::string write_live_checkpoint();
   SessionResult conclude();
@@ -88,12 +97,17 @@ class Session {
   Results results_;
   std::unique_ptr<Fusion> fusion_;
   std::optional<Time> first_arrival_;
+  Time last_arrival_{};
   std::unique_ptr<LogIdentity> log_;
-  std::unique_ptr<LiveRun> live_;  // of a running robot
-  std::vector<Event> live_events_;
+  std::uint64_t config_identity_;       // of the configuration as it was loaded
+  std::vector<std::string> retunings_;  // since, in their order
+  std::unique_ptr<LiveRun> live_;       // of a running robot
+  std::vector<Event> live_events_;      // the first ones and the last ones
+  std::uint64_t live_events_left_out_ = 0;
   bool stopped_ = false;  // by a command
   std::string log_error_;
   std::string checkpoint_error_;
+  std::string checkpoint_problem_;  // of the last checkpoint of a running robot; empty: none
 };
 
 }  // namespace waymark::host

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/command/flight_record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "waymark/base/error.hpp"
+#ifdef WAYMARK_HAS_MCAP
+#include "plugins/shared/mcap/mcap_log.hpp"
+#endif
+
+namespace waymark::command {
+
+bool is_flight_record(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(".mcap") || name.ends_with(".mcap.gz") || name.ends_with(".mcap.zst");
+}
+
+#ifdef WAYMARK_HAS_MCAP
+namespace {
+
+/// What the source of a replay takes the place of, and what only a running robot has.
+constexpr std::array<std::string_view, 4> kOfLiveRun{"source:", "sources:", "live:", "record:"};
+
+/// An effective configuration is written with its top level at the start of the lines.
+std::string without_live_parts(std::string_view yaml) {
+  std::string rest;
+  bool keeps = true;
+  while (!yaml.empty()) {
+    const std::size_t end = std::min(yaml.find('\n'), yaml.size() - 1) + 1;
+    const std::string_view line = yaml.substr(0, end);
+    yaml.remove_prefix(end);
+    if (!line.starts_with(' '))
+      keeps = std::ranges::none_of(kOfLiveRun, [&](std::string_view key) { return line.starts_with(key); });
+    if (keeps) rest += line;
+  }
+  return rest;
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"' || text[i] == '\\') result += '\\';
+    if (text.compare(i, 2, "${") == 0) result += '$';  // or it would be taken for a variable
+    result += text[i];
+  }
+  return result + '"';
+}
+
+std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::path& file) {
+  for (const mcap::Metadata& metadata : record.metadata()) {
+    for (const auto& [key, value] : metadata.metadata) {
+      std::error_code error;
+      const std::filesystem::path folder = std::filesystem::path(value).parent_path();
+      if (key == "config_file" && std::filesystem::is_directory(folder, error)) return folder;
+    }
+  }
+  return std::filesystem::absolute(file).parent_path();
+}
+
+}  // namespace
+
+Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
+  mcap::McapLog log({file});
+  mcap::McapFile& record = log.files().front();
+  const auto attached = record.attachment("config.yaml");
+  if (!attached)
+    throw Error(
+        fmt::format("{}: it is no flight record: it has no attachment config.yaml; other MCAP files are the "
+                    "`file` of a source mcap in a YAML",
+                    file.string()));
+  const std::string yaml = without_live_parts({reinterpret_cast<const char*>(attached->data()), attached->size()});
+  const std::string source =
+      fmt::format("source:\n  plugin: mcap\n  file: {}\n", quoted(std::filesystem::absolute(file).string()));
+  if (yaml.find("plugin: recorder") != std::string::npos)
+    overrides.insert(overrides.begin(), "sinks.recorder.enabled=false");
+  const std::filesystem::path name = folder_of(record, file) / fmt::format("{}: config.yaml", file.filename().string());
+  return Config::parse(yaml + source, name.string(), overrides);
+}
+#else
+Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override>) {
+  throw Error(fmt::format("{}: this build cannot read MCAP: zlib, liblz4 or libzstd was missing", file.string()));
+}
+#endif
+
+}  // namespace waymark::command
