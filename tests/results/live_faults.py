@@ -225,13 +225,12 @@ def disk(arguments, folder):
         robot.wait_until_under_way()
         filler = small / "filler"
         time.sleep(2)
-        with filler.open("wb") as file:
-            try:
-                while True:
-                    file.write(b"\0" * 4096)
-                    file.flush()
-            except OSError:
-                pass
+        file = os.open(filler, os.O_WRONLY | os.O_CREAT)
+        try:
+            while True:
+                os.write(file, b"\0" * 4096)
+        except OSError:
+            os.close(file)
         ended = eventually(lambda: "ended early" in robot.messages(), 20)
         time.sleep(3)
         status = robot.status()

@@ -196,6 +196,11 @@ std::vector<Measurement> LiveInput::take_dropped() {
   return std::exchange(dropped_, {});
 }
 
+std::uint64_t LiveInput::next_sequence() const {
+  const std::lock_guard lock(mutex_);
+  return sequence_;
+}
+
 std::vector<Measurement> LiveInput::waiting_measurements() const {
   std::vector<Measurement> waiting;
   const std::lock_guard lock(mutex_);

@@ -37,6 +37,9 @@ class LiveRun {
   std::map<std::uint32_t, std::size_t> added(const Fusion& fusion);
   /// The filter goes on in another host; nothing of the one before is used any more on return.
   void replaced(const Fusion& fusion) { front_->replace(fusion.front()); }
+  /// Where the numbers of measurements go on, for a checkpoint and after it.
+  std::uint64_t next_sequence() const { return input_->next_sequence(); }
+  void number_from(std::uint64_t sequence) { input_->number_from(sequence); }
   /// Copies of the measurements that wait for the filter, by sensor.
   std::vector<Measurement> waiting_measurements() const;
   /// True once each `live.checkpoint.every_s`.

@@ -110,12 +110,14 @@ void Session::load(const std::filesystem::path& checkpoint, std::string state, s
   try {
     if (archive.section("session", 1) < 1) throw DataError("the checkpoint has an older version");
     bool is_live = false;
-    archive(is_live, retunings_);
+    std::uint64_t next_sequence = 0;
+    archive(is_live, retunings_, next_sequence);
     if (is_live != (live_ != nullptr))
       fail(is_live ? "is of a running robot, and this run is of a log" : "is of a log, and this robot is running");
     for (const std::string& key_and_value : retunings_) robot_.adopt(robot_.retuned(key_and_value));
     if (!retunings_.empty()) fusion_ = make_fusion(robot_);
     if (live_) {
+      live_->number_from(next_sequence);
       for (Measurement& waiting : fusion_->resume_with_measurements(archive)) add(std::move(waiting));
       return;
     }
@@ -281,7 +283,7 @@ void Session::write(const std::filesystem::path& checkpoint) const {
   std::ostringstream state;
   OutArchive archive(state);
   archive.section("session", 1);
-  archive(live_ != nullptr, retunings_);
+  archive(live_ != nullptr, retunings_, live_ ? live_->next_sequence() : std::uint64_t{0});
   if (live_) {
     fusion_->save_with_measurements(archive, live_->waiting_measurements());
   } else {
