@@ -145,7 +145,10 @@ std::optional<Measurement> LiveInput::next() {
   while (queue_.empty()) {
     if (stopped_ || reading_ == 0 || (options_.stop != nullptr && *options_.stop)) return std::nullopt;
     filled_.wait_for(lock, kLook);
-    if (options_.on_wait) options_.on_wait();
+    if (!options_.on_wait) continue;
+    lock.unlock();
+    options_.on_wait();
+    lock.lock();
   }
   Measurement measurement = std::move(queue_.front());
   queue_.pop_front();

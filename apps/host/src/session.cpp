@@ -77,7 +77,8 @@ Session::Session(Robot robot, SessionOptions options)
       log_(std::make_unique<LogIdentity>()),
       config_identity_(identity_of(robot_.yaml.effective())) {
   if (robot_.live_input)
-    live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop);
+    live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop,
+                                      [this] { take_live_events(); });
 }
 
 Session::~Session() = default;
@@ -208,7 +209,7 @@ void Session::obey(const Measurement& command) {
   if (live_) {
     outputs = {[this] { return save_maps(); },
                [this] { return write_live_checkpoint(); },
-               [this] { return status_line(*fusion_, robot_, live_->report()); },
+               [this] { return status_line(*fusion_, robot_, live_->report(), live_->silence()); },
                [this] { stopped_ = true; },
                {}};
   }
@@ -336,7 +337,8 @@ SessionResult Session::conclude() {
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp_s);
   }
-  result.report.interrupted = options_.stop != nullptr && *options_.stop;
+  // A running robot is ended so as a matter of course.
+  result.report.interrupted = !live_ && options_.stop != nullptr && *options_.stop;
   bool reported = false;
   fusion_->visit_last([&](const Snapshot& last) {
     reported = true;
