@@ -145,7 +145,10 @@ std::optional<Measurement> LiveInput::next() {
   while (queue_.empty()) {
     if (stopped_ || reading_ == 0 || (options_.stop != nullptr && *options_.stop)) return std::nullopt;
     filled_.wait_for(lock, kLook);
-    if (options_.on_wait) options_.on_wait();
+    if (!options_.on_wait) continue;
+    lock.unlock();
+    options_.on_wait();
+    lock.lock();
   }
   Measurement measurement = std::move(queue_.front());
   queue_.pop_front();
@@ -194,6 +197,11 @@ std::vector<std::string> LiveInput::take_events() {
 std::vector<Measurement> LiveInput::take_dropped() {
   const std::lock_guard lock(mutex_);
   return std::exchange(dropped_, {});
+}
+
+std::uint64_t LiveInput::next_sequence() const {
+  const std::lock_guard lock(mutex_);
+  return sequence_;
 }
 
 std::vector<Measurement> LiveInput::waiting_measurements() const {

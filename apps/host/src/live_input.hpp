@@ -70,6 +70,11 @@ class LiveInput final : public Source {
   std::uint64_t command(std::string text);
   /// The measurements dropped since the last call, in order of arrival.
   std::vector<Measurement> take_dropped();
+  /// Sequence number of the next measurement. Those of a run that goes on must not repeat: the filter tells
+  /// measurements apart by them.
+  std::uint64_t next_sequence() const;
+  /// Before the first `next`.
+  void number_from(std::uint64_t sequence) { sequence_ = sequence; }
   /// Copies of the waiting measurements, without the commands.
   std::vector<Measurement> waiting_measurements() const;
   /// Of each channel but that of the commands.

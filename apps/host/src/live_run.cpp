@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_run.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <ctime>
@@ -10,6 +12,9 @@
 
 namespace waymark::host {
 namespace {
+
+/// Without any measurement of any sensor for so long, something is wrong with all of them.
+constexpr Duration kSilence = std::chrono::seconds(3);
 
 double process_cpu_s() {
   timespec used{};
@@ -40,7 +45,7 @@ std::vector<LiveInput::Policy> policies_of(const Robot& robot) {
 }  // namespace
 
 LiveRun::LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClock> clock, const Robot& robot,
-                 Results& results, const std::atomic<bool>* stop)
+                 Results& results, const std::atomic<bool>* stop, std::function<void()> on_wait)
     : input_(std::move(input)),
       clock_(std::move(clock)),
       robot_(robot),
@@ -62,7 +67,11 @@ LiveRun::LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClo
   }
   LiveInput::Options options{.capacity = robot.live_settings.queue, .stop = stop};
   options.on_arrival = [this](const Measurement& m) { arrived(m); };
-  options.on_wait = [this] { service_.alive(); };
+  options.on_wait = [this, on_wait = std::move(on_wait)] {
+    service_.alive();
+    look_for_silence();
+    on_wait();
+  };
   input_->configure(std::move(options), policies_of(robot));
 }
 
@@ -81,7 +90,21 @@ void LiveRun::processed(const Snapshot& snapshot) {
   if (snapshot.started()) service_.ready();
 }
 
+Duration LiveRun::silence() const {
+  if (!last_added_) return Duration::zero();
+  const Duration since = clock_->now() - *last_added_;
+  return since > kSilence ? since : Duration::zero();
+}
+
+void LiveRun::look_for_silence() {
+  if (silence() == Duration::zero() || std::exchange(is_silent_, true)) return;
+  note(fmt::format("nothing has arrived for {:.1f} s", to_seconds(silence())));
+}
+
 std::map<std::uint32_t, std::size_t> LiveRun::added(const Fusion& fusion) {
+  if (std::exchange(is_silent_, false))
+    note(fmt::format("measurements arrive again after {:.1f} s", to_seconds(silence())));
+  last_added_ = clock_->now();
   std::map<std::uint32_t, std::size_t> dropped_of;
   for (Measurement& dropped : input_->take_dropped()) {
     if (!robot_.assign(dropped)) continue;

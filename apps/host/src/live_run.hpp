@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,10 +25,10 @@ namespace waymark::host {
 /// pose now, and take commands.
 class LiveRun {
  public:
-  /// `input` is the robot's source. `robot`, `results` and `stop` must outlive the object. Throws Error if the control
-  /// socket cannot be made.
+  /// `input` is the robot's source. `on_wait`: called by the filter's thread now and then while nothing arrives.
+  /// `robot`, `results` and `stop` must outlive the object. Throws Error if the control socket cannot be made.
   LiveRun(std::shared_ptr<LiveInput> input, std::shared_ptr<const LiveClock> clock, const Robot& robot,
-          Results& results, const std::atomic<bool>* stop);
+          Results& results, const std::atomic<bool>* stop, std::function<void()> on_wait);
   ~LiveRun();
 
   /// Called by the filter's thread after each processed measurement.
@@ -37,6 +38,9 @@ class LiveRun {
   std::map<std::uint32_t, std::size_t> added(const Fusion& fusion);
   /// The filter goes on in another host; nothing of the one before is used any more on return.
   void replaced(const Fusion& fusion) { front_->replace(fusion.front()); }
+  /// Where the numbers of measurements go on, for a checkpoint and after it.
+  std::uint64_t next_sequence() const { return input_->next_sequence(); }
+  void number_from(std::uint64_t sequence) { input_->number_from(sequence); }
   /// Copies of the measurements that wait for the filter, by sensor.
   std::vector<Measurement> waiting_measurements() const;
   /// True once each `live.checkpoint.every_s`.
@@ -49,11 +53,15 @@ class LiveRun {
   void note(std::string text);
   /// Ends the threads. Events and counts remain.
   void end();
+  /// Time since the last measurement was given to the filter, if it is long enough to be a fault; else zero. The
+  /// filter's own health is of the time of measurements, and stands still with them.
+  Duration silence() const;
   /// The statistics so far.
   LiveReport report() const;
 
  private:
   void arrived(const Measurement& measurement);
+  void look_for_silence();
 
   std::shared_ptr<LiveInput> input_;
   std::shared_ptr<const LiveClock> clock_;
@@ -62,6 +70,8 @@ class LiveRun {
   std::vector<bool> has_plugin_;  // of each sensor: the pose now uses it
   std::vector<Latency> latency_;  // from arrival to pose, by sensor
   std::vector<Event> events_;
+  std::optional<Time> last_added_;
+  bool is_silent_ = false;  // reported already
   ServiceNotifier service_;
   std::chrono::steady_clock::time_point began_;
   std::chrono::steady_clock::time_point last_checkpoint_;

@@ -77,7 +77,8 @@ Session::Session(Robot robot, SessionOptions options)
       log_(std::make_unique<LogIdentity>()),
       config_identity_(identity_of(robot_.yaml.effective())) {
   if (robot_.live_input)
-    live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop);
+    live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop,
+                                      [this] { take_live_events(); });
 }
 
 Session::~Session() = default;
@@ -110,12 +111,14 @@ void Session::load(const std::filesystem::path& checkpoint, std::string state, s
   try {
     if (archive.section("session", 1) < 1) throw DataError("the checkpoint has an older version");
     bool is_live = false;
-    archive(is_live, retunings_);
+    std::uint64_t next_sequence = 0;
+    archive(is_live, retunings_, next_sequence);
     if (is_live != (live_ != nullptr))
       fail(is_live ? "is of a running robot, and this run is of a log" : "is of a log, and this robot is running");
     for (const std::string& key_and_value : retunings_) robot_.adopt(robot_.retuned(key_and_value));
     if (!retunings_.empty()) fusion_ = make_fusion(robot_);
     if (live_) {
+      live_->number_from(next_sequence);
       for (Measurement& waiting : fusion_->resume_with_measurements(archive)) add(std::move(waiting));
       return;
     }
@@ -206,7 +209,7 @@ void Session::obey(const Measurement& command) {
   if (live_) {
     outputs = {[this] { return save_maps(); },
                [this] { return write_live_checkpoint(); },
-               [this] { return status_line(*fusion_, robot_, live_->report()); },
+               [this] { return status_line(*fusion_, robot_, live_->report(), live_->silence()); },
                [this] { stopped_ = true; },
                {}};
   }
@@ -281,7 +284,7 @@ void Session::write(const std::filesystem::path& checkpoint) const {
   std::ostringstream state;
   OutArchive archive(state);
   archive.section("session", 1);
-  archive(live_ != nullptr, retunings_);
+  archive(live_ != nullptr, retunings_, live_ ? live_->next_sequence() : std::uint64_t{0});
   if (live_) {
     fusion_->save_with_measurements(archive, live_->waiting_measurements());
   } else {
@@ -334,7 +337,8 @@ SessionResult Session::conclude() {
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp_s);
   }
-  result.report.interrupted = options_.stop != nullptr && *options_.stop;
+  // A running robot is ended so as a matter of course.
+  result.report.interrupted = !live_ && options_.stop != nullptr && *options_.stop;
   bool reported = false;
   fusion_->visit_last([&](const Snapshot& last) {
     reported = true;

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "status_line.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
 namespace waymark::host {
 
-std::string status_line(const Fusion& fusion, const Robot& robot, const LiveReport& live) {
+std::string status_line(const Fusion& fusion, const Robot& robot, const LiveReport& live, Duration silence) {
   const Health& health = fusion.health();
   nlohmann::ordered_json json{
       {"started", fusion.started()}, {"health", to_string(health.state)}, {"reason", health.reason}};
+  if (silence > Duration::zero()) {
+    json["health"] = to_string(Health::State::lost);
+    json["reason"] = fmt::format("nothing has arrived for {:.1f} s", to_seconds(silence));
+  }
   fusion.visit_last([&](const Snapshot& last) {
     if (!last.started()) return;
     const Pose& pose = last.belief().mean.T_map_base;

@@ -8,7 +8,8 @@
 
 namespace waymark::host {
 
-/// State of a running robot as one line of JSON: pose, health, and for each sensor mode, counts and latency.
-std::string status_line(const Fusion& fusion, const Robot& robot, const LiveReport& live);
+/// State of a running robot as one line of JSON: pose, health, and for each sensor mode, counts and latency. The pose
+/// is lost while nothing arrives: `silence`, zero otherwise.
+std::string status_line(const Fusion& fusion, const Robot& robot, const LiveReport& live, Duration silence);
 
 }  // namespace waymark::host

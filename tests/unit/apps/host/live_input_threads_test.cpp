@@ -112,6 +112,13 @@ TEST(LiveInput, WhatWaitsCanBeKeptForACheckpoint) {
   for (const Measurement& copy : kept) EXPECT_EQ(setup.input->next()->sequence, copy.sequence);
 }
 
+TEST(LiveInput, NumbersGoOnWhereARunEnded) {
+  Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"a"}, readings(1))});
+  setup.input->number_from(77);
+  EXPECT_EQ(setup.input->next()->sequence, 77U);
+  EXPECT_EQ(setup.input->next_sequence(), 78U);
+}
+
 TEST(LiveInput, AFullQueueLosesTheOldestOfTheSensorsThatAllowIt) {
   Fed setup({std::make_shared<Scripted>(std::vector<std::string>{"camera"}, readings(1000), true)});
   LiveInput& input = *setup.input;
