@@ -178,7 +178,7 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Repeat& r
 /// What came before, of a running robot: nobody can repeat it.
 template <class Archive, class Parts>
 void serialize_arrivals(Archive& archive, Parts& p) {
-  if (archive.section("arrivals", 1) < 1) throw DataError("the checkpoint has an older version");
+  if (archive.section("arrivals", 2) < 2) throw DataError("the checkpoint has an older version");
   archive(p.intake);
   for (fusion::SensorRecord& sensor : p.committed.sensors) archive(sensor.mistimed);
 }
