@@ -2,11 +2,14 @@
 // Logs of CARMEN, read with one of several configurations.
 #include <array>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_carmen;
+
+namespace waymark::fuzz::carmen_harness {
 namespace {
-
 constexpr std::array kConfigurations{
     "file: log\nmax_bad_records: 1000\n"
     "lasers: [{ message: FLASER, sensor: front }, { message: RLASER, sensor: rear }]\n"
@@ -17,13 +20,14 @@ constexpr std::array kConfigurations{
     "wheels: { sensor: wheels, poses: odom, reversals: as_logged }\n",
 };
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Rig kRig({{"front", "", Pose{}}, {"rear", "", Pose{}}, {"wheels", "", {}}, {"gps", "", {}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kConfigurations.size());
-  fuzz::write("log", choice.rest);
-  fuzz::read_source(kConfigurations[choice.which], kRig);
-  return 0;
+  const Choice choice = choose(input, kConfigurations.size());
+  write("log", choice.rest);
+  read_source(waymark_plugin_carmen, kConfigurations[choice.which], kRig);
 }
+
+const Harness kHarness("carmen", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::carmen_harness

@@ -4,14 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "input.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/host/fusion_settings.hpp"
 
+namespace waymark::fuzz::config_harness {
 namespace {
-
-using waymark::Config;
-
 constexpr const char* kRobot =
     "variables: { a: 1, b: \"${a}2\" }\nmotion: { kind: planar }\nfilter: { particles: 3, seed: \"${a}\" }\n"
     "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nsensors:\n  - { name: wheels, plugin: odometry, delay_s: 0.1 }\n";
@@ -19,7 +18,7 @@ constexpr const char* kRobot =
 /// Calls `read`; errors are as good as values.
 template <class Read>
 void attempt(const Read& read) {
-  waymark::fuzz::expect_value_or_error(read);
+  expect_value_or_error(read);
 }
 
 /// Reads every key below a node in every way.
@@ -43,15 +42,15 @@ void read_all(const Config& config, int depth) {
 }
 
 void read_robot(const Config& config) {
-  attempt([&] { (void)waymark::read_fusion_settings(config); });
+  attempt([&] { (void)read_fusion_settings(config); });
   attempt([&] {
-    std::vector<waymark::Mounting> mountings;
+    std::vector<Mounting> mountings;
     for (const Config& sensor : config.items_or_empty("sensors")) {
-      (void)waymark::read_sensor_slot(sensor);
-      mountings.push_back(waymark::read_mounting(sensor));
+      (void)read_sensor_slot(sensor);
+      mountings.push_back(read_mounting(sensor));
     }
-    const waymark::Rig rig(std::move(mountings));
-    for (const Config& map : config.items_or_empty("maps")) (void)waymark::read_map_slot(map, rig);
+    const Rig rig(std::move(mountings));
+    for (const Config& map : config.items_or_empty("maps")) (void)read_map_slot(map, rig);
   });
 }
 
@@ -62,29 +61,29 @@ void check_effective(const Config& config, const std::string& effective) {
     const std::vector<std::string> keys = again.keys();
     for (const std::string& key : config.keys()) {
       if (std::ranges::find(keys, key) == keys.end())
-        waymark::fuzz::violation("the effective configuration has no key " + key + ":\n" + effective);
+        violation("the effective configuration has no key " + key + ":\n" + effective);
     }
     attempt([&] { read_robot(again); });
-  } catch (const waymark::Error& error) {
-    waymark::fuzz::violation("the effective configuration cannot be read: " + std::string(error.what()) + "\n" +
-                             effective);
+  } catch (const Error& error) {
+    violation("the effective configuration cannot be read: " + std::string(error.what()) + "\n" + effective);
   }
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), 2);
+void run(std::string_view input) {
+  const Choice choice = choose(input, 2);
   const std::string text(choice.rest);
-  fuzz::expect_value_or_error([&] {
+  expect_value_or_error([&] {
     const Config config =
-        choice.which == 0 ? Config::load(fuzz::write("robot.yaml", text)) : Config::parse(kRobot, "robot.yaml", {text});
+        choice.which == 0 ? Config::load(write("robot.yaml", text)) : Config::parse(kRobot, "robot.yaml", {text});
     read_robot(config);
     read_all(config, 4);
     const std::string effective = config.effective();
     check_effective(config, effective);
     attempt([&] { config.reject_unread(); });
   });
-  return 0;
 }
+
+const Harness kHarness("config", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::config_harness

@@ -2,11 +2,14 @@
 // Tables of every payload that the csv source reads, plain and gzip, and its references.
 #include <array>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_csv;
+
+namespace waymark::fuzz::csv_harness {
 namespace {
-
 constexpr std::array kFiles{
     "payload: BodyTwist, time: 0, columns: { v_x_mps: 1, w_z_radps: 2 }",
     "payload: WheelSpeeds, time: 0, columns: { left_mps: 1, right_mps: 2 }, cumulative: { wraps_at: 65536 }",
@@ -28,24 +31,25 @@ constexpr std::array kFiles{
     "payload: MagneticField, time: 0, columns: { m_x_t: 1, m_y_t: 2, m_z_t: { column: 3, scale: 1e-6, offset: 1 } }",
 };
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Rig kRig({{"a", "", Pose{}}, {"b", "", {}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kFiles.size() + 2);
-  fuzz::write("log", choice.rest);
+  const Choice choice = choose(input, kFiles.size() + 2);
+  write("log", choice.rest);
   std::string yaml = "max_bad_rows: 1000\n";
   if (choice.which < kFiles.size()) {
     yaml += "files:\n  - { path: log, sensor: a, " + std::string(kFiles[choice.which]) + " }\n";
   } else {
-    fuzz::write("good", "1,2\n2,3\n");
+    write("good", "1,2\n2,3\n");
     yaml += "files:\n  - { path: good, sensor: a, payload: Height, time: 0, columns: { height_m: 1 } }\nreference:\n";
     yaml +=
         choice.which == kFiles.size()
             ? "  landmarks: { path: log, columns: { name: 0, x_m: 1, y_m: 2, radius_m: 3 } }\n"
             : "  trajectory: { path: log, empty_is_unknown: true, columns: { time: 0, x_m: 1, y_m: 2, yaw_rad: 3 } }\n";
   }
-  fuzz::read_source(yaml, kRig);
-  return 0;
+  read_source(waymark_plugin_csv, yaml, kRig);
 }
+
+const Harness kHarness("csv", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::csv_harness

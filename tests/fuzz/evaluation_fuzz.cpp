@@ -3,21 +3,23 @@
 #include "apps/waymark/evaluation/relations.hpp"
 #include "apps/waymark/evaluation/surfaces.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
-#include "input.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), 5);
-  const auto file = fuzz::write("table.txt", choice.rest);
+namespace waymark::fuzz::evaluation_harness {
+namespace {
+void run(std::string_view input) {
+  const Choice choice = choose(input, 5);
+  const auto file = write("table.txt", choice.rest);
   const Datum datum{49.0, 8.0, 100.0};
-  fuzz::expect_value_or_error(
+  expect_value_or_error(
       [&] {
         switch (choice.which) {
           case 0: {
             const auto trajectory = evaluation::read_trajectory(file, std::nullopt, datum);
             for (const auto& point : trajectory.points) {
               if (!point.pose.p.allFinite() || !point.pose.q.coeffs().allFinite())
-                fuzz::violation("a trajectory has a pose that is not finite");
+                violation("a trajectory has a pose that is not finite");
             }
             break;
           }
@@ -35,5 +37,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
       },
       file.string());
-  return 0;
 }
+
+const Harness kHarness("evaluation", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::evaluation_harness

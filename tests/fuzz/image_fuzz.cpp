@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Images of a log: JPEG, PNG, or rows of pixels.
-#include "input.hpp"
 #include "map_modules/feature_map/extraction/image_decoding.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), 3);
+namespace waymark::fuzz::image_harness {
+namespace {
+void run(std::string_view input) {
+  const Choice choice = choose(input, 3);
   const Intrinsics intrinsics{16, 12, 10.0, 10.0, 8.0, 6.0, {}};
   Image image;
   image.width = 16;
@@ -16,6 +18,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   image.data.assign(choice.rest.begin(), choice.rest.end());
   const feature_map::DecodedImage decoded = feature_map::decode(image, intrinsics);
   if (!decoded.bgr.empty() && (decoded.bgr.cols != intrinsics.width || decoded.bgr.rows != intrinsics.height))
-    fuzz::violation("an image has another size than the intrinsics");
-  return 0;
+    violation("an image has another size than the intrinsics");
 }
+
+const Harness kHarness("image", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::image_harness

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "input.hpp"
+#include "tests/fuzz/input.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -3,11 +3,14 @@
 #include <array>
 #include <string>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_kitti;
+
+namespace waymark::fuzz::kitti_harness {
 namespace {
-
 struct File {
   const char* name;
   std::string_view content;
@@ -29,23 +32,23 @@ constexpr std::array kFiles{
 };
 constexpr std::size_t kGzip = kFiles.size() - 1;
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Pose kLidar{Eigen::Quaterniond::Identity(), {1.0, 0.0, 1.5}};
   static const Rig kRig({{"lidar", "waymark/LaserScan@1", kLidar},
                          {"camera", "waymark/Image@1", Pose{Eigen::Quaterniond::Identity(), {1.3, 0.2, 1.3}},
                           Intrinsics{640, 480, 700.0, 700.0, 320.0, 240.0, {}}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kFiles.size());
+  const Choice choice = choose(input, kFiles.size());
   for (std::size_t i = 0; i < kFiles.size(); ++i) {
-    if (i != kGzip || choice.which == kGzip)
-      fuzz::write(kFiles[i].name, i == choice.which ? choice.rest : kFiles[i].content);
+    if (i != kGzip || choice.which == kGzip) write(kFiles[i].name, i == choice.which ? choice.rest : kFiles[i].content);
   }
-  fuzz::read_source(
-      "folder: log\nmax_bad_records: 100\nlidar: { sensor: lidar, height_m: [1, 2] }\n"
-      "camera: { sensor: camera, stamp: own }\n",
-      kRig);
-  std::filesystem::remove(fuzz::folder() / kFiles[kGzip].name);
-  return 0;
+  read_source(waymark_plugin_kitti,
+              "folder: log\nmax_bad_records: 100\nlidar: { sensor: lidar, height_m: [1, 2] }\n"
+              "camera: { sensor: camera, stamp: own }\n",
+              kRig);
+  std::filesystem::remove(folder() / kFiles[kGzip].name);
 }
+
+const Harness kHarness("kitti", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::kitti_harness

@@ -2,20 +2,26 @@
 // Lists of landmarks as YAML.
 #include <cmath>
 
-#include "input.hpp"
 #include "plugins/shared/map_formats/landmark_list.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
-  const auto file = fuzz::write("map.landmarks.yaml", fuzz::text_of(data, size));
-  fuzz::expect_value_or_error(
+namespace waymark::fuzz::landmarks_harness {
+namespace {
+void run(std::string_view input) {
+  const auto file = write("map.landmarks.yaml", input);
+  expect_value_or_error(
       [&] {
         for (const map_formats::LandmarkEntry& entry : map_formats::read_landmark_list(file)) {
           if (!entry.mean.allFinite() || !entry.P.allFinite() || !entry.P_floor.allFinite())
-            fuzz::violation("a landmark has numbers that are not finite");
-          if (entry.log_odds && !std::isfinite(*entry.log_odds)) fuzz::violation("log-odds are not finite");
+            violation("a landmark has numbers that are not finite");
+          if (entry.log_odds && !std::isfinite(*entry.log_odds)) violation("log-odds are not finite");
         }
       },
       file.string());
-  return 0;
 }
+
+const Harness kHarness("landmarks", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::landmarks_harness

@@ -4,11 +4,14 @@
 #include <array>
 #include <string>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_csv;
+
+namespace waymark::fuzz::log_harness {
 namespace {
-
 struct File {
   const char* name;
   std::string_view content;
@@ -88,15 +91,16 @@ reference:
     columns: { name: name, x_m: x_m, y_m: y_m, radius_m: radius_m }
 )";
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Rig kRig(
       {{"wheels", "", {}}, {"gps", "", {}}, {"lidar", "", Pose{}}, {"camera", "", Pose{}}, {"tags", "", Pose{}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kFiles.size());
+  const Choice choice = choose(input, kFiles.size());
   for (std::size_t i = 0; i < kFiles.size(); ++i)
-    fuzz::write(kFiles[i].name, i == choice.which ? choice.rest : kFiles[i].content);
-  fuzz::read_source(kSource, kRig, false);
-  return 0;
+    write(kFiles[i].name, i == choice.which ? choice.rest : kFiles[i].content);
+  read_source(waymark_plugin_csv, kSource, kRig, {.valid_numbers = false, .are_past = false});
 }
+
+const Harness kHarness("log", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::log_harness

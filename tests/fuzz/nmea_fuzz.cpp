@@ -2,11 +2,14 @@
 // Sentences of NMEA 0183, read with one of several configurations.
 #include <array>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_nmea;
+
+namespace waymark::fuzz::nmea_harness {
 namespace {
-
 constexpr std::array kConfigurations{
     // Without checksums, so that changed sentences get past them.
     "file: log\nmax_bad_records: 100000\nrequire_checksum: false\ngnss: { sensor: gps }\n"
@@ -16,13 +19,14 @@ constexpr std::array kConfigurations{
     "file: log\ngnss: { sensor: gps }\nmax_time_jump_s: 9e9\n",
 };
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Rig kRig({{"gps", "", {}}, {"compass", "", {}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kConfigurations.size());
-  fuzz::write("log", choice.rest);
-  fuzz::read_source(kConfigurations[choice.which], kRig);
-  return 0;
+  const Choice choice = choose(input, kConfigurations.size());
+  write("log", choice.rest);
+  read_source(waymark_plugin_nmea, kConfigurations[choice.which], kRig);
 }
+
+const Harness kHarness("nmea", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::nmea_harness

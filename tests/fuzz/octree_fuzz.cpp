@@ -2,18 +2,20 @@
 // Octrees of OctoMap, .bt and .ot, as the command and the map module read them.
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
-#include "input.hpp"
 #include "map_modules/octomap_grid/octomap_file.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
 #include "waymark/base/error.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
-  const auto file = fuzz::write("map.bt", fuzz::text_of(data, size));
+namespace waymark::fuzz::octree_harness {
+namespace {
+void run(std::string_view input) {
+  const auto file = write("map.bt", input);
   octomap_grid::OctomapGridSettings settings{};
   settings.resolution = 0.1;
   settings.odds = {.hit = 17, .miss = -8, .low = -40, .high = 70};
-  fuzz::expect_value_or_error([&] { (void)octomap_grid::load_octomap(file, settings); }, file.string());
-  fuzz::expect_value_or_error(
+  expect_value_or_error([&] { (void)octomap_grid::load_octomap(file, settings); }, file.string());
+  expect_value_or_error(
       [&] {
         const maps::LoadedOctree loaded = maps::read_octree(file);
         (void)maps::figures_of(*loaded.tree);
@@ -24,5 +26,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
       },
       file.string());
-  return 0;
 }
+
+const Harness kHarness("octree", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::octree_harness

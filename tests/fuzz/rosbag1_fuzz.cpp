@@ -2,11 +2,14 @@
 // Bags of ROS 1, read with one of several configurations.
 #include <array>
 
-#include "input.hpp"
-#include "source.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/input.hpp"
+#include "tests/fuzz/source.hpp"
 
+extern "C" const waymark::PluginDescriptor waymark_plugin_rosbag1;
+
+namespace waymark::fuzz::rosbag1_harness {
 namespace {
-
 constexpr std::array kConfigurations{
     "file: log.bag\nmax_bad_records: 1000\nchannels: [{ topic: /x, sensor: a }]\n",
     "file: log.bag\nmax_bad_records: 1000\narrival: stamp\nreorder_window_s: 0.5\n"
@@ -14,13 +17,14 @@ constexpr std::array kConfigurations{
     "file: log.bag\nchannels: [{ topic: /x, sensor: a, stamp_offset_s: -0.5 }]\n",
 };
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace waymark;
+void run(std::string_view input) {
   static const Rig kRig({{"a", "", Pose{}}, {"b", "", Pose{}}});
-  const fuzz::Choice choice = fuzz::choose(fuzz::text_of(data, size), kConfigurations.size());
-  fuzz::write("log.bag", choice.rest);
-  fuzz::read_source(kConfigurations[choice.which], kRig);
-  return 0;
+  const Choice choice = choose(input, kConfigurations.size());
+  write("log.bag", choice.rest);
+  read_source(waymark_plugin_rosbag1, kConfigurations[choice.which], kRig);
 }
+
+const Harness kHarness("rosbag1", run);
+
+}  // namespace
+}  // namespace waymark::fuzz::rosbag1_harness

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "source.hpp"
+#include "tests/fuzz/source.hpp"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "input.hpp"
-#include "waymark/plugin/source.hpp"
-
-extern "C" const waymark::PluginDescriptor waymark_plugin;
+#include "tests/fuzz/input.hpp"
+#include "waymark/interface/source.hpp"
 
 namespace waymark::fuzz {
 namespace {
@@ -22,24 +20,25 @@ void require(bool holds, std::string_view otherwise) {
   if (!holds) violation(otherwise);
 }
 
-void check(const Measurement& measurement, const Source& source, bool valid_numbers) {
+void check(const Measurement& measurement, const Source& source, const Demands& demands) {
   require(measurement.payload != nullptr, "a payload is null");
   require(measurement.sensor < source.channels().size(), "a measurement belongs to no channel");
   require(measurement.payload->type() == source.channels()[measurement.sensor].payload_type,
           "a payload is not of its channel's type");
-  if (!valid_numbers) return;
-  const std::string problem = measurement.payload->problem();
-  require(problem.empty(), fmt::format("a payload has bad values: {}", problem));
-  require(measurement.arrival >= measurement.stamp, "a measurement arrives before its stamp");
+  if (demands.valid_numbers) {
+    const std::string problem = measurement.payload->problem();
+    require(problem.empty(), fmt::format("a payload has bad values: {}", problem));
+  }
+  require(!demands.are_past || measurement.arrival >= measurement.stamp, "a measurement arrives before its stamp");
 }
 
-void read_all(Source& source, bool valid_numbers) {
+void read_all(Source& source, const Demands& demands) {
   std::optional<Measurement> previous;
   for (std::size_t count = 0; auto measurement = source.next(); ++count) {
-    check(*measurement, source, valid_numbers);
+    check(*measurement, source, demands);
     if (previous) {
       require(measurement->arrival >= previous->arrival, "measurements do not come in the order of arrival");
-      require(measurement->sequence > previous->sequence, "sequence numbers do not rise");
+      require(!demands.in_sequence || measurement->sequence > previous->sequence, "sequence numbers do not rise");
     }
     require(count < kMostMeasurements, "the source does not end");
     require(source.progress() <= 1.0, "the progress is above 1");
@@ -65,13 +64,13 @@ void check_records(const Source& source) {
 
 }  // namespace
 
-void read_source(const std::string& yaml, const Rig& rig, bool valid_numbers) {
+void read_source(const PluginDescriptor& plugin, const std::string& yaml, const Rig& rig, const Demands& demands) {
   const auto run = [&] {
     const Config config = Config::parse(yaml, (folder() / "source.yaml").string());
-    const std::unique_ptr<Source> source(static_cast<Source*>(waymark_plugin.create(config, rig)));
+    const std::unique_ptr<Source> source(static_cast<Source*>(plugin.create(config, rig)));
     config.reject_unread();
     try {
-      read_all(*source, valid_numbers);
+      read_all(*source, demands);
     } catch (const Error&) {
       check_records(*source);
       throw;

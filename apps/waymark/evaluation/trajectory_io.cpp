@@ -152,6 +152,10 @@ class GeodeticColumns {
     const double height = height_ >= 0 ? table.number_or_nan(row, height_) : std::numeric_limits<double>::quiet_NaN();
     Eigen::Vector3d p;
     frame_.Forward(latitude, longitude, std::isnan(height) ? datum_->height_m : height, p.x(), p.y(), p.z());
+    if (!p.allFinite()) {
+      throw DataError(fmt::format("{}: latitude {}°, longitude {}°, height {} m is no place on the Earth",
+                                  table.place(row), latitude, longitude, height));
+    }
     if (std::isnan(height)) p.z() = height;
     return p;
   }

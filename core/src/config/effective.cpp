@@ -26,7 +26,8 @@ bool is_plain(std::string_view text) {
          text.front() != '@';
 }
 
-std::string quote(std::string_view text) {
+/// In double quotes. Values may hold variables, keys do not.
+std::string quote(std::string_view text, bool is_key = false) {
   std::string result = "\"";
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -39,7 +40,7 @@ std::string quote(std::string_view text) {
       result += "\\t";
     } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
       result += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
-    } else if (c == '$' && text.substr(i, 2) == "${") {
+    } else if (!is_key && c == '$' && text.substr(i, 2) == "${") {
       result += "$$";  // or it would be taken for a variable
     } else {
       result += c;
@@ -109,7 +110,7 @@ void write_entries(const Node& node, const std::string& indent, bool first_is_in
     if (child->kind == Kind::mapping && !has_value(*child)) continue;
     if (!first_is_indented) out += indent;
     first_is_indented = false;
-    const std::string key = is_plain(child->key) ? child->key : quote(child->key);
+    const std::string key = is_plain(child->key) ? child->key : quote(child->key, true);
     if (child->is_default && child->kind == Kind::null) {
       out += fmt::format("# {}: {}  # default\n", key, child->text);
       continue;

@@ -32,7 +32,7 @@ class ClockMonitor {
     archive(count);
     if (count != sensors_.size()) throw DataError("the checkpoint has another number of sensors");
     for (Arrivals& sensor : sensors_) archive(sensor);
-    archive(now_, jumps_in_a_row_, jumped_to_);
+    archive(now_, measures_steps_, jumps_in_a_row_, jumped_to_);
   }
 
  private:

@@ -19,6 +19,8 @@ constexpr std::size_t kMostFields = 5000;
 constexpr std::size_t kDeepest = 32;
 constexpr std::size_t kLongestArray = 1 << 20;
 constexpr std::size_t kLongestNamedArray = 64;
+/// As in DDS. Every path of a number repeats the names above it.
+constexpr std::size_t kLongestName = 255;
 
 std::string_view trim(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r";
@@ -79,6 +81,8 @@ class Definition::Parser {
     const std::string_view name = rest.substr(0, rest.find_first_of(" \t="));
     const std::string_view behind = trim(rest.substr(name.size()));
     if (!behind.empty() && behind.front() == '=') return std::nullopt;
+    if (name.size() > kLongestName)
+      throw Unusable(fmt::format("\"{}…\" is too long for the name of a field", name.substr(0, 60)));
     return FieldLine{std::string(line.substr(0, space)), std::string(name)};
   }
 

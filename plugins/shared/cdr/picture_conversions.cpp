@@ -144,8 +144,9 @@ std::shared_ptr<PointCloud> to_point_cloud(const sensor_msgs::PointCloud2& messa
   const std::size_t row_step = message.row_step;
   const std::size_t width = message.width;
   const std::size_t height = message.height;
-  const bool fits = step > 0 && width <= message.data.size() / step &&
-                    (height <= 1 || (row_step >= width * step && height <= message.data.size() / row_step));
+  const bool fits =
+      step > 0 && width <= message.data.size() / step &&
+      (height <= 1 || (row_step > 0 && row_step >= width * step && height <= message.data.size() / row_step));
   if (!fits) {
     throw Unusable(fmt::format("a cloud of {} x {} points of {} bytes in rows of {} has {} bytes", width, height, step,
                                row_step, message.data.size()));

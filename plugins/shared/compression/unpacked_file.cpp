@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/shared/compression/unpacked_file.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 #include <zlib.h>
 #include <zstd.h>
@@ -14,6 +15,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -23,11 +25,18 @@ namespace waymark::compression {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 18;
+/// No recording is packed to less than a thousandth; gzip could not do it at all.
+constexpr std::uintmax_t kMostTimes = 1000;
+constexpr std::uintmax_t kAlways = std::uintmax_t{1} << 24;
 
-/// A new temporary file that is written from its start.
+/// A new temporary file that is written from its start, for what `packed` holds.
 class TemporaryFile {
  public:
-  TemporaryFile() : path_((std::filesystem::temp_directory_path() / "waymark_XXXXXX").string()) {
+  explicit TemporaryFile(std::filesystem::path packed)
+      : packed_(std::move(packed)), path_((std::filesystem::temp_directory_path() / "waymark_XXXXXX").string()) {
+    std::error_code ignored;
+    const std::uintmax_t size = std::filesystem::file_size(packed_, ignored);
+    if (!ignored) most_ += kMostTimes * size;
     descriptor_ = ::mkstemp(path_.data());
     if (descriptor_ < 0) throw DataError(path_ + ": cannot be created: " + std::strerror(errno));
   }
@@ -39,6 +48,11 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   void append(std::span<const std::uint8_t> bytes) {
+    size_ += bytes.size();
+    if (size_ > most_) {
+      throw DataError(fmt::format("{}: unpacks to more than {} times its size, which no recording does",
+                                  packed_.string(), kMostTimes));
+    }
     for (std::size_t done = 0; done < bytes.size();) {
       const ssize_t written = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
       if (written < 0 && errno != EINTR) throw DataError(path_ + ": cannot be written: " + std::strerror(errno));
@@ -51,6 +65,9 @@ class TemporaryFile {
   }
 
  private:
+  std::filesystem::path packed_;
+  std::uintmax_t most_ = kAlways;  // bytes
+  std::uintmax_t size_ = 0;
   std::string path_;
   int descriptor_ = -1;
   bool kept_ = false;
@@ -101,7 +118,7 @@ void unpack_zstd(const std::filesystem::path& file, TemporaryFile& out) {
 UnpackedFile::UnpackedFile(std::filesystem::path file) : file_(std::move(file)) {
   const std::filesystem::path extension = file_.extension();
   if (extension != ".gz" && extension != ".zst" && extension != ".zstd") return;
-  TemporaryFile out;
+  TemporaryFile out(file_);
   extension == ".gz" ? unpack_gzip(file_, out) : unpack_zstd(file_, out);
   temporary_ = out.keep();
 }

@@ -135,7 +135,9 @@ class Builder final : public nlohmann::json_sax<json> {
   bool integer(std::int64_t value) {
     if (is_top_key("stamp")) return stamp(std::to_string(value));
     if (is_top_key("stamp_ns")) {
-      set_stamp(Time(Duration(value)));
+      const auto stamp = moved(Time{}, Duration(value));
+      if (!stamp) throw BadMessage(fmt::format("stamp_ns {} lies more than 146 years from the epoch", value));
+      set_stamp(*stamp);
       return true;
     }
     return scalar(value);

@@ -71,6 +71,12 @@ void McapLog::select(std::set<std::size_t> topics) {
                     [this](const message_log::Part& part, BadRecordList& bad) { return load(part, bad); });
 }
 
+std::string McapLog::problem() const {
+  const auto broken = std::ranges::find_if(files_, [](const McapFile& file) { return !file.broken_because().empty(); });
+  return broken == files_.end() ? ""
+                                : fmt::format("{}: {}", broken->place(broken->broken_at()), broken->broken_because());
+}
+
 message_log::LoadedPart McapLog::load(const message_log::Part& part, BadRecordList& bad) {
   McapFile& file = files_[part.file];
   const StoredChunk& chunk = file.chunks()[part.number];

@@ -35,6 +35,7 @@ class McapLog final : public message_log::MessageLog {
   explicit McapLog(std::vector<McapFile> files);
 
   const std::vector<message_log::Topic>& topics() const override { return topics_; }
+  std::string problem() const override;
   void select(std::set<std::size_t> topics) override;
   std::optional<message_log::Message> next(BadRecordList& bad) override;
   std::string place(const message_log::Message& message) const override;

@@ -108,6 +108,16 @@ NumberSource read_source(const std::string& field, const std::string& text, cons
   return source;
 }
 
+/// A recorded definition may give the numbers of a stamp any type.
+std::optional<Time> stamp_of(double seconds, double nanoseconds) {
+  constexpr double kLastSecond = 4294967296.0;  // of 32 bits, which count as unsigned
+  constexpr double kSecond = 1e9;
+  if (!(seconds >= -2147483648.0 && seconds < kLastSecond && nanoseconds >= 0.0 && nanoseconds < kSecond))
+    throw ros::Unusable(fmt::format("its stamp of {} s and {} ns is no time", seconds, nanoseconds));
+  return ros::to_time(
+      {static_cast<std::int32_t>(static_cast<std::int64_t>(seconds)), static_cast<std::uint32_t>(nanoseconds)});
+}
+
 std::optional<std::size_t> index_of(const std::vector<std::string>& paths, std::string_view path) {
   const auto found = std::ranges::find(paths, path);
   return found == paths.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - paths.begin()));
@@ -159,10 +169,7 @@ ros::Decoder make_field_decoder(std::string_view type, const std::string& defini
           name = std::string(payload_type)](ros::WireReader in) {
     const std::vector<double> message = known->numbers(in);
     ros::Decoded decoded;
-    if (seconds && nanoseconds) {
-      decoded.stamp = ros::to_time(
-          {static_cast<std::int32_t>(message.at(*seconds)), static_cast<std::uint32_t>(message.at(*nanoseconds))});
-    }
+    if (seconds && nanoseconds) decoded.stamp = stamp_of(message.at(*seconds), message.at(*nanoseconds));
     const auto payload = make_payload(name);
     NumberSetter setter(sources, message);
     payload->edit(setter);

@@ -305,6 +305,10 @@ std::optional<Measurement> TopicSource::measure(const Route& route, const Messag
 
 /// Makes the measurements of one message.
 void TopicSource::take(const Message& message) {
+  if (!is_stamp(message.recorded)) {
+    bad_.add(log_->place(message), "its time of recording lies more than 146 years from the epoch");
+    return;
+  }
   if (arrival_recorded_ && message.recorded < newest_recorded_) {
     bad_.add(log_->place(message), fmt::format("it was recorded {:.6f} s before a message that the index says is "
                                                "earlier",

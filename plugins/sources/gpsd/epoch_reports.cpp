@@ -2,9 +2,13 @@
 #include "epoch_reports.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <span>
+#include <string_view>
 #include <utility>
 
 namespace waymark::gpsd {
@@ -18,11 +22,11 @@ constexpr Duration kBelated = std::chrono::seconds(10);
 double finite(double value) { return std::isfinite(value) ? value : kUnknown; }
 double root_mean_square(double a, double b) { return std::sqrt(0.5 * (a * a + b * b)); }
 
-/// Nothing if gpsd does not report the time.
+/// Nothing if gpsd does not report the time, or one that is no stamp.
 std::optional<Time> time_of(const timespec_t& time) {
-  constexpr std::int64_t kLastSecond = 9'000'000'000;  // fits into nanoseconds
-  if (time.tv_sec <= 0 || time.tv_sec > kLastSecond) return std::nullopt;
-  return Time(std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec));
+  if (time.tv_sec <= 0) return std::nullopt;
+  const auto second = stamp_after(static_cast<std::uint64_t>(time.tv_sec), std::chrono::seconds(1));
+  return second ? moved(*second, std::chrono::nanoseconds(time.tv_nsec)) : std::nullopt;
 }
 
 /// The numbers are those of gpsd's JSON (gpsd_json(5)); the names of the constants change.
@@ -49,6 +53,47 @@ GnssFix::Type type_of(const gps_fix_t& fix) {
   }
 }
 
+using Json = nlohmann::ordered_json;
+
+/// What is needed of an object: numbers, truth values and short texts under the names that are listed.
+Json known_of(const Json& object, std::span<const std::string_view> names) {
+  constexpr std::size_t kLongestText = 30;
+  Json known = Json::object();
+  for (const std::string_view name : names) {
+    const auto found = object.find(name);
+    if (found == object.end()) continue;
+    const bool is_short = found->is_string() && found->get_ref<const std::string&>().size() <= kLongestText;
+    if (found->is_number() || found->is_boolean() || is_short) known[std::string(name)] = *found;
+  }
+  return known;
+}
+
+/// libgps 3.22 reads some lines without end: those of damaged JSON, and those with a key twice. So it gets reports that
+/// are made anew of what is needed. Empty: the line is none of them.
+std::string clean_report(const std::string& line) {
+  static constexpr std::array<std::string_view, 20> kNames{
+      "class", "time", "mode", "status", "lat",   "lon",   "altHAE",  "alt",         "speed",       "track",
+      "hdop",  "nSat", "uSat", "rms",    "major", "minor", "release", "proto_major", "proto_minor", "rev"};
+  static constexpr std::array<std::string_view, 5> kNamesOfSatellite{"PRN", "el", "az", "ss", "used"};
+  static constexpr std::array<std::string_view, 4> kClasses{"TPV", "GST", "SKY", "VERSION"};
+  constexpr std::size_t kMostSatellites = 100;
+  const Json given = Json::parse(line, nullptr, false);
+  if (!given.is_object()) return {};
+  Json report = known_of(given, kNames);
+  const auto kind = report.find("class");
+  if (kind == report.end() || !kind->is_string()) return {};
+  if (std::ranges::find(kClasses, kind->get<std::string>()) == kClasses.end()) return {};
+  if (const auto list = given.find("satellites"); list != given.end() && list->is_array()) {
+    Json satellites = Json::array();
+    for (const Json& one : *list) {
+      if (one.is_object() && satellites.size() < kMostSatellites)
+        satellites.push_back(known_of(one, kNamesOfSatellite));
+    }
+    report["satellites"] = std::move(satellites);
+  }
+  return report.dump();
+}
+
 }  // namespace
 
 EpochReports::EpochReports() : data_(std::make_unique<gps_data_t>()) { data_->dop.hdop = kUnknown; }
@@ -69,13 +114,15 @@ std::optional<TimedFix> EpochReports::begin(Time stamp) {
 }
 
 std::optional<TimedFix> EpochReports::take(const std::string& line) {
-  std::string text = line;  // libgps wants to write into it
-  const bool is_position = line.starts_with(R"({"class":"TPV")");
+  const std::string report = clean_report(line);
+  if (report.empty()) return std::nullopt;
+  std::string text = report;  // libgps wants to write into it
+  const bool is_position = report.starts_with(R"({"class":"TPV")");
   data_->set = 0;
   if (is_position) gps_clear_fix(&data_->fix);
   if (gps_unpack(text.data(), data_.get()) != 0) return std::nullopt;
   if ((data_->set & VERSION_SET) != 0) release_ = data_->version.release;
-  if (line.starts_with(R"({"class":"SKY")") && data_->satellites_visible > 0) satellites_ = data_->satellites_used;
+  if (report.starts_with(R"({"class":"SKY")") && data_->satellites_visible > 0) satellites_ = data_->satellites_used;
   if (is_position) {
     const auto stamp = time_of(data_->fix.time);
     if (!stamp) return std::nullopt;
@@ -83,7 +130,7 @@ std::optional<TimedFix> EpochReports::take(const std::string& line) {
     if (current_ && current_->stamp == *stamp) current_->fix = data_->fix;
     return complete;
   }
-  if (line.starts_with(R"({"class":"GST")")) {
+  if (report.starts_with(R"({"class":"GST")")) {
     const auto stamp = time_of(data_->gst.utctime);
     if (!stamp) return std::nullopt;
     auto complete = begin(*stamp);

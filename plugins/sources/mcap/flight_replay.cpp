@@ -119,6 +119,8 @@ void FlightReplay::add_topic(std::size_t number, const Config& config, const Rig
 }
 
 Measurement FlightReplay::measure(const message_log::Message& message) {
+  // A robot's sensors may have stamped anything, which the filter counts; its own clock did not.
+  if (!is_stamp(message.recorded)) throw ros::Unusable("its time of recording lies more than 146 years from the epoch");
   Route& route = *routes_[message.topic];
   Measurement measurement;
   measurement.arrival = message.recorded;

@@ -2,7 +2,6 @@
 #include "bag_folder.hpp"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +10,7 @@
 #include <string_view>
 
 #include "waymark/base/error.hpp"
+#include "waymark/config/config.hpp"
 
 namespace waymark::rosbag2 {
 namespace {
@@ -58,17 +58,17 @@ BagParts read_metadata(const fs::path& folder) {
   const fs::path file = folder / "metadata.yaml";
   BagParts parts;
   try {
-    const YAML::Node bag = YAML::LoadFile(file.string())["rosbag2_bagfile_information"];
-    if (!bag || !bag["relative_file_paths"]) throw DataError(file.string() + ": has no relative_file_paths");
-    const auto text = [&](const char* key) { return bag[key] ? lower(bag[key].as<std::string>()) : std::string(); };
-    const std::string format = text("compression_format");
+    // As configurations, since a hostile one is as well bounded.
+    const Config bag = Config::load(file).child("rosbag2_bagfile_information");
+    const auto word = [&](const char* key) { return bag.has(key) ? lower(bag.text(key)) : std::string(); };
+    const std::string format = word("compression_format");
     if (!format.empty() && format != "zstd")
-      throw DataError(fmt::format("{}: the compression \"{}\" is not known; zstd is", file.string(), format));
-    parts.compressed_messages = text("compression_mode") == "message";
-    for (const YAML::Node& part : bag["relative_file_paths"])
-      parts.files.push_back(locate(folder, part.as<std::string>(), format));
-  } catch (const YAML::Exception& error) {
-    throw DataError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, error.msg));
+      bag.fail("compression_format", fmt::format("the compression \"{}\" is not known; zstd is", format));
+    parts.compressed_messages = word("compression_mode") == "message";
+    for (const std::string& part : bag.texts("relative_file_paths"))
+      parts.files.push_back(locate(folder, part, format));
+  } catch (const ConfigError& error) {
+    throw DataError(error.what());
   }
   return parts;
 }

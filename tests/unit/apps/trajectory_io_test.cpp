@@ -55,6 +55,17 @@ TEST_F(TrajectoryIo, GeodeticPositionsNeedADatum) {
   EXPECT_NEAR(read_trajectory(heights, std::nullopt, Datum{49.0, 8.0, 100.0}).points[0].pose.p.z(), 10.0, 1e-6);
 }
 
+TEST_F(TrajectoryIo, APlaceThatIsNotOnTheEarthIsRefused) {
+  for (const std::string place : {"4001,8,1", "91,8,1"}) {
+    const auto places = file("t,latitude_deg,longitude_deg,height_m\n1,49,8,110\n2," + place + "\n");
+    EXPECT_THAT(message_of([&] {
+                  read_trajectory(places, std::nullopt, Datum{49.0, 8.0, 100.0});
+                }),
+                ::testing::HasSubstr("data.txt:3: latitude"))
+        << place;
+  }
+}
+
 TEST_F(TrajectoryIo, ReadsTum) {
   const Trajectory t = read_trajectory(file("# comment\n1.000000001 2 3 4 0 0 0.6 0.8\n\n2 5 6 7 0 0 0 1\n"));
   ASSERT_EQ(t.points.size(), 2u);

@@ -141,13 +141,6 @@ void damage(std::string& state, Draws& draws) {
   }
 }
 
-std::string state_of(const Fusion& fusion) {
-  std::ostringstream stream;
-  OutArchive out(stream);
-  fusion.save(out);
-  return stream.str();
-}
-
 }  // namespace
 
 CheckpointRobot::CheckpointRobot(Kind kind) : kind_(kind), loader_({WAYMARK_PLUGIN_DIR}) {
@@ -159,11 +152,20 @@ CheckpointRobot::CheckpointRobot(Kind kind) : kind_(kind), loader_({WAYMARK_PLUG
   state_ = saved_again(1);
 }
 
+std::string CheckpointRobot::state_of(const Fusion& fusion) const {
+  std::ostringstream stream;
+  OutArchive out(stream);
+  kind_ == Kind::running ? fusion.save_with_measurements(out) : fusion.save(out);
+  return stream.str();
+}
+
 Config CheckpointRobot::config(int threads) const {
   std::string yaml = kSource;
   if (kind_ == Kind::maps) yaml += kScanners;
   yaml += kRobot;
-  yaml += kind_ == Kind::maps ? kMaps : "filter: { smooth: true, history_s: 1 }\n";
+  if (kind_ == Kind::maps) yaml += kMaps;
+  if (kind_ == Kind::rollback) yaml += "filter: { smooth: true, history_s: 1 }\n";
+  if (kind_ == Kind::running) yaml += "filter: { history_s: 1, max_latency_s: 0.4 }\n";
   return Config::parse(yaml, "robot.yaml", {fmt::format("filter.threads={}", threads)});
 }
 
@@ -175,14 +177,18 @@ std::string CheckpointRobot::saved_again(int threads) const {
 
 std::optional<std::string> CheckpointRobot::load(std::string_view state) const {
   const auto fusion = host::Robot::live(config(1), loader_).fusion(nullptr);
-  std::size_t next = 0;
+  std::size_t next = kind_ == Kind::running ? saved_after_ : 0;
   std::istringstream stream{std::string(state)};
   InArchive in(stream);
   try {
-    fusion->resume(in, [&]() -> std::optional<Measurement> {
-      if (next == log_.size()) return std::nullopt;
-      return log_[next++];
-    });
+    if (kind_ == Kind::running) {
+      fusion->resume_with_measurements(in);
+    } else {
+      fusion->resume(in, [&]() -> std::optional<Measurement> {
+        if (next == log_.size()) return std::nullopt;
+        return log_[next++];
+      });
+    }
   } catch (const DataError& error) {
     return error.what();
   }
@@ -199,7 +205,9 @@ std::optional<std::string> CheckpointRobot::load(std::string_view state) const {
       }
     }
   });
-  state_of(*fusion);
+  std::ostringstream again;
+  OutArchive out(again);
+  fusion->save(out);
   return std::nullopt;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "waymark/config/config.hpp"
+#include "waymark/host/fusion.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -15,13 +16,14 @@ namespace waymark::test {
 
 /// A small simulated robot whose run was saved in its middle, to load the checkpoint again as it is or damaged. Its
 /// checkpoint holds what a checkpoint can hold: `maps` has particles with a feature map, an occupancy grid and an
-/// octomap, several sensors with state and late measurements; `rollback` has no maps, but a history and a smoother.
+/// octomap, several sensors with state and late measurements; `rollback` has no maps, but a history and a smoother;
+/// `running` is that of a running robot, which holds the measurements that are needed, and those that wait.
 class CheckpointRobot {
  public:
-  enum class Kind { maps, rollback };
+  enum class Kind { maps, rollback, running };
   explicit CheckpointRobot(Kind kind);
 
-  /// What `Fusion::save` wrote.
+  /// What `Fusion::save` wrote, or `save_with_measurements`.
   const std::string& state() const { return state_; }
   /// The same of another run, with so many threads.
   std::string saved_again(int threads) const;
@@ -37,6 +39,7 @@ class CheckpointRobot {
 
  private:
   Config config(int threads) const;
+  std::string state_of(const Fusion& fusion) const;
 
   Kind kind_;
   PluginLoader loader_;

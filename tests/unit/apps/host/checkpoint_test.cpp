@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
+#include <string>
 
 #include "unit/apps/host/checkpoint_robot.hpp"
 
@@ -44,11 +46,15 @@ TEST_P(Checkpoint, ThatIsDamagedIsRefusedOrDoesNoHarm) {
   EXPECT_GT(refused, count / 4);
 }
 
+std::string name_of(const testing::TestParamInfo<CheckpointRobot::Kind>& kind) {
+  constexpr std::array<const char*, 3> kNames{"WithMaps", "WithRollback", "ThatRuns"};
+  return kNames.at(static_cast<std::size_t>(kind.param));
+}
+
 INSTANTIATE_TEST_SUITE_P(OfARobot, Checkpoint,
-                         testing::Values(CheckpointRobot::Kind::maps, CheckpointRobot::Kind::rollback),
-                         [](const auto& kind) {
-                           return kind.param == CheckpointRobot::Kind::maps ? "WithMaps" : "WithRollback";
-                         });
+                         testing::Values(CheckpointRobot::Kind::maps, CheckpointRobot::Kind::rollback,
+                                         CheckpointRobot::Kind::running),
+                         name_of);
 
 }  // namespace
 }  // namespace waymark

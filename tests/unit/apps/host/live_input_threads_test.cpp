@@ -195,6 +195,18 @@ TEST(PacedLog, DeliversWhenTheRobotWould) {
   EXPECT_FALSE(log.next());
 }
 
+TEST(PacedLog, MovesNoTimeBeyondAllTimes) {
+  Measurement stray = reading(10.0);
+  stray.stamp = Time::min();
+  Measurement strange = reading(10.0);
+  strange.arrival = strange.stamp = Time::max();
+  PacedLog log(std::make_shared<Scripted>(std::vector<std::string>{"a"}, std::vector{stray, strange, reading(10.0)}),
+               std::make_shared<LiveClock>());
+  EXPECT_EQ(log.next()->stamp, Time::max());
+  EXPECT_EQ(log.next()->arrival, Time::max());
+  EXPECT_TRUE(log.next());
+}
+
 TEST(PacedLog, StopEndsItsWaiting) {
   PacedLog log(std::make_shared<Scripted>(std::vector<std::string>{"a"}, std::vector{reading(0.0), reading(1e6)}),
                std::make_shared<LiveClock>());

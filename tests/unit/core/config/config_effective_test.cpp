@@ -84,6 +84,11 @@ TEST(ConfigEffective, LoadsAgainToTheSameValues) {
   EXPECT_EQ(again.number("tiny"), 1e-40);
 }
 
+TEST(ConfigEffective, AKeyHoldsNoVariables) {
+  const Config config = Config::parse("\"a ${b} $$\": 1\n");
+  EXPECT_EQ(Config::parse(config.effective()).keys(), config.keys()) << config.effective();
+}
+
 TEST(ConfigEffective, ShowsAnInfiniteDefaultAsAComment) {
   const Config config = Config::parse("a: 1");
   config.number("max_age_s", std::numeric_limits<double>::infinity());

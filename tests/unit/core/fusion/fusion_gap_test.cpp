@@ -311,6 +311,41 @@ TEST(FusionGap, ACheckpointInTheSearchContinuesWithTheSameBytes) {
   }
 }
 
+/// That steps measure the motion in a gap must be known before the first step after the checkpoint arrives.
+TEST(FusionGap, ARunningRobotThatIsResumedKnowsThatItsStepsAreMeasured) {
+  const std::string yaml = kAtOrigin + "sensors:\n  - { name: wheels, plugin: odometry, model: increment }\n" + gps();
+  const auto step = [](double stamp, double interval) {
+    auto payload = std::make_shared<PoseIncrement>();
+    payload->interval_s = interval;
+    payload->x_m = interval;
+    return reading(stamp, 0, payload);
+  };
+  std::vector<Measurement> log;
+  for (int k = 0; k < 20; ++k) {
+    log.push_back(step(k, 1.0));
+    log.push_back(fix(k + 0.5, k + 0.5, 0.0));
+  }
+  log.push_back(step(20.0, 300.0));
+  const std::size_t split = log.size();
+  log.push_back(fix(319.0, 319.0, 0.0));
+  log.push_back(step(320.0, 1.0));
+  log = in_order(log);
+  FusionRobot first(yaml);
+  for (std::size_t i = 0; i < split; ++i) first.fusion().add(log[i]);
+  std::stringstream stream;
+  OutArchive out(stream);
+  first.fusion().save_with_measurements(out);
+  FusionRobot second(yaml);
+  InArchive in(stream);
+  second.fusion().resume_with_measurements(in);
+  for (FusionRobot* robot : {&first, &second}) {
+    for (std::size_t i = split; i < log.size(); ++i) robot->fusion().add(log[i]);
+    robot->fusion().finish();
+    EXPECT_EQ(robot->report(1).mistimed, 0U);
+  }
+  EXPECT_EQ(second.events(), first.events());
+}
+
 TEST(FusionGap, TheSmootherCarriesNothingAcross) {
   FusionRobot robot(::waymark::robot("filter: { smooth: true }\n"));
   robot.play(with_gap(1000.0));

@@ -125,6 +125,15 @@ TEST(Conversions, ACloudWhoseSizesDoNotFitIsUnusable) {
   EXPECT_THROW(ros::to_point_cloud(bad), Unusable);
 }
 
+TEST(Conversions, ACloudOfEmptyRowsIsUnusable) {
+  ros::sensor_msgs::PointCloud2 cloud;
+  cloud.point_step = 16;
+  cloud.height = 2;
+  cloud.width = 0;
+  cloud.row_step = 0;
+  EXPECT_THROW(ros::to_point_cloud(cloud), Unusable);
+}
+
 TEST(Conversions, AScanSurvivesBothWays) {
   LaserScan scan;
   scan.start_rad = -1.5;

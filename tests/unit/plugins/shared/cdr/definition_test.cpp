@@ -89,6 +89,9 @@ TEST(Definition, RefusesWhatItCannotUnfold) {
         "===\nMSG: a/B" + std::to_string(i) + "\nB" + std::to_string(i + 1) + " a\nB" + std::to_string(i + 1) + " b\n";
   }
   EXPECT_THROW(Definition("a/msg/A", bomb + "===\nMSG: a/B30\nfloat64 a\n"), Unusable);
+  // Every path of a number repeats the names above it: long ones would take gigabytes.
+  EXPECT_NO_THROW(Definition("a/msg/A", "float64 " + std::string(255, 'n') + "\n"));
+  EXPECT_THROW(Definition("a/msg/A", "float64 " + std::string(256, 'n') + "\n"), Unusable);
 }
 
 TEST(Definition, AnEmptyMessageTakesOneByte) {

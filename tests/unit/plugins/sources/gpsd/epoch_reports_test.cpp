@@ -114,6 +114,16 @@ TEST(EpochReports, NoFixAndNoTime) {
   EXPECT_TRUE(std::isnan(complete->fix->latitude_deg));
 }
 
+TEST(EpochReports, AYearBeyondAllStampsIsNoTime) {
+  EpochReports reports;
+  for (const std::string year : {"2117", "2200", "2600", "9999"}) {
+    reports.take(R"({"class":"TPV","mode":3,"time":")" + year + R"(-04-12T00:39:58.000Z","lat":45.0,"lon":8.0})");
+    EXPECT_FALSE(reports.is_waiting()) << year;
+  }
+  reports.take(R"({"class":"TPV","mode":3,"time":"2115-04-12T00:39:58.000Z","lat":45.0,"lon":8.0})");
+  EXPECT_TRUE(reports.is_waiting());
+}
+
 TEST(EpochReports, TypesFollowTheStatus) {
   const std::vector<std::pair<int, GnssType>> types{
       {1, GnssType::single}, {2, GnssType::differential}, {3, GnssType::rtk_fixed}, {4, GnssType::rtk_float},
@@ -138,6 +148,11 @@ TEST(EpochReports, DamagedLinesAreLeftOut) {
   reports.take(std::string(60'000, '{'));
   reports.take("{\"class\":\"TPV\"" + std::string(60'000, ','));
   reports.take("\xff\xfe");
+  // libgps 3.22 reads these without end.
+  reports.take(
+      R"({"class":"TPV","mode":3,"time":"2019-04-12T00:39:59.000Z","lat":-45.8,"class":"VERSION","v":"3.22"})");
+  reports.take(
+      R"({"class":"DEVICES","devices":[{"class":"DEVICE","path":"/dev/pts/1","bps":9600,"cycle":,"mag_st":"N"})");
   reports.take(tpv("59.000"));
   const auto complete = reports.finish();
   ASSERT_TRUE(complete.has_value());

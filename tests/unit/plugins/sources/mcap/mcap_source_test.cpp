@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "mcap_fixture.hpp"
 #include "plugins/shared/cdr/payload_cdr.hpp"
@@ -115,6 +118,38 @@ TEST_F(McapSourceTest, ForeignTypesAreReadByTheirDefinition) {
   EXPECT_THAT(error_of("{ topic: /dvl, sensor: a, fields: { v_x_mps: 1 } }"), HasSubstr("the payload is needed"));
   EXPECT_THAT(error_of("{ topic: /dvl, sensor: a }"),
               AllOf(HasSubstr("carries dvl_msgs/msg/DVL"), HasSubstr("`fields` reads numbers of others")));
+}
+
+TEST_F(McapSourceTest, ATimeOfRecordingBeyondAllStampsIsBad) {
+  TopicWriter file;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t recorded : {-kMost - 1, -kMost / 2 - 1, 8 * kSecond, kMost / 2 + 1, kMost})
+    file.add("/twist", recorded, twist(7 * kSecond, 1.0));
+  write("a.mcap", file.finish());
+  for (const std::string arrival : {"recorded", "stamp"}) {
+    const auto source = make("{ topic: /twist, sensor: a }", "file: a.mcap\nmax_bad_records: 10\narrival: " + arrival);
+    EXPECT_THAT(read_all(*source), SizeIs(1)) << arrival;
+    EXPECT_THAT(source->bad_records(), SizeIs(4)) << arrival;
+  }
+}
+
+TEST_F(McapSourceTest, AStampOfARecordedDefinitionMustBeATime) {
+  TopicWriter file;
+  const std::string definition =
+      "s/Header header\nfloat64 v\n===\nMSG: s/Header\ns/Time stamp\n===\nMSG: s/Time\n"
+      "float64 sec\nfloat64 nanosec\n";
+  const std::vector<std::pair<double, double>> stamps{
+      {7.0, 1.0}, {1e300, 0.0}, {-1e10, 0.0}, {4294967296.0, 0.0}, {7.0, -1.0}, {7.0, 1e9}, {7.0, std::nan("")}};
+  for (const auto& [seconds, nanoseconds] : stamps) {
+    ros::WireWriter out;
+    for (const double number : {seconds, nanoseconds, 0.5}) out.value(number);
+    file.add("/v", "s/msg/V", definition, 10 * kSecond, out.bytes());
+  }
+  write("a.mcap", file.finish());
+  const auto source = make("{ topic: /v, sensor: a, payload: BodyTwist, fields: { v_x_mps: v, w_z_radps: 0 } }",
+                           "file: a.mcap\nmax_bad_records: 10");
+  EXPECT_THAT(read_all(*source), SizeIs(1));
+  EXPECT_THAT(source->bad_records(), SizeIs(6));
 }
 
 TEST_F(McapSourceTest, ATypeWithAnotherDefinitionIsRefused) {

@@ -124,6 +124,12 @@ TEST_F(Rosbag2, CompressedFilesAreUnpacked) {
   EXPECT_THAT(error_of("{ topic: /twist, sensor: a }", "file: bag"), HasSubstr("is damaged: it ends early"));
 }
 
+TEST_F(Rosbag2, AFewBytesThatUnpackToGigabytesAreRefused) {
+  write("a.db3.zst", compression::compress_zstd(Bytes(std::size_t{64} << 20), 3));
+  EXPECT_THAT(error_of("{ topic: /twist, sensor: a }", "file: a.db3.zst"),
+              HasSubstr("a.db3.zst: unpacks to more than 1000 times its size"));
+}
+
 TEST_F(Rosbag2, CompressedMessagesAreUnpacked) {
   write_db3("bag/bag_0.db3", 1, 3, true);
   write_metadata("    - bag_0.db3\n", "  compression_format: zstd\n  compression_mode: MESSAGE\n");
@@ -152,6 +158,10 @@ TEST_F(Rosbag2, WhatIsNoBagIsAnError) {
   EXPECT_THAT(error_of(channel, "file: bag"), HasSubstr("names the part bag_0.db3, which is not there"));
   write("bag/metadata.yaml", {'a', ':', ' ', '['});
   EXPECT_THAT(error_of(channel, "file: bag"), HasSubstr("metadata.yaml:1:"));
+  for (const std::string& hostile : {std::string(200'000, '['), std::string(",5"), std::string("42")}) {
+    write("bag/metadata.yaml", {hostile.begin(), hostile.end()});
+    EXPECT_THAT(error_of(channel, "file: bag"), HasSubstr("metadata.yaml"));
+  }
   write_metadata("    - bag_0.db3\n", "  compression_format: lzma\n");
   EXPECT_THAT(error_of(channel, "file: bag"), HasSubstr("the compression \"lzma\" is not known"));
   { Db3Writer file(folder_ / "b.db3"); }
