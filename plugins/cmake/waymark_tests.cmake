@@ -52,7 +52,7 @@ function(waymark_add_test_program name)
   endif()
   add_executable(${name} ${files})
   set_target_properties(${name} PROPERTIES UNITY_BUILD OFF) # files share names for their own helpers
-  if(WAYMARK_SANITIZE)
+  if(WAYMARK_SANITIZE OR test_KIND STREQUAL "system")
     target_compile_options(${name} PRIVATE -O0) # compiles in about 0.6 of the time; what is tested keeps the optimization of the preset
   endif()
   target_link_libraries(${name} PRIVATE waymark_test_main waymark::loader fmt::fmt)
