@@ -122,7 +122,8 @@ std::string execute_words(const std::vector<std::string>& words, Fusion& fusion,
   if (words.front() == "set") return retune(words, outputs);
   if (words.front() == kDropped && is_record) return note_dropped(words, fusion, robot);
   const std::string nearest = nearest_name(words.front(), kCommands);
-  if (words.size() > 1) throw Error(fmt::format("\"{}\" takes no arguments", words.front()));
+  if (words.size() > 1 && std::ranges::find(kCommands, words.front()) != kCommands.end())
+    throw Error(fmt::format("\"{}\" takes no arguments", words.front()));
   if (words.front() == "save-maps" && outputs.save_maps) return "ok " + outputs.save_maps();
   if (words.front() == "checkpoint" && outputs.checkpoint) return "ok " + outputs.checkpoint();
   if (words.front() == "status" && outputs.status) return "ok " + outputs.status();
