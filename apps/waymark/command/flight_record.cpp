@@ -56,7 +56,7 @@ std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::p
   for (const mcap::Metadata& metadata : record.metadata()) {
     for (const auto& [key, value] : metadata.metadata) {
       std::error_code error;
-      const std::filesystem::path folder = std::filesystem::path(value).parent_path();
+      std::filesystem::path folder = std::filesystem::path(value).parent_path();
       if (key == "config_file" && std::filesystem::is_directory(folder, error)) return folder;
     }
   }
