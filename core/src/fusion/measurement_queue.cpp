@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "waymark/base/error.hpp"
+
 namespace waymark::fusion {
 
 namespace {
@@ -19,6 +21,11 @@ bool MeasurementQueue::push(const Measurement& measurement) {
   if (key(measurement) < handed_out_) return false;
   waiting_.insert(measurement);
   return true;
+}
+
+void MeasurementQueue::put_back(Measurement&& measurement) {
+  if (key(measurement) < handed_out_) throw DataError("the checkpoint has a waiting measurement that was processed");
+  waiting_.insert(std::move(measurement));
 }
 
 std::optional<Measurement> MeasurementQueue::pop_due() {

@@ -35,7 +35,8 @@ class WAYMARK_API MeasurementQueue {
   void serialize(Archive& archive) {
     archive(newest_arrival_, std::get<0>(handed_out_), std::get<1>(handed_out_), std::get<2>(handed_out_));
   }
-  void put_back(Measurement&& measurement) { waiting_.insert(std::move(measurement)); }
+  /// Throws DataError if it precedes one that was returned.
+  void put_back(Measurement&& measurement);
 
   /// The total order.
   struct Order {
