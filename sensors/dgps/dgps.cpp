@@ -24,7 +24,7 @@ struct VelocitySettings {
   double sigma = 0.0;         ///< per axis [m/s]; 0: not used
   double course_sigma = 0.0;  ///< what the course errs beyond that [rad]
   double min_speed = 0.0;     ///< below it a course carries no information [m/s]
-  bool tells_heading = false;
+  bool gives_heading = false;
 };
 
 /// GNSS fixes, in local metres or geodetic (docs/math/dgps.md): noise per fix, quality monitoring before, soft
@@ -98,7 +98,7 @@ class Dgps final : public Sensor {
     if (!std::isfinite(hint.p_map_point->z())) hint.p_map_point->z() = 0.0;
     hint.p_base_point = lever_arm_;
     hint.sigma_m = std::hypot(noise_.horizontal(fix), offset_sigma_);
-    if (velocity_.tells_heading && has_course(fix)) {
+    if (velocity_.gives_heading && has_course(fix)) {
       hint.yaw_rad = so3::wrap(0.5 * std::numbers::pi - fix.course_rad);
       hint.yaw_sigma_rad = std::hypot(velocity_.sigma / fix.speed_mps, velocity_.course_sigma, kSideslip);
     }
@@ -194,10 +194,11 @@ class Dgps final : public Sensor {
         config.number_in({"course_sigma_deg", "°", "error of the course beyond `velocity_sigma_mps`"}, 0.0, 90.0, 0.0);
     velocity.min_speed =
         config.positive({"velocity_min_mps", "m/s", "below this speed the course carries no information"}, 1.0);
-    velocity.tells_heading =
-        config.boolean({"course_tells_heading",
-                        "the first course is the start's heading; false for a robot that may begin in reverse"},
-                       true);
+    const Config::Key heading{"heading_from_course",
+                              "the first course is the start's heading; false for a robot that may begin in reverse"};
+    const Config::Key old_heading{"course_tells_heading", "old name of `heading_from_course`"};
+    const bool has_old_name = config.has(old_heading) && !config.has(heading);
+    velocity.gives_heading = config.boolean(has_old_name ? old_heading : heading, true);
     return velocity;
   }
 

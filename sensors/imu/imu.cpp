@@ -99,10 +99,7 @@ class Imu final : public Sensor {
             {"tilt",
              "roll and pitch are given to the main filter (`motion.kind: spatial` only); false for a gyro alone"},
             true)),
-        tells_standstill_(config.boolean({"tells_standstill",
-                                          "rest counts as standing still; false for a robot whose only motion sensor "
-                                          "is this one: smooth straight driving feels like rest"},
-                                         true)),
+        reports_standstill_(read_reports_standstill(config)),
         bias_time_(config.non_negative(
             {"bias_time_s", "s", "how long the error of the bias stays, for the noise of the rates"}, 10.0)),
         yaw_bias_sigma_(config.positive(
@@ -189,7 +186,7 @@ class Imu final : public Sensor {
 
     const double dt = std::clamp(interval, kMinInterval, filter_.settings().max_gap_s);
     const bool planar = prediction.planar();
-    if (tells_standstill_ && has_rate) out.report_motion(!filter_.resting());
+    if (reports_standstill_ && has_rate) out.report_motion(!filter_.resting());
     if (heading_) {
       if (device_) {
         const double declination = device_declination(measurement.stamp, prediction.datum);
@@ -231,6 +228,14 @@ class Imu final : public Sensor {
   static constexpr double kCrawl = 0.05;          // [m/s], slower is not a drive
   static constexpr double kSlowTurn = 3e-3;       // [rad/s], that feels like rest
   static constexpr double kSlowTurnTime = 10.0;   // [s], how long one lasts
+
+  static bool read_reports_standstill(const Config& config) {
+    const Config::Key key{"reports_standstill",
+                          "rest counts as standing still; false for a robot whose only motion sensor is this one: "
+                          "smooth straight driving feels like rest"};
+    const Config::Key old_key{"tells_standstill", "old name of `reports_standstill`"};
+    return config.boolean(config.has(old_key) && !config.has(key) ? old_key : key, true);
+  }
 
   static double correlated(double time, double dt) { return std::max(1.0, 2.0 * time / dt); }
 
@@ -318,7 +323,7 @@ class Imu final : public Sensor {
   AttitudeFilter filter_;
   bool heading_;
   bool tilt_;
-  bool tells_standstill_;
+  bool reports_standstill_;
   double bias_time_;
   double yaw_bias_sigma_;
   double yaw_bias_walk_;

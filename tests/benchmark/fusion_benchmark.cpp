@@ -63,7 +63,7 @@ std::unique_ptr<Fusion> make_fusion(const PluginLoader& loader, int particles) {
   const Config yaml = Config::parse(
       "{ motion: { kind: spatial }, filter: { history_s: 2, particles: " + std::to_string(particles) +
           " }, initial: { x_m: 0, y_m: 0, yaw_deg: 0, position_sigma_m: 1, yaw_sigma_deg: 5 }, sensors: ["
-          "{ name: imu, plugin: imu, tells_standstill: false, base_T_sensor: { xyz_m: [0, 0, 0] } },"
+          "{ name: imu, plugin: imu, reports_standstill: false, base_T_sensor: { xyz_m: [0, 0, 0] } },"
           "{ name: wheels, plugin: odometry, model: twist },"
           "{ name: gps, plugin: dgps, base_p_antenna_m: [0.2, 0, 0.5], sigma_m: 0.5, sigma_vertical_m: 0.5, "
           "offset_sigma_m: 1, offset_vertical_sigma_m: 1, offset_tau_s: 60 }] }",

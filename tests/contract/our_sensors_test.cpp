@@ -175,7 +175,7 @@ TEST(OurImu, KeepsTheContract) {
   expect_good("imu", "{ name: imu, orientation: device, heading: true, declination_deg: 3 }", samples, other_states);
   expect_good("imu", "{ name: imu }", samples);
   expect_good("imu", "{ name: imu, heading: true }", samples);
-  expect_good("imu", "{ name: imu, tilt: false, tells_standstill: false }", samples);
+  expect_good("imu", "{ name: imu, tilt: false, reports_standstill: false }", samples);
 }
 
 }  // namespace

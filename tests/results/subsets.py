@@ -57,7 +57,7 @@ def without(subset):
     """The settings that leave only these sensors."""
     settings = {f"sensors.{s}.enabled": "false" for s in SENSORS if s not in subset}
     if "wheels" not in subset:
-        settings["sensors.imu.tells_standstill"] = "false"
+        settings["sensors.imu.reports_standstill"] = "false"
         settings["sensors.gps.sideslip_sigma_mps"] = 0.02  # the simulator's lateral slip from fix to fix
     return settings
 

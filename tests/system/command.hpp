@@ -166,7 +166,7 @@ class Command {
   std::vector<std::pair<std::string, std::optional<std::string>>> environment_;
   int signal_ = 0;
   std::function<bool()> ready_;
-  std::chrono::seconds limit_{120};
+  std::chrono::seconds limit_{300};
 };
 
 inline Outcome waymark(std::vector<std::string> arguments) { return Command(std::move(arguments)).run(); }

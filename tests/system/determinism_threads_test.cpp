@@ -19,7 +19,7 @@ Files run(const std::string& config, std::vector<std::string> arguments) {
   const TemporaryFolder folder;
   arguments.insert(arguments.begin(), {"run", std::string(WAYMARK_SOURCE_DIR "/config/") + config, "--out",
                                        (folder / "out").string(), "--quiet"});
-  const Outcome outcome = Command(std::move(arguments)).timeout(std::chrono::seconds(250)).run();
+  const Outcome outcome = Command(std::move(arguments)).timeout(std::chrono::seconds(500)).run();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   return contents(folder / "out", {"config.yaml"});
 }

@@ -14,7 +14,7 @@ namespace {
 Outcome indoor(const std::filesystem::path& out, std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {"run", WAYMARK_SOURCE_DIR "/config/indoor.yaml", "--quiet", "--set",
                                        "sinks.plot.enabled=false", "--out", out.string()});
-  return Command(std::move(arguments)).timeout(std::chrono::seconds(250)).run();
+  return Command(std::move(arguments)).timeout(std::chrono::seconds(500)).run();
 }
 
 nlohmann::json score(const std::filesystem::path& out) {

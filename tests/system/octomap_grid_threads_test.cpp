@@ -15,7 +15,7 @@ Outcome indoor_octomap(const std::filesystem::path& out, std::vector<std::string
   arguments.insert(arguments.begin(),
                    {"run", WAYMARK_SOURCE_DIR "/config/indoor.yaml", "--quiet", "--set", "sinks.plot.enabled=false",
                     "--set", "maps.room.plugin=octomap_grid", "--out", out.string()});
-  return Command(std::move(arguments)).timeout(std::chrono::seconds(250)).run();
+  return Command(std::move(arguments)).timeout(std::chrono::seconds(500)).run();
 }
 
 TEST(OctomapGridRun, MapsARoomAndTellsWhatParticlesShare) {

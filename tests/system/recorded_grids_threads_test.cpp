@@ -16,7 +16,7 @@ namespace {
 void run_carmen(const std::string& name, const std::filesystem::path& out, std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {"run", WAYMARK_SOURCE_DIR "/config/carmen_" + name + ".yaml", "--quiet", "--set",
                                        "sinks.plot.enabled=false", "--out", out.string()});
-  const Outcome outcome = Command(std::move(arguments)).timeout(std::chrono::seconds(250)).run();
+  const Outcome outcome = Command(std::move(arguments)).timeout(std::chrono::seconds(500)).run();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 

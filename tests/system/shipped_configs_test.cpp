@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: altimeter, carmen, compass, csv, dgps, diagnostics, feature_map, grid_map, held_out, imu, json,
-// json_poses, kitti needs plugins: landmarks, map_files, nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1,
-// simulator, tum Every YAML in config/ is valid, runs, and its effective configuration holds all that it takes to run
-// again.
+// needs plugins: altimeter, carmen, compass, csv, dgps, diagnostics, feature_map, grid_map, held_out, imu, json
+// needs plugins: json_poses, kitti, landmarks, map_files, nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1
+// needs plugins: simulator, tum
+//
+// Every YAML in config/ is valid, runs, and its effective configuration holds all that it takes to run again.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -53,7 +54,7 @@ TEST_P(ShippedConfig, IsValid) {
 TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
   if (is_live()) GTEST_SKIP() << "a running robot does not end by itself: see live_json_test.cpp";
   const std::filesystem::path out = folder_ / "out";
-  const Outcome outcome = Command({"run", file(), "--out", out.string()}).timeout(std::chrono::seconds(140)).run();
+  const Outcome outcome = Command({"run", file(), "--out", out.string()}).timeout(std::chrono::seconds(600)).run();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.errors(), IsEmpty()) << outcome.err;
   for (const char* name : {"trajectory.txt", "path.txt"}) EXPECT_TRUE(has_complete_lines(out / name, 5));
@@ -70,7 +71,7 @@ TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
 
   const std::filesystem::path again = folder_ / "again";
   const Outcome repeated = Command({"run", (out / "config.yaml").string(), "--out", again.string()})
-                               .timeout(std::chrono::seconds(140))
+                               .timeout(std::chrono::seconds(600))
                                .run();
   ASSERT_EQ(repeated.exit_code, 0) << repeated.err;
   // The second config.yaml no longer marks which values are defaults.

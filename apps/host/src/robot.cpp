@@ -147,6 +147,16 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
           {},   std::move(sinks), std::move(live)};
 }
 
+/// Old names of keys that the YAML uses: they are read only where the new name is not given.
+std::vector<std::string> old_names(const Config& yaml) {
+  std::vector<std::string> found;
+  for (const Config::Asked& asked : yaml.asked()) {
+    const bool is_read = asked.type != Config::Asked::Type::none;
+    if (is_read && asked.meaning.starts_with("old name of ")) found.push_back(asked.path + ": " + asked.meaning);
+  }
+  return found;
+}
+
 /// The sources of the YAML as one: logs merged, or all of a running robot.
 void load_sources(Robot& robot, const Config& yaml, const PluginLoader& loader) {
   const Config::Key one{"source", "where the measurements come from: `plugin` and the keys of the plugin"};
@@ -198,6 +208,7 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
         fmt::format("plugin_path of the YAML: plugins are searched in {} first", folder.string()));
   }
   load_sources(robot, yaml, loader);
+  std::ranges::move(old_names(yaml), std::back_inserter(robot.settings.notices));
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
   robot.loader = std::make_shared<const PluginLoader>(loader);

@@ -31,9 +31,9 @@ void collect_below(const Node& child, const std::string& path, std::vector<Asked
 
 void collect(const Node& node, const std::string& above, std::vector<Asked>& out) {
   for (const Asked& asked : node.asked) {
-    Asked& copy = out.emplace_back(asked);
-    copy.path = above + asked.path;
-    if (const Node* child = node.find(asked.path); child != nullptr) collect_below(*child, copy.path, out);
+    const std::string path = above + asked.path;  // not the copy's: `out` grows below
+    out.emplace_back(asked).path = path;
+    if (const Node* child = node.find(asked.path); child != nullptr) collect_below(*child, path, out);
   }
 }
 

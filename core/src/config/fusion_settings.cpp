@@ -43,7 +43,6 @@ void read_motion(const Config& motion, FusionSettings& settings) {
   settings.motion = kind == "planar" ? StateLayout::Motion::planar : StateLayout::Motion::spatial;
   settings.process_noise = read_process_noise(motion);
   const bool old_name = motion.has("told_by") && !motion.has("source");
-  if (old_name) settings.notices.emplace_back("motion.told_by is an old name: write motion.source");
   const Config::Key old_key{"told_by", "old name of `source`"};
   const Config::Key key{
       "source",

@@ -79,8 +79,8 @@ class Reader {
     LaserMessage message = read_laser(fields, wanted_.lasers[laser].beams);
     const Time at = stamp(fields);
     out_.scans.push_back({at, laser, std::move(message.scan)});
-    const bool tells_pose = wanted_.poses == Wanted::Poses::scans || wanted_.poses == Wanted::Poses::all;
-    if (tells_pose && laser == 0) out_.poses.push_back({at, message.T_odom_base, lines.place()});
+    const bool has_pose = wanted_.poses == Wanted::Poses::scans || wanted_.poses == Wanted::Poses::all;
+    if (has_pose && laser == 0) out_.poses.push_back({at, message.T_odom_base, lines.place()});
   }
 
   const Wanted& wanted_;

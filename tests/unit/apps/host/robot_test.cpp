@@ -13,8 +13,10 @@ namespace waymark::host {
 namespace {
 
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::StartsWith;
 using testing::ThrowsMessage;
+using testing::UnorderedElementsAre;
 
 const std::string kWheels = "{ name: wheels, plugin: odometry, model: twist }";
 const std::string kTicks = "{ name: wheels, plugin: odometry, model: differential, track_m: 0.5 }";
@@ -65,6 +67,23 @@ TEST(Robot, TakesASensorOfTheProgramItself) {
 TEST(Robot, RefusesAKeyThatNothingReads) {
   EXPECT_THAT([] { Robot::live(yaml("sensors: [" + kWheels + "], sinsk: []"), loader()); },
               ThrowsMessage<ConfigError>(HasSubstr("sinsk")));
+}
+
+TEST(Robot, ReadsOldNamesOfKeysAndSaysSo) {
+  const std::string receiver =
+      "{ name: gps, plugin: dgps, base_p_antenna_m: [0, 0, 0], sigma_m: 1, velocity_sigma_mps: 0.1, ";
+  const std::string ours = "motion: { source: sensors }, sensors: [" + kTicks + ", " + receiver;
+  EXPECT_THAT(Robot::load(yaml(kSource + ours + "heading_from_course: false }]"), loader()).settings.notices,
+              IsEmpty());
+  const std::string old = "motion: { told_by: sensors }, sensors: [" + kTicks + ", " + receiver;
+  EXPECT_THAT(Robot::load(yaml(kSource + old + "course_tells_heading: false }]"), loader()).settings.notices,
+              UnorderedElementsAre("motion.told_by: old name of `source`",
+                                   "sensors[].course_tells_heading: old name of `heading_from_course`"));
+  EXPECT_THAT(
+      [&] {
+        Robot::load(yaml(kSource + ours + "course_tells_heading: true, heading_from_course: false }]"), loader());
+      },
+      ThrowsMessage<ConfigError>(HasSubstr("course_tells_heading")));
 }
 
 TEST(Robot, NamesItsFileIfThePartsDoNotFit) {

@@ -139,7 +139,7 @@ TEST(DgpsVelocity, TheCourseTellsTheStartsHeading) {
   EXPECT_GT(hint->yaw_sigma_rad, 10.0 * kDegree);
   EXPECT_LT(hint->yaw_sigma_rad, 30.0 * kDegree);
   EXPECT_FALSE(bench.sensor->start_hint(measurement_of(moving(0.5, 1.0)), nullptr)->yaw_rad);
-  const Bench reverse(", velocity_sigma_mps: 0.1, course_tells_heading: false");
+  const Bench reverse(", velocity_sigma_mps: 0.1, heading_from_course: false");
   EXPECT_FALSE(reverse.sensor->start_hint(measurement_of(moving(2.0, 1.0)), nullptr)->yaw_rad);
 }
 

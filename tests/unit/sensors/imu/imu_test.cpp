@@ -147,7 +147,7 @@ TEST(Imu, TellsRest) {
   EXPECT_EQ(bench.updates.motion(), UpdateList::Motion::still);
   bench.feed(sample_of({0.0, 0.0, 0.3}, Eigen::Quaterniond::Identity()), 0.01);
   EXPECT_EQ(bench.updates.motion(), UpdateList::Motion::moving);
-  Bench silent(", tells_standstill: false");
+  Bench silent(", reports_standstill: false");
   silent.feed(sample_of(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()), 3.0);
   EXPECT_EQ(silent.updates.motion(), UpdateList::Motion::not_reported);
 }
