@@ -83,10 +83,8 @@ std::shared_ptr<GnssFix> to_gnss_fix(const sensor_msgs::NavSatFix& message) {
               : status <= 2 ? GnssFix::Type::differential
                             : GnssFix::Type::unknown;
   const bool known = std::isfinite(message.latitude) && std::isfinite(message.longitude);
-  if (!known && fix->type != GnssFix::Type::none) {
-    throw Unusable(
-        fmt::format("a fix of status {} at latitude {}, longitude {}", status, message.latitude, message.longitude));
-  }
+  // Some drivers leave the status of a message without position at 0.
+  if (!known) fix->type = GnssFix::Type::none;
   if (known) {
     if (std::abs(message.latitude) > 90.0)
       throw Unusable(fmt::format("{} is not a latitude (-90 to 90 deg)", message.latitude));

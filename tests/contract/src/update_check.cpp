@@ -163,7 +163,7 @@ NavState random_state(Random& random, const SensorSetting& setting, const StateL
   NavState state = setting.center;
   const bool planar = layout.motion() == StateLayout::Motion::planar;
   const auto normal3 = [&](double sigma) {
-    return Eigen::Vector3d(sigma * random.normal(), sigma * random.normal(), sigma * random.normal());
+    return Eigen::Vector3d{sigma * random.normal(), sigma * random.normal(), sigma * random.normal()};  // in this order
   };
   Eigen::Vector3d p = normal3(10.0);
   Eigen::Vector3d tilt = normal3(0.3);

@@ -12,6 +12,15 @@
 namespace waymark {
 namespace {
 
+// It takes terabytes of addresses.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kAddressSanitizer = true;
+#elif defined(__has_feature)
+constexpr bool kAddressSanitizer = __has_feature(address_sanitizer);
+#else
+constexpr bool kAddressSanitizer = false;
+#endif
+
 std::string message_of(const std::function<void()>& act) {
   try {
     act();
@@ -200,10 +209,8 @@ TEST(ConfigErrors, RefuseWhatYamlCppReadsWithoutEnd) {
 
 /// Parses all texts of up to three of YAML's tokens in little memory and time, and ends the process.
 [[noreturn]] void parse_all_beginnings() {
-#ifndef __SANITIZE_ADDRESS__  // takes terabytes of addresses
   const rlimit memory{rlim_t{1} << 30, rlim_t{1} << 30};
-  setrlimit(RLIMIT_AS, &memory);
-#endif
+  if (!kAddressSanitizer) setrlimit(RLIMIT_AS, &memory);
   const rlimit seconds{120, 120};
   setrlimit(RLIMIT_CPU, &seconds);
   const std::vector<std::string> tokens = {",",   "[",   "]",  "{", "}", "- ", "? ",  ": ",  "a",  "\"b\" ", "&c ",

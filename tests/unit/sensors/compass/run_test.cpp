@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
 
@@ -28,9 +30,9 @@ double yaw_at(double t) { return 0.8 + kRate * t; }
 using Error = std::function<double(double t)>;
 
 /// The wheels see the turn rate with an error that grows to a full turn in the end; only the compass knows.
-std::vector<Measurement> log_with(const Error& error, bool fixes = false) {
+std::vector<Measurement> log_with(const Error& error, bool fixes = false, std::uint64_t seed = 5) {
   std::vector<Measurement> log;
-  Random noise({.seed = 5, .slot = 0, .stamp = 0, .sensor = 0});
+  Random noise({.seed = seed, .slot = 0, .stamp = 0, .sensor = 0});
   for (int k = 0; k < static_cast<int>(kEnd) * 10; ++k) {
     const double t = 0.1 * k;
     log.push_back(twist(t, kSpeed, kRate + 0.01 * noise.normal()));
@@ -60,6 +62,11 @@ double worst_heading(const FusionRobot& run, double from) {
     worst = std::max(worst, std::abs(so3::wrap(seen.belief.mean.T_map_base.yaw() - yaw_at(seen.stamp))));
   }
   return worst / kDegree;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
+  return values[values.size() / 2];
 }
 
 TEST(CompassRun, HoldsTheHeading) {
@@ -92,12 +99,18 @@ TEST(CompassRun, AFilterThatIsWrongItselfLetsTheCompassIn) {
 TEST(CompassRun, TheOffsetStateTakesAConstantErrorWhereFixesShowIt) {
   const Error constant = [](double) { return 8.0 * kDegree; };
   const std::string gps = "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.1 }\n";
-  FusionRobot plain(robot(kKnown, "", gps));
-  plain.play(log_with(constant, true));
-  FusionRobot with_offset(robot(kKnown, ", offset_sigma_deg: 8, offset_tau_s: 300", gps));
-  with_offset.play(log_with(constant, true));
-  EXPECT_LT(worst_heading(with_offset, 60.0), 3.0);
-  EXPECT_LT(worst_heading(with_offset, 60.0), 0.7 * worst_heading(plain, 60.0));
+  std::vector<double> worst;
+  std::vector<double> of_plain;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    FusionRobot plain(robot(kKnown, "", gps));
+    plain.play(log_with(constant, true, seed));
+    of_plain.push_back(worst_heading(plain, 60.0));
+    FusionRobot with_offset(robot(kKnown, ", offset_sigma_deg: 8, offset_tau_s: 300", gps));
+    with_offset.play(log_with(constant, true, seed));
+    worst.push_back(worst_heading(with_offset, 60.0));
+  }
+  EXPECT_LT(median(worst), 4.0) << testing::PrintToString(worst);
+  EXPECT_LT(median(worst), 0.7 * median(of_plain)) << testing::PrintToString(of_plain);
 }
 
 // --- one magnetometer, one heading ---------------------------------------------------------------------------------

@@ -53,7 +53,7 @@ class Filler {
       if constexpr (ros::detail::IsVector<T>::value) value.resize(1 + count_ % 3);
       for (auto& element : value) fill(element);
     } else {
-      T::list_fields(value, [this](std::string_view, auto& field) { fill(field); });
+      T::list_fields(value, [this](std::string_view, auto& field) { this->fill(field); });
     }
   }
 

@@ -88,7 +88,7 @@ TEST(BadMessages, StampsAreNumbersThatFit) {
   EXPECT_EQ(wheels(R"("stamp_ns":1.5)"), "stamp_ns is no integer");
   EXPECT_EQ(wheels(R"("stamp_ns":9223372036854775808)"), "stamp_ns 9223372036854775808 is beyond int64 nanoseconds");
   EXPECT_EQ(wheels(R"("stamp":18446744073709551615)"), "stamp 18446744073709551615 is beyond int64 nanoseconds");
-  EXPECT_THAT(wheels(R"("stamp":1e300)"), HasSubstr("does not fit into int64 nanoseconds"));
+  EXPECT_THAT(wheels(R"("stamp":1e300)"), HasSubstr("lies more than 146 years from the epoch"));
   for (const char* beyond : {"4611686018427387904", "-4611686018427387904", "-9223372036854775808"}) {
     EXPECT_EQ(wheels(std::string(R"("stamp_ns":)") + beyond),
               std::string("stamp_ns ") + beyond + " lies more than 146 years from the epoch");

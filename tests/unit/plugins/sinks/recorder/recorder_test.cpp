@@ -74,7 +74,7 @@ TEST(Recorder, EveryMeasurementIsRestoredExactly) {
   sink->start(info(out));
   std::vector<Measurement> sent;
   const std::uint64_t late = (std::uint64_t{7} << 32U) - 2;  // the lower 32 bits overflow
-  for (int k = 0; k < 500; ++k) {
+  for (std::int64_t k = 0; k < 500; ++k) {
     const std::int64_t arrival = 1'700'000'000'000'000'000 + k * 10'000'000;
     sent.push_back(
         measure(0, late + static_cast<std::uint64_t>(2 * k), arrival - k * 1000, arrival, wheels(0.1 * k, -0.0)));
@@ -141,7 +141,7 @@ TEST(Recorder, TheSameMeasurementsGiveTheSameBytes) {
     const TemporaryFolder out;
     const auto sink = make_sink("recorder");
     sink->start(info(out));
-    for (int k = 0; k < 300; ++k) {
+    for (std::int64_t k = 0; k < 300; ++k) {
       sink->arrived(measure(0, static_cast<std::uint64_t>(k), k * 10'000'000, k * 10'000'000, wheels(k)));
       if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
     }
@@ -157,7 +157,7 @@ TEST(Recorder, ACrashLosesNoMoreThanTheLastSecond) {
   const TemporaryFolder out;
   const auto sink = make_sink("recorder");
   sink->start(info(out));
-  for (int k = 0; k < 1000; ++k)
+  for (std::int64_t k = 0; k < 1000; ++k)
     sink->arrived(measure(0, static_cast<std::uint64_t>(k), k * 10'000'000, k * 10'000'000, wheels(k)));
   // The file as it is now, without an end.
   std::size_t count = 0;
@@ -202,7 +202,7 @@ TEST(Recorder, ARecordThatWasCutOffIsReplayedUpToTheCut) {
   const TemporaryFolder out;
   const auto sink = make_sink("recorder");
   sink->start(info(out));
-  for (int k = 0; k < 1000; ++k)
+  for (std::int64_t k = 0; k < 1000; ++k)
     sink->arrived(measure(0, static_cast<std::uint64_t>(k), k * 10'000'000, k * 10'000'000, wheels(k)));
   sink->finish(nullptr, {});
   std::filesystem::resize_file(out / "flight.mcap", std::filesystem::file_size(out / "flight.mcap") / 2);
