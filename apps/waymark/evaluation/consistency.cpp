@@ -20,7 +20,7 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) 
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto number = [&](int column, const char* name) { return table.number(row, column, name); };
     PoseCovariance one;
-    one.stamp = parse_time(table.field(row, 0));
+    one.stamp = table.time(row, 0);
     const double xy = number(2, "xy");
     const double xyaw = number(3, "xyaw");
     const double yyaw = number(5, "yyaw");

@@ -180,12 +180,8 @@ std::vector<Relation> read_relations(const std::filesystem::path& file) {
   relations.reserve(table.rows());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto number = [&](int column, const char* name) { return table.number(row, column, name); };
-    const auto time = [&](int column, const char* name) {
-      number(column, name);
-      return parse_time(table.field(row, column));
-    };
     const double yaw = number(kRelationColumns - 1, "yaw");  // the last one first: it shows a line that is too short
-    Relation relation{time(0, "t1"), time(1, "t2"), {}};
+    Relation relation{table.time(row, 0, "t1"), table.time(row, 1, "t2"), {}};
     relation.T_from_to.p = {number(2, "x"), number(3, "y"), number(4, "z")};
     relation.T_from_to.q = so3::from_rpy(number(5, "roll"), number(6, "pitch"), yaw);
     relations.push_back(relation);

@@ -153,6 +153,15 @@ double Table::number(std::size_t row, int column, std::string_view name) const {
   return *value;
 }
 
+Time Table::time(std::size_t row, int column, std::string_view name) const {
+  const std::string& text = field(row, column);
+  try {
+    return parse_time(text);
+  } catch (const Error&) {
+    throw DataError(fmt::format("{}: {} is \"{}\", expected decimal seconds", place(row), name, text));
+  }
+}
+
 double Table::number_or_nan(std::size_t row, int column) const {
   const auto& fields = rows_[row].fields;
   if (static_cast<std::size_t>(column) >= fields.size()) return std::numeric_limits<double>::quiet_NaN();

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/base/time.hpp"
+
 namespace waymark::evaluation {
 
 /// Which column (from 0) holds which quantity: {"t": 0, "x": 1, "y": 2}.
@@ -36,6 +38,8 @@ class Table {
   const std::string& field(std::size_t row, int column) const;
   /// The field as a finite number. Throws DataError with file, line and `name`.
   double number(std::size_t row, int column, std::string_view name) const;
+  /// The field, decimal seconds, as a stamp. Throws DataError with file, line and `name`.
+  Time time(std::size_t row, int column, std::string_view name = "time") const;
   /// The field as a number, or NaN if it is empty, no finite number, or missing in a short row.
   double number_or_nan(std::size_t row, int column) const;
   /// "file:line" of a row.

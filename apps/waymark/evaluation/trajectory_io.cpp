@@ -90,15 +90,6 @@ Columns settle_columns(Table& table, const std::vector<Alias>& aliases, const st
   return columns;
 }
 
-Time read_time(const Table& table, std::size_t row, int column) {
-  const std::string& text = table.field(row, column);
-  try {
-    return parse_time(text);
-  } catch (const Error&) {
-    throw DataError(fmt::format("{}: time is \"{}\", expected decimal seconds", table.place(row), text));
-  }
-}
-
 Eigen::Quaterniond read_quaternion(const Table& table, std::size_t row, int x, int y, int z, int w) {
   const Eigen::Quaterniond q(table.number(row, w, "qw"), table.number(row, x, "qx"), table.number(row, y, "qy"),
                              table.number(row, z, "qz"));
@@ -218,7 +209,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
     } else if (yaw >= 0) {
       pose.q = so3::from_rpy(0.0, 0.0, table.number(row, yaw, "yaw"));
     }
-    out.points.push_back({read_time(table, row, t), pose});
+    out.points.push_back({table.time(row, t), pose});
   }
   if (!out.has_z) {
     for (auto& point : out.points) point.pose.p.z() = 0.0;

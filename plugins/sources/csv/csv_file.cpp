@@ -132,22 +132,34 @@ std::optional<Measurement> CsvFile::take_row() {
     return std::nullopt;
   }
   if (group_set_ && read.stamp == group_.stamp) {
+    check_values(*builder_->build(row));
     builder_->append(row, *group_set_);
     group_.arrival = read.arrival;
     newest_ = read.arrival;
     return std::nullopt;
   }
   std::shared_ptr<Payload> payload = builder_->build(row);
+  if (!is_cumulative_) check_values(*payload);
   newest_ = read.arrival;
   last_values_ = std::move(changing);  // not of a bad row: the next one may hold the same, and well
   last_taken_ = read.stamp;
   read.payload = payload;
-  if (is_cumulative_ && !make_growth(read)) return std::nullopt;
+  if (is_cumulative_) {
+    if (!make_growth(read)) return std::nullopt;
+    check_values(*read.payload);
+  }
   if (!group_by_time_) return read;
   std::swap(read, group_);
   std::swap(payload, group_set_);
   if (!read.payload) return std::nullopt;
   return read;
+}
+
+/// Throws BadRow if the values break a rule of the payload, unless the host is to refuse them.
+void CsvFile::check_values(const Payload& payload) const {
+  if (finder_.allows_empty_required()) return;
+  const std::string problem = payload.problem();
+  if (!problem.empty()) throw BadRow(problem);
 }
 
 /// Turns the totals of a row into what became of those of the row before, known at the end. False: there was no row

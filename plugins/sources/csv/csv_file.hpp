@@ -41,6 +41,7 @@ class CsvFile {
   void check_order(Time stamp, Time arrival) const;
   std::optional<Measurement> rest_of_group();
   std::string changing_values(Row row) const;
+  void check_values(const Payload& payload) const;
   bool make_growth(Measurement& read);
 
   std::string sensor_;

@@ -179,6 +179,7 @@ TEST_F(RelationFile, ALineThatIsNoneIsNamed) {
   EXPECT_THAT(error("1 2 0 0 0 0 0\n"), AllOf(HasSubstr(":2"), HasSubstr("7 fields, expected at least 8")));
   EXPECT_THAT(error("1 2 0 zero 0 0 0 0\n"), AllOf(HasSubstr(":2"), HasSubstr("zero")));
   EXPECT_THAT(error("1 soon 0 0 0 0 0 0\n"), AllOf(HasSubstr(":2"), HasSubstr("soon")));
+  EXPECT_THAT(error("666666666666661.5 2 0 0 0 0 0 0\n"), AllOf(HasSubstr(":2: t1"), HasSubstr("666666666666661.5")));
   EXPECT_THAT(message_of([&] { read_relations("/nowhere.relations"); }), HasSubstr("/nowhere.relations"));
 }
 

@@ -279,6 +279,16 @@ TEST_F(CsvTest, ABadRowDoesNotBreakItsGroup) {
   EXPECT_EQ(source->bad_records().size(), 1u);
 }
 
+TEST_F(CsvTest, ValuesThatBreakARuleOfThePayloadAreABadRow) {
+  write("a.csv", "0,1,0.1,7\n0,-2,0.2,8\n1,-3,0.3,9\n");
+  const auto source = make("max_bad_rows: 2\n" + kCamera + ", group_by_time: true}]");
+  const auto all = read_all(*source);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0].as<LandmarkObservations>().landmarks.size(), 1u);
+  ASSERT_EQ(source->bad_records().size(), 2u);
+  EXPECT_EQ(source->bad_records()[0].reason, "a landmark's range is negative");
+}
+
 TEST_F(CsvTest, WhatABadRowEndsIsDeliveredBeforeIt) {
   write("a.csv", "0,1,0.1,7\n1,2,0.2,8\n1,3,0.3,9\n2,x,0.3,9\n");
   const auto source = make(kCamera + ", group_by_time: true}]");
