@@ -76,6 +76,10 @@ class Converter {
         child.key_column = entry.first.Mark().column + 1;
       }
       child.origin = origin_;
+      if (child.key.size() > kMaxKeyBytes) {
+        throw config_error(fmt::format("{}: a key of {} bytes begins with \"{}\"; it may have {}", child.key_place(),
+                                       child.key.size(), child.key.substr(0, 40), kMaxKeyBytes));
+      }
       const auto [first, is_new] = places.try_emplace(child.key, child.key_place());
       if (!is_new) {
         throw config_error(fmt::format("{}: {}: the key is given twice; the first is at {}", child.key_place(),

@@ -292,6 +292,8 @@ void apply_override(Node& root, const Config::Override& override_text) {
   Node* node = &root;
   for (const std::string& word : words) {
     if (word.empty()) throw config_error(*origin + ": the key has an empty part");
+    if (word.size() > kMaxKeyBytes)
+      throw config_error(fmt::format("{}: a part of the key has more than {} bytes", *origin, kMaxKeyBytes));
     node = &step(*node, word, origin);
   }
   // `assign` drops the quotes: a shell leaves none of the user's intent.

@@ -226,6 +226,15 @@ TEST(ConfigErrors, RefuseWhatYamlCppReadsWithoutEnd) {
   std::_Exit(0);
 }
 
+TEST(ConfigErrors, RefuseKeysThatNoYamlHasRoomFor) {
+  const std::string longest(200, 'k');
+  EXPECT_EQ(parse_error(longest + ": 1"), "no error");
+  EXPECT_NE(parse_error("{ " + longest + "k: 1 }").find("f.yaml:1:3: a key of 201 bytes begins with \"kkk"),
+            std::string::npos);
+  EXPECT_EQ(parse_error("{}", {longest + "=1"}), "no error");
+  EXPECT_NE(parse_error("{}", {longest + "k=1"}).find("a part of the key has more than 200 bytes"), std::string::npos);
+}
+
 TEST(ConfigErrors, EndForEveryBeginning) { EXPECT_EXIT(parse_all_beginnings(), testing::ExitedWithCode(0), ""); }
 
 TEST(ConfigErrors, RefuseFilesThatAreTooLong) {
