@@ -40,7 +40,7 @@ files:
     payload: WheelSpeeds
     time: { column: t_ns, scale: 1e-9 }
     arrival: { column: arrival_ns, scale: 1e-9 }
-    required_may_be_empty: true
+    keep_invalid: true
     columns: { left_mps: left_mps, right_mps: right_mps }
   - path: "gps.csv"
     sensor: "gps"

@@ -32,6 +32,7 @@ void LogTable::append(const Measurement& measurement) {
   newest_ = measurement.arrival;
   const std::string times = fmt::format("{},{}", measurement.stamp.time_since_epoch().count(),
                                         measurement.arrival.time_since_epoch().count());
+  has_invalid_ = has_invalid_ || !measurement.payload->problem().empty();
   text_.clear();
   rows_->append(measurement, times, text_);
   file_.write(text_);
@@ -44,6 +45,7 @@ std::string LogTable::yaml(std::string_view indent) const {
   text += fmt::format("{}payload: {}\n", deeper, short_type_name(payload_type_));
   text += fmt::format("{}time: {{ column: t_ns, scale: 1e-9 }}\n", deeper);
   text += fmt::format("{}arrival: {{ column: arrival_ns, scale: 1e-9 }}\n", deeper);
+  if (has_invalid_) text += fmt::format("{}keep_invalid: true\n", deeper);
   return text + rows_->yaml(deeper);
 }
 

@@ -37,7 +37,8 @@ class LogTable {
   std::unique_ptr<RowWriter> rows_;
   OutputFile file_;
   std::optional<Time> newest_;
-  std::string text_;  // of one measurement; kept for its memory
+  bool has_invalid_ = false;  // the host refuses some measurement
+  std::string text_;          // of one measurement; kept for its memory
 };
 
 }  // namespace waymark::log_sink

@@ -82,7 +82,6 @@ class FieldsWriter final : public RowWriter {
     EachColumn visitor([this](const FieldInfo& info, std::string_view name, double) {
       header_ += ',' + std::string(name);
       columns_.push_back(column_yaml(info, name));
-      some_required_ = some_required_ || info.required;
       some_unknown_ = some_unknown_ || !info.unknown.empty();
     });
     first.visit(visitor);
@@ -92,10 +91,9 @@ class FieldsWriter final : public RowWriter {
 
   void append(const Measurement& measurement, std::string_view times, std::string& out) override {
     out += times;
-    EachColumn visitor([&](const FieldInfo&, std::string_view, double value) {
+    EachColumn visitor([&out](const FieldInfo&, std::string_view, double value) {
       out += ',';
       append_number(value, out);
-      has_holes_ = has_holes_ || !std::isfinite(value);
     });
     measurement.payload->visit(visitor);
     out += '\n';
@@ -103,7 +101,6 @@ class FieldsWriter final : public RowWriter {
 
   std::string yaml(std::string_view indent) const override {
     std::string text;
-    if (has_holes_ && some_required_) text += fmt::format("{}required_may_be_empty: true\n", indent);
     if (some_unknown_) text += fmt::format("{}empty_is_unknown: true\n", indent);
     text += fmt::format("{}columns:\n", indent);
     for (const std::string& column : columns_) text += fmt::format("{}  {}\n", indent, column);
@@ -113,9 +110,7 @@ class FieldsWriter final : public RowWriter {
  private:
   std::string header_;
   std::vector<std::string> columns_;  // of YAML
-  bool some_required_ = false;
   bool some_unknown_ = false;
-  bool has_holes_ = false;
 };
 
 /// One scan in a row. Beams that lie otherwise need a table of their own.

@@ -98,7 +98,7 @@ std::string ColumnFinder::signature() const {
 }
 
 NumberColumn::NumberColumn(const Config& columns, const Config::Key& key, ColumnFinder& finder)
-    : may_be_empty_(finder.allows_empty_required()) {
+    : may_be_empty_(finder.keeps_invalid()) {
   if (columns.is_mapping(key)) {
     const Config settings = columns.child(key);
     column_ = read_column(settings, key.name, finder);

@@ -50,16 +50,16 @@ class ColumnFinder {
   /// From now on an empty field of an optional column is an unknown value, not a fault.
   void allow_empty() { allows_empty_ = true; }
   bool allows_empty() const { return allows_empty_; }
-  /// The same of a required column: its value is NaN then.
-  void allow_empty_required() { allows_empty_required_ = true; }
-  bool allows_empty_required() const { return allows_empty_required_; }
+  /// Values that break a rule of the payload are none either; an empty field of a required column is NaN then.
+  void keep_invalid() { keeps_invalid_ = true; }
+  bool keeps_invalid() const { return keeps_invalid_; }
 
  private:
   std::vector<std::string> header_;
   std::size_t needed_ = 0;
   std::vector<std::string> used_;
   bool allows_empty_ = false;
-  bool allows_empty_required_ = false;
+  bool keeps_invalid_ = false;
 };
 
 /// A number: raw · scale + offset.

@@ -16,12 +16,13 @@ std::string seconds_text(Duration duration) {
 ColumnFinder make_finder(const Config& entry, const std::vector<std::string>& header) {
   ColumnFinder finder(header);
   if (empty_is_unknown(entry)) finder.allow_empty();
-  const bool required_may_be_empty =
-      entry.boolean({"required_may_be_empty",
-                     "an empty field of a required column is not a fault either: the measurement is read with NaN in "
-                     "it, for the host to refuse, as the one in the log was"},
-                    false);
-  if (required_may_be_empty) finder.allow_empty_required();
+  const Config::Key keep_invalid{
+      "keep_invalid",
+      "true: a row that breaks a rule of its payload (a negative range, an empty field of a required column) is no bad "
+      "row; the measurement is delivered as it is, for the host to refuse, as the one in the log was"};
+  const Config::Key old_name{"required_may_be_empty", "old name of `keep_invalid`"};
+  const bool has_old_name = entry.has(old_name) && !entry.has(keep_invalid);
+  if (entry.boolean(has_old_name ? old_name : keep_invalid, false)) finder.keep_invalid();
   return finder;
 }
 
@@ -157,7 +158,7 @@ std::optional<Measurement> CsvFile::take_row() {
 
 /// Throws BadRow if the values break a rule of the payload, unless the host is to refuse them.
 void CsvFile::check_values(const Payload& payload) const {
-  if (finder_.allows_empty_required()) return;
+  if (finder_.keeps_invalid()) return;
   const std::string problem = payload.problem();
   if (!problem.empty()) throw BadRow(problem);
 }

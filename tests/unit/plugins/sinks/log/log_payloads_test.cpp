@@ -181,6 +181,16 @@ TEST_F(LogPayloads, WhatDevicesTellOfThemselvesComesBack) {
   EXPECT_TRUE(got[6].as<ImuSample>().q_enu_sensor.coeffs().array().isNaN().all());
 }
 
+TEST_F(LogPayloads, WhatTheHostRefusesComesBack) {
+  start();
+  LandmarkObservations behind;
+  behind.landmarks = {{.range_m = -3.5, .bearing_rad = -0.1}};
+  arrive(2, behind, 1);
+  const auto got = same_order<LandmarkObservations>();
+  ASSERT_EQ(got.size(), 1u);
+  EXPECT_EQ(got[0].landmarks.at(0).range_m, -3.5);
+}
+
 TEST_F(LogPayloads, SetsOfLandmarksStaySets) {
   start();
   LandmarkObservations two;

@@ -129,7 +129,7 @@ TEST_F(LogSink, AReadingThatIsNoNumberComesBackForTheHostToRefuse) {
   arrive(0, wheels, 1);
   sink_->finish(nullptr, {});
   const Config source = Config::load(out_.path() / "log/source.yaml").child("source");
-  EXPECT_TRUE(source.items("files").at(0).boolean("required_may_be_empty"));
+  EXPECT_TRUE(source.items("files").at(0).boolean("keep_invalid"));
   EXPECT_GT(source.number("max_ahead_s"), 0.0);
 }
 

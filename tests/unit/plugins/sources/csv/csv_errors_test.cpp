@@ -197,13 +197,26 @@ TEST_F(CsvErrors, StampAfterItsArrival) {
   EXPECT_EQ(read_all(*make("max_ahead_s: 0.5\n" + wheels_yaml("a.csv", ", arrival: 3"))).size(), 1u);
 }
 
-TEST_F(CsvErrors, AnEmptyRequiredFieldUnlessItMayBe) {
+TEST_F(CsvErrors, AnEmptyRequiredFieldUnlessInvalidRowsAreKept) {
   EXPECT_THAT(wheels_error("5,,2\n", ""), HasSubstr("is empty"));
   write("a.csv", "5,,2\n");
-  const auto all = read_all(*make(wheels_yaml("a.csv", ", required_may_be_empty: true")));
+  for (const std::string key : {"keep_invalid", "required_may_be_empty"}) {  // the second is its old name
+    const auto all = read_all(*make(wheels_yaml("a.csv", ", " + key + ": true")));
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_TRUE(std::isnan(all[0].as<WheelSpeeds>().left_mps));
+    EXPECT_EQ(all[0].as<WheelSpeeds>().right_mps, 2.0);
+  }
+}
+
+TEST_F(CsvErrors, ARuleOfThePayloadUnlessInvalidRowsAreKept) {
+  write("a.csv", "1,-3,0.3,9\n");
+  const std::string files =
+      "files: [{path: a.csv, sensor: camera, payload: LandmarkObservations, time: 0, columns: {range_m: 1, "
+      "bearing_rad: 2, identity: 3}";
+  EXPECT_THAT(reading_error(*make(files + "}]")), HasSubstr("a landmark's range is negative"));
+  const auto all = read_all(*make(files + ", keep_invalid: true}]"));
   ASSERT_EQ(all.size(), 1u);
-  EXPECT_TRUE(std::isnan(all[0].as<WheelSpeeds>().left_mps));
-  EXPECT_EQ(all[0].as<WheelSpeeds>().right_mps, 2.0);
+  EXPECT_EQ(all[0].as<LandmarkObservations>().landmarks.at(0).range_m, -3.0);
 }
 
 const std::string kScan =
