@@ -28,7 +28,7 @@ void add_sensor(SmallRobot& robot, const std::string& plugin) {
 
 struct BadPlugin {
   const char* name;
-  std::vector<std::string> told;
+  std::vector<std::string> expected;
 };
 
 void PrintTo(const BadPlugin& plugin, std::ostream* out) { *out << plugin.name; }
@@ -38,10 +38,10 @@ class BadPluginRun : public testing::TestWithParam<BadPlugin> {};
 TEST_P(BadPluginRun, IsOneLineWithItsPlaceAndWritesNothing) {
   SmallRobot robot;
   add_sensor(robot, GetParam().name);
-  std::vector<std::string> told = GetParam().told;
-  told.push_back(robot.file("robot.yaml").string() + ":");
-  told.emplace_back("sensors.extra");
-  EXPECT_TRUE(reports_error(robot.run(), 1, told));
+  std::vector<std::string> expected = GetParam().expected;
+  expected.push_back(robot.file("robot.yaml").string() + ":");
+  expected.emplace_back("sensors.extra");
+  EXPECT_TRUE(reports_error(robot.run(), 1, expected));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 

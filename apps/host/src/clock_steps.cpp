@@ -9,7 +9,7 @@
 namespace waymark::host {
 namespace {
 
-/// Less cannot be told from measurements that are delayed or out of order.
+/// Less cannot be distinguished from measurements that are delayed or out of order.
 constexpr Duration kLeastStep = std::chrono::seconds(2);
 /// Stamps of one clock agree within its delays.
 constexpr double kAgreement = 0.5;  // [s]

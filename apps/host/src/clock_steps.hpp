@@ -24,7 +24,7 @@ class ClockSteps {
   std::optional<Duration> take_step();
   /// All steps together.
   Duration total() const { return total_; }
-  /// True while stamps do not fit and no step is sure yet: they say nothing about the offset.
+  /// True while stamps do not fit and no step is sure yet: they carry no information about the offset.
   bool in_doubt() const { return suspects_ > 0; }
 
  private:

@@ -70,8 +70,8 @@ class LiveInput final : public Source {
   std::uint64_t command(std::string text);
   /// The measurements dropped since the last call, in order of arrival.
   std::vector<Measurement> take_dropped();
-  /// Sequence number of the next measurement. Those of a run that goes on must not repeat: the filter tells
-  /// measurements apart by them.
+  /// Sequence number of the next measurement. Those of a run that goes on must not repeat: they
+  /// distinguish measurements.
   std::uint64_t next_sequence() const;
   /// Before the first `next`.
   void number_from(std::uint64_t sequence) { sequence_ = sequence; }

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "waymark/base/error.hpp"
+#include "waymark/io/file_stems.hpp"
 #ifdef WAYMARK_HAS_MCAP
 #include "plugins/shared/mcap/mcap_log.hpp"
 #endif
@@ -68,18 +69,19 @@ std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::p
 Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
   mcap::McapLog log({file});
   mcap::McapFile& record = log.files().front();
-  const auto attached = record.attachment("config.yaml");
+  const auto attached = record.attachment(kEffectiveConfigFile);
   if (!attached)
-    throw Error(
-        fmt::format("{}: it is no flight record: it has no attachment config.yaml; other MCAP files are the "
-                    "`file` of a source mcap in a YAML",
-                    file.string()));
+    throw Error(fmt::format(
+        "{}: it is not a flight record: it has no attachment {}; other MCAP files are the `file` of a source "
+        "mcap in a YAML",
+        file.string(), kEffectiveConfigFile));
   const std::string yaml = without_live_parts({reinterpret_cast<const char*>(attached->data()), attached->size()});
   const std::string source =
       fmt::format("source:\n  plugin: mcap\n  file: {}\n", quoted(std::filesystem::absolute(file).string()));
   if (yaml.find("plugin: recorder") != std::string::npos)
     overrides.insert(overrides.begin(), "sinks.recorder.enabled=false");
-  const std::filesystem::path name = folder_of(record, file) / fmt::format("{}: config.yaml", file.filename().string());
+  const std::filesystem::path name =
+      folder_of(record, file) / fmt::format("{}: {}", file.filename().string(), kEffectiveConfigFile);
   return Config::parse(yaml + source, name.string(), overrides);
 }
 #else

@@ -72,8 +72,8 @@ fusion::Start Fusion::Parts::last_pose(Time at) const {
   return start;
 }
 
-/// What was predicted up to here says nothing about the time after a gap, and what was computed from a covariance that
-/// is none says nothing at all. Maps and the sensors' own states stay.
+/// A prediction up to here has no information about the time after a gap, and an estimate with an invalid covariance
+/// has none at all. Maps and the sensors' own states stay.
 void Fusion::Parts::lose_pose(Time at, const std::string& why) {
   committed.note(at, why + ": the pose is lost; position, heading and twist are found anew, as at the start");
   searching = true;

@@ -160,15 +160,15 @@ void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
   mixture_is_current_ = false;
 }
 
-void ParticleFilter::inflate_pose(double position_variance, double yaw_variance) {
+void ParticleFilter::inflate_pose(const ekf::PoseVariance& variance) {
   mixture_is_current_ = false;
   // With a georeference only the position is inflated: a rotation about the map's origin would displace a distant
   // robot.
   for (Particle& particle : set_) {
     if (georeference_) {
-      georeference_->inflate(particle.belief, position_variance, 0.0);
+      georeference_->inflate(particle.belief, variance.position, 0.0);
     } else {
-      ekf::inflate_pose(particle.belief, layout(), position_variance, yaw_variance);
+      ekf::inflate_pose(particle.belief, layout(), variance);
     }
   }
 }

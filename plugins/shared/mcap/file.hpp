@@ -67,7 +67,7 @@ Time to_time(std::uint64_t nanoseconds);
 /// is as good as any other; a chunk without an index is looked into.
 class McapFile {
  public:
-  /// `name` is for messages. Throws DataError ("file:byte n: …") if the bytes cannot be read or are no MCAP file.
+  /// `name` is for messages. Throws DataError ("file:byte n: …") if the bytes cannot be read or are not an MCAP file.
   McapFile(std::unique_ptr<ByteSource> bytes, std::string name);
   explicit McapFile(const std::filesystem::path& file);
 

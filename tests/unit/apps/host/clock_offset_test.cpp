@@ -52,7 +52,7 @@ TEST(ClockOffset, WithoutMeasurementsIsZero) {
 struct Watched {
   ClockOffset clock;
   ClockSteps steps;
-  double worst_s = 0.0;  // difference of a stamp from the true time, of those that are not in doubt
+  double worst_s = 0.0;  // difference of a stamp from the true time, of those that are not uncertain
   int doubtful = 0;
 
   /// Adds those of `from` to `to` seconds; their clock is fast by `fast_s`, and they take `delay_s` more than usual.

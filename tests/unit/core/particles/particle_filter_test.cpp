@@ -190,7 +190,7 @@ TEST(ParticleFilter, ResamplesOnlyBelowTheThreshold) {
 TEST(ParticleFilter, InflatesThePoseOnly) {
   ParticleRun run({});
   run.filter().start(run.prior(), false);
-  run.filter().inflate_pose(4.0, 0.5);
+  run.filter().inflate_pose({.position = 4.0, .height = 9.0, .tilt = 9.0, .yaw = 0.5});
   EXPECT_EQ(run.filter().mixture().P.diagonal() - run.prior().P.diagonal(),
             (ErrorVector(6) << 4.0, 4.0, 0.5, 0.0, 0.0, 0.0).finished());
 }
