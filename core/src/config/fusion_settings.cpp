@@ -151,6 +151,11 @@ void read_filter(const Config& filter, bool has_maps, FusionSettings& settings) 
                                                        0.0, 1.0, settings.filter.sampling_fraction);
   settings.filter.threads = static_cast<int>(filter.integer_in(
       {"threads", "number of threads; results do not depend on it"}, 1, 256, settings.filter.threads));
+  settings.filter.path_poses = static_cast<std::size_t>(filter.integer_in(
+      {"path_poses",
+       "most poses of a path that are kept; of a longer one the older half loses every second pose, so a robot that "
+       "runs for months needs no more memory"},
+      1000, 1'000'000'000, static_cast<std::int64_t>(settings.filter.path_poses)));
   settings.max_latency = from_seconds(filter.non_negative(
       {"max_latency_s", "s", "measurements up to this late are put in order; the committed result lags by it"},
       default_s(settings.max_latency)));
