@@ -29,6 +29,24 @@ QUICKSTART = pathlib.Path(__file__).resolve().parents[2] / "config/quickstart.ya
 
 
 @case
+def cold_start(arguments, folder):
+    """A receiver without a fix yet may begin with any date, such as 1024 weeks ago."""
+    for name, error in (("1024 weeks ago", -1024 * 7 * 86400.0), ("tomorrow", 86400.0)):
+        port = free_port()
+        robot = Waymark(arguments.waymark, folder / name.split()[-1], f"plugin: json, from: tcp, port: {port}", "")
+        robot.start()
+        driver = Driver(Tcp(port), clock_error_s={"gps": error})
+        robot.wait_until_under_way()
+        time.sleep(5)
+        driver.clock_error_s["gps"] = 0.0
+        time.sleep(7)
+        _, report, text = end(robot, driver)
+        gps = counted(report, "gps")
+        row(f"the GPS's date is that of {name} for 5 s, then right",
+            f"{gps['fused']} fixes fused, {gps['mistimed'] + gps['late']} refused; {text}")
+
+
+@case
 def stall(arguments, folder):
     robot, driver, _ = tcp_robot(arguments, folder)
     time.sleep(3)

@@ -32,6 +32,7 @@ class LiveInput final : public Source {
     /// Only the newest of its waiting measurements is kept once the oldest of all waits for so long; zero: never.
     Duration thin_after{};
     bool may_drop = false;  ///< its oldest waiting measurement may be dropped if the queue is full
+    UsableOffsets offsets = {};
   };
   struct Options {
     std::size_t capacity = 20000;                             ///< measurements

@@ -2,6 +2,7 @@
 #include "apps/waymark/command/flight_record.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -64,6 +65,23 @@ std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::p
   return std::filesystem::absolute(file).parent_path();
 }
 
+/// A record is data, and may come from anybody: it brings no code, and none of what only a running robot has. Throws
+/// Error.
+void require_harmless(const Config& recorded, const std::vector<Config::Override>& overrides, const std::string& name) {
+  for (const std::string_view key : kOfLiveRun) {
+    if (recorded.has(std::string(key.substr(0, key.size() - 1))))
+      throw Error(fmt::format("{}: \"{}\" is not written as a run writes it", name, key));
+  }
+  const auto is_of_path = [](const std::string& override) { return override.starts_with("plugin_path"); };
+  if (!recorded.has("plugin_path") || std::ranges::any_of(overrides, is_of_path)) return;
+  const std::vector<std::string> folders = recorded.texts("plugin_path");
+  if (folders.empty()) return;
+  throw Error(
+      fmt::format("{}: plugin_path: the record names folders whose plugins would run: {}; --set plugin_path=[FOLDER] "
+                  "permits that, --set plugin_path=[] does without",
+                  name, fmt::join(folders, ", ")));
+}
+
 }  // namespace
 
 Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
@@ -82,6 +100,7 @@ Config config_of_flight_record(const std::filesystem::path& file, std::vector<Co
     overrides.insert(overrides.begin(), "sinks.recorder.enabled=false");
   const std::filesystem::path name =
       folder_of(record, file) / fmt::format("{}: {}", file.filename().string(), kEffectiveConfigFile);
+  require_harmless(Config::parse(yaml, name.string()), overrides, name.string());
   return Config::parse(yaml + source, name.string(), overrides);
 }
 #else

@@ -282,7 +282,14 @@ TEST(FusionSetPose, RefusesWhatIsNoPose) {
   EXPECT_THROW(robot.fusion().set_pose({}), Error) << "not started";
   robot.fusion().add(twist(0.0, 1.0));
   EXPECT_THROW(robot.fusion().set_pose({{std::nan(""), 0.0}, 0.0, 0.3, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, std::nan("")}, 0.0, 0.3, 0.1}), Error);
   EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 0.0, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 1e-300, 0.1}), Error) << "its square is 0";
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 1e200, 0.1}), Error) << "its square is infinite";
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 0.3, 1e200}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{1e300, 0.0}, 0.0, 0.3, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, HUGE_VAL, 0.3, 0.1}), Error);
+  EXPECT_NO_THROW(robot.fusion().set_pose({{1e6, -1e6}, 1e3, 0.3, 0.1}));
 }
 
 TEST(Fusion, ReportsTheLastMeasurementAgain) {
