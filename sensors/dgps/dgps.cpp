@@ -218,7 +218,7 @@ class Dgps final : public Sensor {
   }
 
   /// The fix beside what the mixture expects. The offset counts with its whole stationary uncertainty, not with what is
-  /// left of it: the monitor had rather doubt too little.
+  /// left of it: the monitor should reject too little rather than too much.
   ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma,
                                 const Prediction& prediction) const {
     const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;

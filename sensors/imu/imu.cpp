@@ -93,7 +93,7 @@ class Imu final : public Sensor {
         heading_(config.boolean(
             {"heading",
              "the whole attitude, with the magnetometer's heading, is given instead of the rates: not both out of one "
-             "gyro; the sensor then ties the robot to the map's frame and is no motion source any more"},
+             "gyro; the sensor then ties the robot to the map's frame and is not a motion source any more"},
             false)),
         rates_(!heading_ ||
                config.boolean({"rates",

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Random faults in the log of a simulated robot, one or two at a time, and what the filter makes of them, as a table.
+"""Random faults in the log of a simulated robot, one or two at a time, and how the filter copes with them, as a table.
 
 The robot of config/faults.yaml drives for 120 s. Its log is recorded once per world, and every run replays it with faults
 between 20 s and 80 s: clocks, loss, duplicates, reordering, NaN, jumps, dead and frozen sensors. A run

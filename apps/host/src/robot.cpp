@@ -84,7 +84,7 @@ std::vector<int> connect(const Source& source, const Config& yaml, const Rig& ri
     }
     const int sensor = rig.find(channel.sensor);
     if (sensor < 0)
-      yaml.fail("source", fmt::format("it feeds \"{}\", which is no sensor of this file", channel.sensor));
+      yaml.fail("source", fmt::format("it feeds \"{}\", which is not a sensor of this file", channel.sensor));
     const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(sensor)];
     if (!mounting.payload.empty() && mounting.payload != channel.payload_type) {
       yaml.fail("source", fmt::format("it feeds sensor \"{}\" with {}, but the sensor takes {}", channel.sensor,

@@ -136,15 +136,17 @@ void Session::resume(const std::filesystem::path& checkpoint) {
 }
 
 std::string Session::resume_if_possible(const std::filesystem::path& checkpoint) {
-  std::uint64_t log_identity = 0;
-  std::string state;
+  const Robot untuned = robot_;
   try {
-    state = read(checkpoint, log_identity);
-  } catch (const Error& error) {
+    resume(checkpoint);
+    return {};
+  } catch (const std::exception& error) {
+    // Half of the state may be loaded.
+    robot_.adopt(Robot(untuned));
+    retunings_.clear();
+    fusion_ = make_fusion(robot_);
     return error.what();
   }
-  load(checkpoint, std::move(state), log_identity);
-  return {};
 }
 
 void Session::play() {

@@ -134,7 +134,7 @@ int run(const RunOptions& options) {
   std::set<std::string> printed;
   if (is_live) {
     session_options.on_event = [&](const Event& event) {
-      // A run of months has more of them than one wants to keep.
+      // A run of months has more of them than are worth keeping.
       if (printed.size() < kMostPrinted) printed.insert(event.text);
       log.print(LogLevel::warning, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
     };

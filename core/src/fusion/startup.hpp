@@ -25,7 +25,7 @@ class Startup {
   /// Adds the next measurement, with its sensor's hint. Returns the start of the filter once it is known.
   std::optional<Start> process(const Measurement& m, const std::optional<StartHint>& hint,
                                const std::vector<SensorRecord>& sensors);
-  /// The pose was lost: position and heading are searched with absolute sensors, whatever the YAML says of the start.
+  /// The pose was lost: position and heading are searched with absolute sensors, whatever start the YAML gives.
   /// Without one, nothing can find them: then, and after `patience` without a position, or without both where there are
   /// maps, the filter goes on from `last_pose`.
   void search_again(Start last_pose, Duration patience, bool has_maps);

@@ -53,7 +53,7 @@ HealthMonitor::HealthMonitor(const HealthSettings& settings, const std::vector<R
 
 void HealthMonitor::search() {
   searching_ = true;
-  // The gap is no interval between two measurements of a sensor.
+  // The gap is not an interval between two measurements of a sensor.
   for (Track& track : sensors_) {
     track.last.reset();
     track.last_good.reset();

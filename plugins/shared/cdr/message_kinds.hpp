@@ -28,7 +28,7 @@ struct Decoded {
 /// its type defines, or values that are not finite.
 using Decoder = std::function<Decoded(WireReader)>;
 
-/// What the YAML says about how messages become payloads.
+/// How messages become payloads, from the YAML.
 struct DecoderSettings {
   WheelJoints wheels;
 };

@@ -193,7 +193,7 @@ void TopicSource::choose_decoder(Route& route, const Topic& topic, const Config&
     if (!route.payload.empty() && !is_asked(topic.payload))
       entry.fail("payload", fmt::format("\"{}\" carries {}", topic.name, topic.payload));
     if (!make_payload(topic.payload))
-      entry.fail("topic", fmt::format("\"{}\" carries {}, which is no payload of core", topic.name, topic.payload));
+      entry.fail("topic", fmt::format("\"{}\" carries {}, which is not a payload of core", topic.name, topic.payload));
     require_layout(ros::payload_definition(topic.payload), topic, entry);
     route.payload_type = topic.payload;
     route.decode = payload_decoder(topic.payload);

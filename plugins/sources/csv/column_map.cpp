@@ -239,7 +239,9 @@ void check_fields(const Config& columns, const std::vector<FieldName>& valid,
     columns.fail(key, std::string(owner) + " has no field " + in_quotes(key) + suggestion(key, names));
   }
   for (const FieldName& field : valid) {
-    if (std::ranges::find(required, field.name) == required.end() || given_key(columns, field)) continue;
+    // `has` lets the reference pages know of the key.
+    if (std::ranges::find(required, field.name) == required.end() || columns.has(field.name)) continue;
+    if (given_key(columns, field)) continue;
     const bool may_be_constant = !field.unit.empty() && field.name != "time";
     columns.fail(std::string(owner) + " needs the column " + in_quotes(field.name) +
                  (may_be_constant ? ", or { constant: … } where the file has none" : ""));

@@ -34,7 +34,8 @@ PoseIncrement by_wheels(double left_m, double right_m, double track_m, double in
 MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
   using Keys = std::vector<Config::Key>;
   constexpr std::string_view kOwner = "PoseIncrement out of totals";
-  const bool by_wheels = given_key(columns, {"left_m", "m"}) || given_key(columns, {"right_m", "m"});
+  const bool by_wheels = columns.has("left_m") || columns.has("right_m") || given_key(columns, {"left_m", "m"}) ||
+                         given_key(columns, {"right_m", "m"});
   const Keys keys =
       by_wheels ? Keys{{"left_m", "m", "way of the left wheel since the start; `scale` makes metres of ticks"},
                        {"right_m", "m", "way of the right wheel since the start"}}

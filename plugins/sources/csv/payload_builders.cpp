@@ -59,7 +59,7 @@ class FieldsBuilder final : public PayloadBuilder {
 void require_position(const Config& columns) {
   FieldColumns<GnssFix>::check_names(columns, short_type_name(GnssFix::kType));
   const auto has = [&](std::string_view name, std::string_view unit) {
-    return given_key(columns, {name, unit}).has_value();
+    return columns.has(name) || given_key(columns, {name, unit}).has_value();
   };
   const bool local = has("east_m", "m") && has("north_m", "m");
   const bool geodetic = has("latitude_deg", "deg") && has("longitude_deg", "deg");

@@ -25,9 +25,9 @@ struct FuseRule {
     none
   };
   Mode mode = Mode::all;
-  Duration on{};
-  Duration off{};
-  Duration gap{};
+  Duration on = from_seconds(10.0);
+  Duration off = from_seconds(10.0);
+  Duration gap = from_seconds(1.0);
 };
 
 /// What the filter does with the measurements of a sensor.
@@ -46,8 +46,8 @@ struct SensorSlot {
   FuseRule fuse;
   double gate_probability = 0.999;
   double weight_exponent = 1.0;
-  int max_consecutive_rejections = 0;  ///< 0: never re-acquire
-  Duration delay{};                    ///< of its stamps; subtracted
+  int max_consecutive_rejections = 20;  ///< until it is re-acquired; 0: never
+  Duration delay{};                     ///< of its stamps; subtracted
 };
 
 /// One map of the YAML.
@@ -56,7 +56,7 @@ struct MapSlot {
   std::string plugin;
   std::shared_ptr<MapModule> module;
   std::vector<int> inputs;  ///< indices of sensors; the first one triggers
-  Duration pair_max_age{};
+  Duration pair_max_age = from_seconds(0.15);
   bool localize = true;
   double share = 1.0;  ///< `information_share`
 };

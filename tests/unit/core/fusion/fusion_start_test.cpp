@@ -170,7 +170,7 @@ TEST(FusionStart, AnUnusableFixIsNoStart) {
 TEST(FusionStart, ParticlesDrawTheirStart) {
   FusionRobot robot(kAtOrigin + "filter: { particles: 500, sampling_fraction: 1 }\nsensors:\n" + kWheels + gps());
   robot.play({twist(0.0, 0.0)});
-  EXPECT_GT(robot.fusion().filter().particles()[0].belief.mean.T_map_base.p.norm(), 0.0);
+  EXPECT_GT(robot.filter().particles()[0].belief.mean.T_map_base.p.norm(), 0.0);
   // A variance out of 500 draws: 5σ, σ = √(2/500) of it.
   EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 0.01 * 5.0 * std::sqrt(2.0 / 500.0));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the source rosbag1 makes of messages, their order and their times.
+// How the source rosbag1 reads messages, their order and their times.
 #include <gmock/gmock.h>
 
 #include <cmath>
