@@ -28,7 +28,7 @@ constexpr std::chrono::milliseconds kPause{200};
 void remove_abandoned(const std::filesystem::path& path) {
   const std::filesystem::file_status status = std::filesystem::symlink_status(path);
   if (!std::filesystem::exists(status)) return;
-  if (!std::filesystem::is_socket(status)) throw Error("the file is no socket");
+  if (!std::filesystem::is_socket(status)) throw Error("the file is not a socket");
   asio::io_context context;
   Protocol::socket probe(context);
   error_code error;
