@@ -268,7 +268,8 @@ def judge(code, out, truth, log, ends):
         verdict["diverged"] = True
         warnings = [event["t_s"] for event in events] + [c["t_s"] for c in changes if c["state"] != "ok"]
         verdict["reported"] = any(t <= at for t in warnings)
-    end = [sample for sample in samples if sample[1] > log.end() - 1]
+    last_second = log.end() - 1
+    end = [sample for sample in samples if sample[1] > last_second]
     error = end[-1][2] if end else math.inf
     verdict["error"] = error
     verdict["worst"] = max((sample[2] for sample in samples), default=math.inf)
