@@ -105,10 +105,10 @@ void Fusion::Parts::begin_anew(const fusion::Start& start) {
 
 void Fusion::set_pose(const GivenPose& pose) {
   Parts& p = *parts_;
-  if (!p.started) throw Error("the filter has not started");
   const bool is_valid = pose.position.allFinite() && std::isfinite(pose.yaw) && std::isfinite(pose.position_sigma) &&
                         std::isfinite(pose.yaw_sigma) && pose.position_sigma > 0.0 && pose.yaw_sigma > 0.0;
   if (!is_valid) throw Error("a pose needs finite numbers, and a positive σ of position and heading");
+  if (!p.started) return p.startup.give(pose);
   fusion::Start start = p.last_pose(p.committed.filter.stamp());
   start.keeps_pose = false;
   const Pose& last = p.committed.filter.mixture().mean.T_map_base;

@@ -93,7 +93,8 @@ class WAYMARK_API Fusion {
   /// health is degraded for the next two seconds.
   void note_dropped(std::uint32_t sensor);
   /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
-  /// states stay. Throws Error if the filter has not started, or if a number is not finite or a σ not positive.
+  /// states stay. Before the start it is the start pose, in place of that of the settings or the sensors. Throws Error
+  /// if a number is not finite or a σ not positive.
   void set_pose(const GivenPose& pose);
   /// Number of measurements that were added, those before a checkpoint included.
   std::uint64_t arrived() const;
