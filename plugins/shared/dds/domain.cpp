@@ -50,7 +50,7 @@ DomainSettings read_domain_settings(const Config& config) {
   const Config::Key domain{"domain", "", "domain of DDS, which ROS 2 calls ROS_DOMAIN_ID",
                            "that of the environment variable ROS_DOMAIN_ID, else 0"};
   settings.id = static_cast<std::uint32_t>(config.has(domain) ? config.integer_in(domain, 0, kLastDomain, 0)
-                                                               : domain_of_environment(config));
+                                                              : domain_of_environment(config));
   if (!config.has(domain)) config.integer_in(domain, 0, kLastDomain, settings.id);
   settings.interface = config.text(
       {"interface",

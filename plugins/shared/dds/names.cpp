@@ -34,9 +34,10 @@ bool is_path(std::string_view path) {
 std::string topic_name(std::string_view ros_topic) {
   const std::string_view path = ros_topic.starts_with('/') ? ros_topic.substr(1) : ros_topic;
   if (!is_path(path) || path.size() > kLongestTopic - 3) {
-    throw std::invalid_argument(fmt::format("\"{}\" is no topic of ROS; words of letters, digits and _ between slashes "
-                                            "are expected, as in /imu/data",
-                                            ros_topic.substr(0, 100)));
+    throw std::invalid_argument(
+        fmt::format("\"{}\" is no topic of ROS; words of letters, digits and _ between slashes "
+                    "are expected, as in /imu/data",
+                    ros_topic.substr(0, 100)));
   }
   return fmt::format("rt/{}", path);
 }
@@ -47,9 +48,10 @@ std::string type_name(std::string_view ros_type) {
   const bool is_type = is_path(ros_type) && first != std::string_view::npos &&
                        (first == last || ros_type.substr(first, last - first) == "/msg");
   if (!is_type || ros_type.size() > kLongestTopic) {
-    throw std::invalid_argument(fmt::format("\"{}\" is no type of a message; a name like sensor_msgs/msg/Imu is "
-                                            "expected",
-                                            ros_type.substr(0, 100)));
+    throw std::invalid_argument(
+        fmt::format("\"{}\" is no type of a message; a name like sensor_msgs/msg/Imu is "
+                    "expected",
+                    ros_type.substr(0, 100)));
   }
   return fmt::format("{}::msg{}{}_", ros_type.substr(0, first), kInfix, ros_type.substr(last + 1));
 }

@@ -2,6 +2,7 @@
 #include "plugins/shared/dds/participant.hpp"
 
 #include <dds/dds.h>
+#include <dds/ddsi/ddsi_sertype.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,9 +88,10 @@ Participant::Participant(DomainSettings settings, std::size_t most_bytes)
   const std::lock_guard lock(domain_mutex);
   const std::string used = interface_in_use(settings_.id);
   if (!used.empty() && used != settings_.interface) {
-    throw Error(fmt::format("interface {}: another plugin of this run uses domain {} through {}; one interface for all "
-                            "is expected",
-                            settings_.interface, settings_.id, used));
+    throw Error(
+        fmt::format("interface {}: another plugin of this run uses domain {} through {}; one interface for all "
+                    "is expected",
+                    settings_.interface, settings_.id, used));
   }
   const Explanation explanation;
   const auto domain = dds_create_domain(settings_.id, domain_configuration(settings_).c_str());

@@ -33,7 +33,7 @@ const RawSample& sample_of(const ddsi_serdata* sample) { return *static_cast<con
 constexpr std::size_t kUnit = 4;  // the protocol sends multiples of it
 
 RawSample* new_sample(const ddsi_sertype* type, ddsi_serdata_kind kind) {
-  auto* const sample = new RawSample;
+  auto* const sample = new RawSample();
   ddsi_serdata_init(sample, type, kind);
   return sample;
 }
@@ -194,7 +194,7 @@ std::int64_t Sample::written_ns() const { return data_->timestamp.v; }
 
 ddsi_sertype* make_raw_type(const std::string& dds_type, std::shared_ptr<Reception> reception,
                             std::shared_ptr<Losses> losses) {
-  auto* const type = new RawType;
+  auto* const type = new RawType();
   ddsi_sertype_init(type, dds_type.c_str(), &kTypeOperations, &kSampleOperations, true);
   type->allowed_data_representation = DDS_DATA_REPRESENTATION_FLAG_XCDR1;
   type->reception = std::move(reception);

@@ -38,8 +38,8 @@ class Sample {
 
   /// Padded to a multiple of four bytes; empty if the sample is too large.
   const std::vector<std::uint8_t>& bytes() const;
-  std::size_t size() const;     ///< as sent
-  std::uint64_t order() const;  ///< of its arrival, among all readers of the participant
+  std::size_t size() const;         ///< as sent
+  std::uint64_t order() const;      ///< of its arrival, among all readers of the participant
   std::int64_t written_ns() const;  ///< when it was written, by the writer's clock: since 1970
 
  private:

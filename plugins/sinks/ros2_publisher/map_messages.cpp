@@ -66,7 +66,9 @@ std::optional<ros::map_msgs::OccupancyGridUpdate> grid_update(const GridView& fu
   int right = -1;
   int bottom = grid.height;
   int top = -1;
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x); };
+  const auto at = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
+  };
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       if (grid.cells[at(x, y)] == full.cells[at(x, y)]) continue;

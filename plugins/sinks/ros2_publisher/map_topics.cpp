@@ -10,7 +10,7 @@
 namespace waymark::ros2_publisher {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{100};
+constexpr std::chrono::milliseconds kPatienceOfMaps{100};
 
 bool is_due(const std::optional<Time>& last, Time now, Duration period) {
   return !last || now - *last >= period || now < *last;
@@ -36,10 +36,9 @@ MapTopics::MapTopics(const dds::Participant& participant, Publisher& publisher, 
     diagnostics_ = writer(topics_.diagnostics, ros::diagnostic_msgs::DiagnosticArray::kType, false);
 }
 
-std::unique_ptr<dds::Writer> MapTopics::writer(const std::string& topic, std::string_view type,
-                                               bool is_latched) const {
+std::unique_ptr<dds::Writer> MapTopics::writer(const std::string& topic, std::string_view type, bool is_latched) const {
   const dds::Quality quality{.reliable = true, .latched = is_latched, .depth = is_latched ? 1 : 10};
-  return std::make_unique<dds::Writer>(participant_, topic, std::string(type), quality, kPatience);
+  return std::make_unique<dds::Writer>(participant_, topic, std::string(type), quality, kPatienceOfMaps);
 }
 
 template <class M>
@@ -62,8 +61,7 @@ void MapTopics::publish(const Snapshot& snapshot) {
   // Which maps have grids shows when they are asked for one.
   const bool wants_grids = topics_.has("map") && (grids_.empty() || reads_grids());
   if (wants_grids || is_read(landmarks_)) {
-    std::vector<MapDescription> maps =
-        snapshot.best_maps(wants_grids ? MapDetail::with_grids : MapDetail::summary);
+    std::vector<MapDescription> maps = snapshot.best_maps(wants_grids ? MapDetail::with_grids : MapDetail::summary);
     if (is_read(landmarks_)) send(landmarks_, markers_.message(maps, now, map_frame_));
     if (wants_grids) publish_grids(maps, now);
   }

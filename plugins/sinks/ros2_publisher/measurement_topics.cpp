@@ -17,8 +17,8 @@
 namespace waymark::ros2_publisher {
 namespace {
 
-constexpr dds::Quality kStatic{.reliable = true, .latched = true, .depth = 1};
-constexpr std::chrono::milliseconds kPatience{500};
+constexpr dds::Quality kStaticTransforms{.reliable = true, .latched = true, .depth = 1};
+constexpr std::chrono::milliseconds kPatienceOfSensors{500};
 
 /// From x forward, y left, z up to z forward, x right, y down (REP 103).
 Pose T_body_optical() {
@@ -69,7 +69,8 @@ std::string word_of(const std::string& sensor) {
 MeasurementSettings read_measurement_settings(const Config& config, const Rig& rig) {
   MeasurementSettings settings;
   const Config block = config.child_or_empty({"measurements", "of `publish: [measurements]`"});
-  const Config topics = block.child_or_empty({"topics", "", "topic of each sensor: `lidar: /scan`", "`/` and its name"});
+  const Config topics =
+      block.child_or_empty({"topics", "", "topic of each sensor: `lidar: /scan`", "`/` and its name"});
   std::vector<std::string> names;
   for (const Mounting& mounting : rig.mountings()) names.push_back(mounting.name);
   for (const std::string& sensor : topics.keys()) {
@@ -133,9 +134,9 @@ ros::sensor_msgs::CameraInfo camera_info(const Intrinsics& camera, ros::std_msgs
   return info;
 }
 
-MeasurementTopics::MeasurementTopics(const dds::Participant& participant, Publisher& publisher,
-                                     live::EventList& events, const Rig& rig, MeasurementSettings settings,
-                                     std::optional<Datum> datum, const std::string& base_frame)
+MeasurementTopics::MeasurementTopics(const dds::Participant& participant, Publisher& publisher, live::EventList& events,
+                                     const Rig& rig, MeasurementSettings settings, std::optional<Datum> datum,
+                                     const std::string& base_frame)
     : participant_(participant),
       publisher_(publisher),
       events_(events),
@@ -156,7 +157,7 @@ void MeasurementTopics::publish_mountings(const std::string& base_frame) {
         to_ros(is_camera(mounting) ? T_base_body * T_body_optical() : T_base_body, Time{}, base_frame, frame_of(i)));
   }
   tf_static_ = std::make_unique<dds::Writer>(participant_, "/tf_static", std::string(ros::tf2_msgs::TFMessage::kType),
-                                             kStatic, kPatience);
+                                             kStaticTransforms, kPatienceOfSensors);
   tf_static_->write(ros::to_cdr(message));
 }
 
@@ -174,7 +175,7 @@ MeasurementTopics::Topic& MeasurementTopics::topic_of(std::size_t sensor, const 
   topic.name = given != settings_.topics.end() ? given->second : "/" + word_of(name);
   const bool is_large = type == ros::sensor_msgs::Image::kType || type == ros::sensor_msgs::PointCloud2::kType;
   const dds::Quality quality{.reliable = settings_.is_reliable, .latched = false, .depth = is_large ? 10 : 200};
-  topic.writer = std::make_unique<dds::Writer>(participant_, topic.name, type, quality, kPatience);
+  topic.writer = std::make_unique<dds::Writer>(participant_, topic.name, type, quality, kPatienceOfSensors);
   return topics_.emplace(std::pair(sensor, type), std::move(topic)).first->second;
 }
 
@@ -207,7 +208,7 @@ void MeasurementTopics::publish_camera_info(std::size_t sensor, const ros::std_m
     Topic topic;
     topic.name = picture.substr(0, picture.rfind('/')) + "/camera_info";
     const dds::Quality quality{.reliable = settings_.is_reliable, .latched = false, .depth = 10};
-    topic.writer = std::make_unique<dds::Writer>(participant_, topic.name, type, quality, kPatience);
+    topic.writer = std::make_unique<dds::Writer>(participant_, topic.name, type, quality, kPatienceOfSensors);
     known = topics_.emplace(std::pair(sensor, type), std::move(topic)).first;
   }
   publisher_.send(*known->second.writer, ros::to_cdr(camera_info(*mounting.intrinsics, header)), {});

@@ -53,9 +53,7 @@ Eigen::Matrix<double, 6, 6> StateIndices::covariance(const Belief& belief, int f
   return P;
 }
 
-ros::geometry_msgs::Pose to_ros(const Pose& pose) {
-  return {{pose.p.x(), pose.p.y(), pose.p.z()}, to_ros(pose.q)};
-}
+ros::geometry_msgs::Pose to_ros(const Pose& pose) { return {{pose.p.x(), pose.p.y(), pose.p.z()}, to_ros(pose.q)}; }
 
 ros::geometry_msgs::TransformStamped to_ros(const Pose& T_parent_child, Time stamp, const std::string& parent,
                                             const std::string& child) {
@@ -74,8 +72,10 @@ ros::nav_msgs::Odometry odometry_in_odom(const Belief& belief, const StateIndice
   ros::nav_msgs::Odometry message = odometry(belief, indices, frames);
   message.header.frame_id = frames.odom;
   Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << Eigen::Vector3d::Constant(smooth.position_sigma_m()), Eigen::Vector3d::Constant(smooth.rotation_sigma_rad());
-  message.pose = {to_ros(smooth.T_odom_base()), row_by_row(sigmas.cwiseAbs2().asDiagonal())};
+  sigmas << Eigen::Vector3d::Constant(smooth.position_sigma_m()),
+      Eigen::Vector3d::Constant(smooth.rotation_sigma_rad());
+  const Eigen::Matrix<double, 6, 6> P = sigmas.cwiseAbs2().asDiagonal();
+  message.pose = {to_ros(smooth.T_odom_base()), row_by_row(P)};
   return message;
 }
 

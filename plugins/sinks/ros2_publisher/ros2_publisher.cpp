@@ -126,14 +126,13 @@ Ros2Publisher::Ros2Publisher(const Config& config, const Rig& rig)
                                  {"front", "committed"}, "front") == "front"),
       ahead_(from_seconds(config.number_in(
           {"transform_ahead_s", "s", "map → odom is said to be valid so much later than the pose"}, 0.0, 10.0, 0.0))),
-      periods_{
-          from_seconds(config.number_in(
-              {"period_s", "s", "time between two messages of path, landmarks, health, and changes of grids"}, 0.05,
-              3600.0, 1.0)),
-          from_seconds(config.number_in({"full_period_s", "s", "the same of whole grids and octrees"}, 0.05, 3600.0,
-                                        10.0)),
-          static_cast<std::size_t>(config.integer_in(
-              {"path_poses", "most poses of the path, which is thinned"}, 2, 100'000, 2000))},
+      periods_{from_seconds(config.number_in(
+                   {"period_s", "s", "time between two messages of path, landmarks, health, and changes of grids"},
+                   0.05, 3600.0, 1.0)),
+               from_seconds(
+                   config.number_in({"full_period_s", "s", "the same of whole grids and octrees"}, 0.05, 3600.0, 10.0)),
+               static_cast<std::size_t>(
+                   config.integer_in({"path_poses", "most poses of the path, which is thinned"}, 2, 100'000, 2000))},
       measurement_settings_(read_measurement_settings(config, rig)),
       linger_(static_cast<std::int64_t>(
           1e3 * config.number_in({"linger_s", "s", "at the end: how long readers that are slow are waited for"}, 0.0,
@@ -143,8 +142,7 @@ Ros2Publisher::Ros2Publisher(const Config& config, const Rig& rig)
 
 void Ros2Publisher::start(const RunInfo& info) {
   const std::optional<Datum> datum = datum_of(info.config);
-  if (topics_.has("fix") && !datum)
-    throw Error("publish: fix needs the map's place on the Earth: `datum` of the YAML");
+  if (topics_.has("fix") && !datum) throw Error("publish: fix needs the map's place on the Earth: `datum` of the YAML");
   std::vector<std::string> sensors;
   for (const Mounting& mounting : rig_.mountings()) sensors.push_back(mounting.name);
   const std::lock_guard lock(mutex_);

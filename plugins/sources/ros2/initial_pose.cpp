@@ -27,17 +27,16 @@ std::string set_pose_command(const ros::geometry_msgs::PoseWithCovarianceStamped
   const auto& q = pose.orientation;
   const Eigen::Quaterniond orientation(q.w, q.x, q.y, q.z);
   constexpr double kLoose = 0.01;
-  const bool is_pose = std::isfinite(pose.position.x) && std::isfinite(pose.position.y) &&
-                       std::abs(orientation.norm() - 1.0) < kLoose;
+  const bool is_pose =
+      std::isfinite(pose.position.x) && std::isfinite(pose.position.y) && std::abs(orientation.norm() - 1.0) < kLoose;
   if (!is_pose) throw ros::Unusable("the pose has numbers that are not finite, or a rotation that is none");
-  std::string command = fmt::format("set-pose {} {} {}", pose.position.x, pose.position.y,
-                                    kDegrees * so3::yaw(orientation.normalized()));
+  std::string command =
+      fmt::format("set-pose {} {} {}", pose.position.x, pose.position.y, kDegrees * so3::yaw(orientation.normalized()));
   const double position_variance = 0.5 * (covariance[0] + covariance[kY]);
   const double yaw_variance = covariance[kYaw];
-  const bool is_known = position_variance > 0.0 && yaw_variance > 0.0 && std::isfinite(position_variance) &&
-                        std::isfinite(yaw_variance);
-  if (is_known)
-    command += fmt::format(" {} {}", std::sqrt(position_variance), kDegrees * std::sqrt(yaw_variance));
+  const bool is_known =
+      position_variance > 0.0 && yaw_variance > 0.0 && std::isfinite(position_variance) && std::isfinite(yaw_variance);
+  if (is_known) command += fmt::format(" {} {}", std::sqrt(position_variance), kDegrees * std::sqrt(yaw_variance));
   return command;
 }
 

@@ -127,15 +127,15 @@ class Ros2Source final : public Source {
 };
 
 Ros2Source::Ros2Source(const Config& config, const Rig& rig)
-    : most_bytes_(static_cast<std::size_t>(
-          config.integer_in({"max_message_bytes", "a larger message is skipped"}, 1000,
-                            static_cast<std::int64_t>(dds::kMostBytes), static_cast<std::int64_t>(dds::kMostBytes)))),
+    : most_bytes_(static_cast<std::size_t>(config.integer_in({"max_message_bytes", "a larger message is skipped"}, 1000,
+                                                             static_cast<std::int64_t>(dds::kMostBytes),
+                                                             static_cast<std::int64_t>(dds::kMostBytes)))),
       base_frame_(config.text({"base_frame", "frame of the robot in /tf_static"}, "base_link")),
       map_frame_(config.text({"map_frame", "frame in which `initial_pose` is given"}, "map")),
       pose_topic_(read_pose_topic(config)),
       tf_patience_(from_seconds(config.number_in(
-          {"tf_patience_s", "s", "how long a start waits for /tf_static, if a sensor has `base_T_sensor: from_tf`"}, 0.1,
-          3600.0, 10.0))),
+          {"tf_patience_s", "s", "how long a start waits for /tf_static, if a sensor has `base_T_sensor: from_tf`"},
+          0.1, 3600.0, 10.0))),
       is_simulated_(config.boolean(
           {"use_sim_time", "true: the time is that of the topic `/clock`, of a simulation or of a bag that is played"},
           false)),
@@ -160,8 +160,8 @@ std::size_t Ros2Source::add_input(const std::string& topic, const std::string& t
 void Ros2Source::add_channel(const Config& entry, const Rig& rig) {
   TopicChannel channel(entry, rig);
   for (const TopicChannel& other : topics_) {
-    const bool is_same = other.topic() == channel.topic() &&
-                         other.channel().payload_type == channel.channel().payload_type;
+    const bool is_same =
+        other.topic() == channel.topic() && other.channel().payload_type == channel.channel().payload_type;
     if (is_same) {
       entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
                                        other.channel().sensor, channel.channel().sensor,
@@ -199,15 +199,14 @@ void Ros2Source::look() {
   if (now - looked_ < kLook) return;
   looked_ = now;
   for (Input& input : inputs_) {
-    if (!input.channels.empty() || &input == &inputs_[clock_input_.value_or(0)])
-      input.state.look(*participant_, input.reader, events_);
+    const bool is_clock = clock_input_ && &input == &inputs_[*clock_input_];
+    if (!input.channels.empty() || is_clock) input.state.look(*participant_, input.reader, events_);
   }
 }
 
 void Ros2Source::require_size(const dds::Sample& sample) const {
   if (sample.size() > most_bytes_) {
-    throw ros::Unusable(
-        fmt::format("it has {} bytes; max_message_bytes is {}", sample.size(), most_bytes_));
+    throw ros::Unusable(fmt::format("it has {} bytes; max_message_bytes is {}", sample.size(), most_bytes_));
   }
 }
 
@@ -245,8 +244,8 @@ void Ros2Source::use_clock(const dds::Sample& sample) {
   const std::int64_t now = ros::to_time(message.clock).value_or(Time{}).time_since_epoch().count();
   const std::int64_t before = simulated_ns_.exchange(now);
   if (std::exchange(clock_has_begun_, true) && now < before) {
-    events_.add(fmt::format("/clock went back by {:.3f} s: the simulation began anew",
-                            to_seconds(Duration{before - now})));
+    events_.add(
+        fmt::format("/clock went back by {:.3f} s: the simulation began anew", to_seconds(Duration{before - now})));
   }
 }
 
@@ -302,7 +301,7 @@ void Ros2Source::stop() {
 
 std::optional<Time> Ros2Source::simulated_time() const {
   if (!is_simulated_) return std::nullopt;
-  return Time{Duration{simulated_ns_}};
+  return Time{Duration{simulated_ns_.load()}};
 }
 
 // --- where sensors are mounted ---------------------------------------------------------------------------------------
@@ -342,9 +341,10 @@ std::optional<Pose> Ros2Source::T_base_sensor(std::string_view sensor) {
     wait_.wait(kLook);
   }
   if (frame.empty()) {
-    throw DataError(fmt::format("no message came on {} within {:.1f} s, so its frame is not known; `frame` of its "
-                                "channel gives it",
-                                found->topic(), to_seconds(tf_patience_)));
+    throw DataError(
+        fmt::format("no message came on {} within {:.1f} s, so its frame is not known; `frame` of its "
+                    "channel gives it",
+                    found->topic(), to_seconds(tf_patience_)));
   }
   throw DataError(fmt::format("/tf_static did not connect {} with {} within {:.1f} s; its frames: {}", frame,
                               base_frame_, to_seconds(tf_patience_), transforms_.list()));

@@ -57,7 +57,9 @@ std::optional<Pose> StaticTransforms::find(const std::string& base, const std::s
   const auto [root_of_base, T_root_base] = root_of(name_of(base));
   const auto [root_of_frame, T_root_frame] = root_of(name_of(frame));
   if (root_of_base != root_of_frame) return std::nullopt;
-  return T_root_base.inverse() * T_root_frame;
+  const Pose T_base_frame = T_root_base.inverse() * T_root_frame;
+  if (!T_base_frame.p.allFinite()) return std::nullopt;  // of a chain of huge numbers
+  return T_base_frame;
 }
 
 std::string StaticTransforms::list() const {

@@ -60,9 +60,7 @@ TopicChannel::TopicChannel(const Config& entry, const Rig& rig) {
       entry.number_in({"stamp_offset_s", "s", "is added to the stamp: −0.02 for a device that stamps 20 ms too late"},
                       -3600.0, 3600.0, 0.0));
   quality_.reliable = entry.boolean(
-      {"reliable",
-       "true: what is lost on its way is sent again; a publisher of best effort is not heard then"},
-      false);
+      {"reliable", "true: what is lost on its way is sent again; a publisher of best effort is not heard then"}, false);
   constexpr std::int64_t kDepth = 200;
   constexpr std::int64_t kDepthOfLarge = 10;
   quality_.depth = static_cast<int>(
@@ -111,8 +109,8 @@ void TopicChannel::choose_decoder(const Config& entry, const std::string& payloa
   std::apply([&](const auto&... one) { (try_payload(one), ...); }, CorePayloads());
   if (decode_) return;
   if (!payloads.empty()) {
-    entry.fail("payload", fmt::format("{} cannot be made of {}; {} is expected", payload, type_,
-                                      fmt::join(payloads, " or ")));
+    entry.fail("payload",
+               fmt::format("{} cannot be made of {}; {} is expected", payload, type_, fmt::join(payloads, " or ")));
   }
   const auto repeated = std::ranges::unique(types);
   types.erase(repeated.begin(), repeated.end());

@@ -8,6 +8,7 @@
 #include "plugins/shared/dds/participant.hpp"
 #include "plugins/shared/dds/raw_type.hpp"
 #include "waymark/config/config.hpp"
+#include "waymark/interface/rig.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark::ros2 {
@@ -42,8 +43,8 @@ class TopicChannel {
   dds::Quality quality_;
   Channel channel_;
   std::string frame_;
-  bool has_stamp_ = true;        // its messages have a header that counts
-  bool is_payload_ = false;      // a payload of waymark as it is
+  bool has_stamp_ = true;    // its messages have a header that counts
+  bool is_payload_ = false;  // a payload of waymark as it is
   Duration stamp_offset_{};
   ros::Decoder decode_;
 };

@@ -28,9 +28,10 @@ void TopicState::look(const dds::Participant& participant, const dds::Reader& re
   }
   if (const std::size_t refused = reader.refused_writers(); refused > refused_) {
     refused_ = refused;
-    events.add(fmt::format("{}: a publisher offers less than is asked for, and is not heard: `reliable: true` needs one "
-                           "that is",
-                           topic_));
+    events.add(
+        fmt::format("{}: a publisher offers less than is asked for, and is not heard: `reliable: true` needs one "
+                    "that is",
+                    topic_));
   }
   if (const std::uint64_t lost = reader.lost(); lost >= next_lost_) {
     events.add(fmt::format("{}: {} message{} lost so far", topic_, lost, lost == 1 ? " was" : "s were"));

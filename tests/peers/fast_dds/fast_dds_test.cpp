@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <gmock/gmock.h>
+
+#include <chrono>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -7,10 +11,6 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <gmock/gmock.h>
-
-#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -99,11 +99,14 @@ Theirs exchange(FastDds& peer, const dds::Participant& participant, const Ours& 
   dds::Reader reader(participant, "/in" + name, type, {.reliable = false, .latched = false, .depth = 10});
   EXPECT_TRUE(eventually([&] { return writer.readers() == 1 && reader.writers() == 1; })) << "they do not match";
   fast::SubscriptionMatchedStatus matched;
-  EXPECT_TRUE(eventually([&] { return from_us->get_subscription_matched_status(matched) == ReturnCode_t::RETCODE_OK &&
-                                      matched.current_count == 1; }));
+  EXPECT_TRUE(eventually([&] {
+    return from_us->get_subscription_matched_status(matched) == ReturnCode_t::RETCODE_OK && matched.current_count == 1;
+  }));
   fast::PublicationMatchedStatus matched_by_us;
-  EXPECT_TRUE(eventually([&] { return to_us->get_publication_matched_status(matched_by_us) == ReturnCode_t::RETCODE_OK &&
-                                      matched_by_us.current_count == 1; }));
+  EXPECT_TRUE(eventually([&] {
+    return to_us->get_publication_matched_status(matched_by_us) == ReturnCode_t::RETCODE_OK &&
+           matched_by_us.current_count == 1;
+  }));
 
   std::vector<std::uint8_t> sent = ros::to_cdr(message);
   writer.write(sent);
@@ -205,8 +208,7 @@ TEST_F(FastDdsPeer, GetsTheMapThatWasPublishedBeforeItCame) {
   ros::nav_msgs::OccupancyGrid grid;
   grid.data = {0, 100, -1};
   writer.write(ros::to_cdr(grid));
-  fast::DataReader* const reader =
-      peer_.reader(peer_.topic<nav_msgs::msg::OccupancyGridPubSubType>("/map"), kLatched);
+  fast::DataReader* const reader = peer_.reader(peer_.topic<nav_msgs::msg::OccupancyGridPubSubType>("/map"), kLatched);
   nav_msgs::msg::OccupancyGrid read;
   fast::SampleInfo info;
   EXPECT_TRUE(eventually([&] { return reader->take_next_sample(&read, &info) == ReturnCode_t::RETCODE_OK; }));

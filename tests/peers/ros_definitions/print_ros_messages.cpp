@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every message of ROS that waymark has, filled with values of its own, as lines of JSON: type, definition, bytes of CDR.
+// Every message of ROS that waymark has, filled with values of its own, as lines of JSON: type, definition, bytes of
+// CDR.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -15,8 +16,7 @@ int main() {
   ros_test::for_each_message([]<class Message>(const Message& message) {
     std::string hex;
     for (const std::uint8_t byte : ros::to_cdr(message)) hex += fmt::format("{:02x}", byte);
-    const nlohmann::json line{
-        {"type", Message::kType}, {"definition", ros::definition_text<Message>()}, {"cdr", hex}};
+    const nlohmann::json line{{"type", Message::kType}, {"definition", ros::definition_text<Message>()}, {"cdr", hex}};
     std::puts(line.dump().c_str());
   });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readers and writers of one process, which CycloneDDS connects without a network; tests/peers/fast_dds has the network.
+// Readers and writers of one process, which CycloneDDS connects without a network; tests/peers/fast_dds has the
+// network.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -15,9 +16,9 @@
 namespace waymark::dds {
 namespace {
 
+using test::eventually;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using test::eventually;
 
 const std::string kType = "std_msgs/msg/Header";
 constexpr Quality kBestEffort{.reliable = false};

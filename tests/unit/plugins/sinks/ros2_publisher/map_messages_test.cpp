@@ -98,8 +98,7 @@ TEST(PathMessage, IsThinnedAndKeepsTheLastPose) {
 
 TEST(OctomapMessage, HasWhatFollowsTheHeaderOfTheFile) {
   const std::string nodes("\x01\x02\x03\x04", 4);
-  const auto message =
-      octomap_message({".bt", map_formats::octree_header(true, 2, 0.1) + nodes}, kNow, "map");
+  const auto message = octomap_message({".bt", map_formats::octree_header(true, 2, 0.1) + nodes}, kNow, "map");
   ASSERT_TRUE(message);
   EXPECT_TRUE(message->binary);
   EXPECT_EQ(message->id, "OcTree");

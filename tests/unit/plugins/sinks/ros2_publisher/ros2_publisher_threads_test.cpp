@@ -21,10 +21,10 @@
 namespace waymark {
 namespace {
 
-using ::testing::HasSubstr;
 using test::eventually;
 using test::FakeSnapshot;
 using test::TemporaryFolder;
+using ::testing::HasSubstr;
 
 constexpr dds::Quality kReliable{.reliable = true, .latched = false, .depth = 100};
 constexpr dds::Quality kLatched{.reliable = true, .latched = true, .depth = 1};
@@ -64,8 +64,8 @@ class Ros2Publisher : public ::testing::Test {
  protected:
   std::shared_ptr<Sink> start(const std::string& keys, const std::string& config = "") {
     const std::string yaml = fmt::format("{{ domain: {}{}{} }}", test::own_domain(), keys.empty() ? "" : ", ", keys);
-    auto sink = PluginLoader({WAYMARK_PLUGIN_DIR})
-                    .create<Sink>("ros2_publisher", Config::parse(yaml, "robot.yaml"), rig());
+    auto sink =
+        PluginLoader({WAYMARK_PLUGIN_DIR}).create<Sink>("ros2_publisher", Config::parse(yaml, "robot.yaml"), rig());
     sink->start({out_.path(), nullptr, nullptr, config});
     return sink;
   }
@@ -152,7 +152,8 @@ Measurement measurement(std::uint32_t sensor, double seconds, std::shared_ptr<Pa
 }
 
 TEST_F(Ros2Publisher, MeasurementsAreTheTopicsOfTheRobot) {
-  const auto sink = start("publish: [measurements], measurements: { topics: { lidar: /scan, camera: /eye/image_raw } }");
+  const auto sink =
+      start("publish: [measurements], measurements: { topics: { lidar: /scan, camera: /eye/image_raw } }");
   Topic<ros::sensor_msgs::LaserScan> scan(robot_, "/scan");
   Topic<ros::sensor_msgs::JointState> wheels(robot_, "/wheels");
   Topic<ros::sensor_msgs::CameraInfo> info(robot_, "/eye/camera_info");

@@ -19,9 +19,9 @@
 namespace waymark {
 namespace {
 
+using test::LiveReader;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using test::LiveReader;
 
 constexpr dds::Quality kLatched{.reliable = true, .latched = true, .depth = 1};
 constexpr std::chrono::milliseconds kPatience{100};
@@ -35,8 +35,8 @@ Rig rig() {
 }
 
 std::shared_ptr<Source> make_source(const std::string& channels, const std::string& more = "") {
-  const std::string yaml =
-      fmt::format("{{ domain: {}, channels: [ {} ]{} }}", test::own_domain(), channels, more.empty() ? "" : ", " + more);
+  const std::string yaml = fmt::format("{{ domain: {}, channels: [ {} ]{} }}", test::own_domain(), channels,
+                                       more.empty() ? "" : ", " + more);
   return PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("ros2", Config::parse(yaml, "robot.yaml"), rig());
 }
 
@@ -57,7 +57,9 @@ class Topic {
  public:
   Topic(const dds::Participant& participant, const std::string& name, const dds::Quality& quality = {})
       : writer_(participant, name, std::string(M::kType), quality, kPatience) {}
-  void wait_for_reader() { ASSERT_TRUE(test::eventually([this] { return writer_.readers() > 0; })); }
+  void wait_for_reader() {
+    ASSERT_TRUE(test::eventually([this] { return writer_.readers() > 0; }));
+  }
   void write(const M& message) { writer_.write(ros::to_cdr(message)); }
   dds::Writer& writer() { return writer_; }
 
@@ -139,7 +141,8 @@ TEST_F(Ros2Source, APublisherThatGoesAndComesBackIsReported) {
 TEST_F(Ros2Source, AnotherTypeOnTheTopicIsReported) {
   LiveReader reader(make_source(kImu));
   const Topic<ros::sensor_msgs::MagneticField> topic(robot_, "/imu");
-  EXPECT_TRUE(reader.wait_for_event("/imu: nobody publishes sensor_msgs/msg/Imu; there is sensor_msgs/msg/MagneticField"));
+  EXPECT_TRUE(
+      reader.wait_for_event("/imu: nobody publishes sensor_msgs/msg/Imu; there is sensor_msgs/msg/MagneticField"));
 }
 
 TEST_F(Ros2Source, APoseOfRVizIsACommandInItsPlaceAmongTheMeasurements) {

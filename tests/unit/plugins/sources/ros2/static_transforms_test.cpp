@@ -24,8 +24,8 @@ ros::geometry_msgs::TransformStamped transform(const std::string& parent, const 
 
 TEST(StaticTransforms, AreFollowedThroughChainsAndAcrossTheRoot) {
   StaticTransforms transforms;
-  transforms.add({{transform("base_footprint", "base_link", 0.0), transform("base_link", "mast", 1.0,
-                                                                            0.5 * std::numbers::pi)}});
+  transforms.add(
+      {{transform("base_footprint", "base_link", 0.0), transform("base_link", "mast", 1.0, 0.5 * std::numbers::pi)}});
   transforms.add({{transform("mast", "laser", 2.0), transform("base_footprint", "gps", 5.0)}});
   const auto laser = transforms.find("base_link", "laser");
   ASSERT_TRUE(laser);
