@@ -236,7 +236,7 @@ std::string read_name(const Config& entry, const Config::Key& key) {
 }  // namespace
 
 bool is_mounted_by_source(const Config& entry) {
-  return entry.has("base_T_sensor") && !entry.is_mapping("base_T_sensor");
+  return entry.is_word("base_T_sensor", kFromTf);
 }
 
 Mounting read_mounting(const Config& entry) {
@@ -247,7 +247,7 @@ Mounting read_mounting(const Config& entry) {
   if (!mounting.payload.empty() && mounting.payload.find('/') == std::string::npos)
     mounting.payload = "waymark/" + mounting.payload + "@1";
   if (is_mounted_by_source(entry)) {
-    entry.choice("base_T_sensor", {kFromTf});
+    entry.text("base_T_sensor");  // it is settled later, or the sensor has none
   } else if (entry.has("base_T_sensor")) {
     const Config extrinsics = entry.child({"base_T_sensor", "",
                                            "pose of the sensor in the base frame: x forward, y left, z up, also for a "
