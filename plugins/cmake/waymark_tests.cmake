@@ -56,6 +56,11 @@ function(waymark_add_test_program name)
     target_compile_options(${name} PRIVATE -O0) # compiles in about 0.6 of the time; what is tested keeps the optimization of the preset
   endif()
   target_link_libraries(${name} PRIVATE waymark_test_main waymark::loader fmt::fmt)
+  if(TARGET waymark_test_headers)
+    # Not by target_precompile_headers(REUSE_FROM): its options are absolute paths that the compiler cache takes for other options.
+    target_compile_options(${name} PRIVATE "SHELL:-include-pch ${WAYMARK_TEST_HEADERS}")
+    add_dependencies(${name} waymark_test_headers_sum)
+  endif()
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/core/src)
   set(plugin_dir ${WAYMARK_PLUGIN_OUTPUT_DIR})
   set(source_dir ${PROJECT_SOURCE_DIR})

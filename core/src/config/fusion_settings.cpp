@@ -147,6 +147,11 @@ void read_filter(const Config& filter, bool has_maps, FusionSettings& settings) 
                                                        0.0, 1.0, 0.2);
   settings.filter.threads =
       static_cast<int>(filter.integer_in({"threads", "number of threads; results do not depend on it"}, 1, 256, 1));
+  settings.filter.path_poses = static_cast<std::size_t>(filter.integer_in(
+      {"path_poses",
+       "most poses of a path that are kept; of a longer one the older half loses every second pose, so a robot that "
+       "runs for months needs no more memory"},
+      1000, 1'000'000'000, 200'000));
   settings.max_latency = from_seconds(filter.non_negative(
       {"max_latency_s", "s", "measurements up to this late are put in order; the committed result lags by it"}, 0.0));
   settings.history = from_seconds(filter.number_in(

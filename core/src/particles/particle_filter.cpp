@@ -175,11 +175,23 @@ void ParticleFilter::inflate_pose(double position_variance, double yaw_variance)
 
 void ParticleFilter::record_path() {
   for (Particle& particle : set_) particle.path.append(particle.belief.stamp, particle.belief.mean.T_map_base);
+  bound_paths();
 }
 
 void ParticleFilter::record_tentative_path() {
   for (Particle& particle : set_)
     particle.path.append_tentative(particle.belief.stamp, particle.belief.mean.T_map_base);
+  bound_paths();
+}
+
+void ParticleFilter::bound_paths() {
+  const auto is_long = [this](const Particle& particle) { return particle.path.size() > settings_.path_poses; };
+  if (std::ranges::none_of(set_.all(), is_long)) return;
+  std::vector<Path*> paths;
+  for (Particle& particle : set_) {
+    if (particle.path.size() > settings_.path_poses / 2) paths.push_back(&particle.path);
+  }
+  Path::thin(paths, settings_.path_poses / 2);
 }
 
 void ParticleFilter::resample_if_needed(std::uint32_t sensor) {

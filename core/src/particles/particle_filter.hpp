@@ -130,6 +130,9 @@ class WAYMARK_API ParticleFilter {
   template <class Archive>
   void serialize_rest(Archive& archive);
 
+  /// Thins the older half of paths that have grown too long.
+  void bound_paths();
+
   class Present;
 
   const estimation::ProcessModel& process_;

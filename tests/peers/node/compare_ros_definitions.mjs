@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads the lines of print_ros_messages and compares definitions with those of ROS 2 (Humble and Jazzy), then decodes the bytes by ROS
 // 2's definition and encodes them again: they must be the same.
-const { parse } = require("@foxglove/rosmsg");
-const { ros2humble, ros2jazzy } = require("@foxglove/rosmsg-msgs-common");
-const { MessageReader, MessageWriter } = require("@foxglove/rosmsg2-serialization");
+import { readFileSync } from "node:fs";
+import { parse } from "@foxglove/rosmsg";
+import { ros2humble, ros2jazzy } from "@foxglove/rosmsg-msgs-common";
+import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 
 // ROS 2 has these, but not in this package: Fast DDS is their test.
 const NOT_THERE = new Set(["map_msgs/OccupancyGridUpdate", "octomap_msgs/Octomap"]);
@@ -31,7 +32,7 @@ function withParts(known, type, found = new Map()) {
 
 let compared = 0;
 const failures = [];
-for (const line of require("node:fs").readFileSync(0, "utf8").trim().split("\n")) {
+for (const line of readFileSync(0, "utf8").trim().split("\n")) {
   const { type, definition, cdr } = JSON.parse(line);
   const name = short(type);
   if (BASE.has(name) || NOT_THERE.has(name)) continue;
