@@ -210,6 +210,66 @@ def latency(arguments, folder):
         f"pose now {text(live['front_latency_s'])} ms; {each}; {100 * live['cpu_share']:.0f} % of a core, all threads")
 
 
+SIMULATED = QUICKSTART.with_name("ros2_simulated_robot.yaml")
+ON_TOPICS = QUICKSTART.with_name("ros2.yaml")
+
+
+def with_log(yaml, folder):
+    """A copy of a robot with one more sink, which writes what its source delivers; without pictures, which would cost a lot."""
+    folder.mkdir(parents=True, exist_ok=True)
+    copy = folder / yaml.name
+    copy.write_text(yaml.read_text() + "  - { plugin: log, leave_out: [camera] }\n")
+    return copy
+
+
+def stamps(folder, sensor):
+    rows = (folder / "log" / f"{sensor}.csv").read_text().splitlines()[1:]
+    return [int(row.split(",", 1)[0]) for row in rows]
+
+
+@case
+def ros2(arguments, folder):
+    """A simulated robot in another process publishes all its sensors over DDS; waymark runs on them with both maps."""
+    domain = 1 + os.getpid() % 199
+    seconds = arguments.latency_seconds
+    robot = Waymark(arguments.waymark, folder / "robot", "", yaml=with_log(SIMULATED, folder / "robot"), options=[
+        "--set", f"sinks.ros2_publisher.domain={domain}", "--set", f"source.duration_s={seconds + 60:g}",
+        "--set", f"live.control={folder / 'robot/ctl'}"])
+    run = Waymark(arguments.waymark, folder / "run", "", yaml=with_log(ON_TOPICS, folder / "run"), options=[
+        "--set", f"source.domain={domain}", "--set", f"sinks.ros2_publisher.domain={domain}", "--set", f"live.control={folder / 'run/ctl'}",
+        "--set", "record={}"])
+    run.start()  # it waits for /tf_static
+    robot.start().wait_until_under_way()
+    run.wait_until_under_way()
+    time.sleep(seconds)
+    load = os.getloadavg()[0]
+    _, sent = robot.stop()
+    time.sleep(1)
+    code, report = run.stop()
+    live = report["live"]
+
+    def text(times):
+        return " / ".join(f"{1e3 * times[key]:.2f}" for key in ("median", "p99", "max"))
+
+    print("| sensor | received | of those published meanwhile, missing | dropped | arrival to the filter's pose: median / p99 / max [ms] |\n"
+          "|---|---|---|---|---|", flush=True)
+    for one in live["streams"]:
+        missing = "not compared"
+        if one["sensor"] != "camera":
+            received = set(stamps(run.out, one["sensor"]))
+            published = stamps(robot.out, one["sensor"])
+            missing = sum(min(received) <= stamp <= max(received) and stamp not in received for stamp in published)
+        print(f"| {one['sensor']} | {one['received']} | {missing} | {one['dropped']} | {text(one['latency_s'])} |", flush=True)
+    lost = [event["text"] for event in report["run"]["events"] if "lost so far" in event["text"] or "bad message" in event["text"]]
+    replayed = subprocess.run([arguments.waymark, "run", str(run.out / "flight.mcap"), "--out", str(folder / "replay"), "--quiet"],
+                              capture_output=True, text=True)
+    differ, names = same_files(run.out, folder / "replay")
+    row(f"topics of ROS 2 over {live['duration_s']:.0f} s (load of the machine {load:.1f})",
+        f"exit code {code}; pose now {text(live['front_latency_s'])} ms; CPU: waymark {100 * live['cpu_share']:.0f} %, the robot "
+        f"{100 * sent['live']['cpu_share']:.0f} % of a core; events of lost or bad messages: {lost or 'none'}; replay: "
+        f"{'the same byte for byte (' + ', '.join(names) + ')' if replayed.returncode == 0 and not differ else 'differs: ' + str(differ) + replayed.stderr}")
+
+
 @case
 def soak(arguments, folder):
     """Stamps end at the present, so that none lies ahead."""

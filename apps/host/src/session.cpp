@@ -220,7 +220,8 @@ void Session::obey(const Measurement& command) {
   const bool has_changed_filter = answer.starts_with("ok") && steers(text);
   if (has_changed_filter) results_.commanded(command.arrival, text);
   if (!live_) return;
-  if (has_changed_filter) live_->note(fmt::format("command: {}", text));
+  // A command may come from a source that does not see the answer.
+  if (steers(text)) live_->note(fmt::format("command: {}{}", text, has_changed_filter ? "" : ": " + answer));
   live_->reply(command.sequence, answer);
   take_live_events();
 }

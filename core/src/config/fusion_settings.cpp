@@ -13,6 +13,7 @@ namespace waymark {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr std::string_view kFromTf = "from_tf";
 constexpr double kShareNotGiven = -1.0;
 constexpr double kFarthest = 1e8;  // m; beyond, doubles are too coarse for a place
 
@@ -249,6 +250,10 @@ std::string read_name(const Config& entry, const Config::Key& key) {
 
 }  // namespace
 
+bool is_mounted_by_source(const Config& entry) {
+  return entry.is_word("base_T_sensor", kFromTf);
+}
+
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
   mounting.name = read_name(entry, {"name", "unique; the source, `inputs` and `--set` refer to it"});
@@ -256,10 +261,13 @@ Mounting read_mounting(const Config& entry) {
       {"payload", "", "payload type, `LaserScan` for `waymark/LaserScan@1`, or a full name", "that of the plugin"}, "");
   if (!mounting.payload.empty() && mounting.payload.find('/') == std::string::npos)
     mounting.payload = "waymark/" + mounting.payload + "@1";
-  if (entry.has("base_T_sensor")) {
+  if (is_mounted_by_source(entry)) {
+    entry.text("base_T_sensor");  // it is settled later, or the sensor has none
+  } else if (entry.has("base_T_sensor")) {
     const Config extrinsics = entry.child({"base_T_sensor", "",
                                            "pose of the sensor in the base frame: x forward, y left, z up, also for a "
-                                           "camera; required if a plugin needs it",
+                                           "camera; required if a plugin needs it. `from_tf`: what the source learns "
+                                           "from the robot (`/tf_static` of ROS 2)",
                                            "none"});
     const auto xyz =
         extrinsics.numbers({"xyz_m", "m", "position [x, y, z] of the sensor in the base frame"}, 3, {0.0, 0.0, 0.0});

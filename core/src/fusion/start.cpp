@@ -105,7 +105,6 @@ void Fusion::Parts::begin_anew(const fusion::Start& start) {
 
 void Fusion::set_pose(const GivenPose& pose) {
   Parts& p = *parts_;
-  if (!p.started) throw Error("the filter has not started");
   // As those of `initial`: farther away doubles are too coarse, and no fix would be believed.
   constexpr double kFarthest = 1e8;
   constexpr double kLargestSigma = 1e7;
@@ -120,6 +119,7 @@ void Fusion::set_pose(const GivenPose& pose) {
                     "{:.0e} m and of the heading of {:.0e} to π rad",
                     kFarthest, kLeastSigma, kLargestSigma, kLeastSigma));
   }
+  if (!p.started) return p.startup.give(pose);
   fusion::Start start = p.last_pose(p.committed.filter.stamp());
   start.keeps_pose = false;
   const Pose& last = p.committed.filter.mixture().mean.T_map_base;

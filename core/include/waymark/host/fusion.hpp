@@ -93,7 +93,8 @@ class WAYMARK_API Fusion {
   /// health is degraded for the next two seconds.
   void note_dropped(std::uint32_t sensor);
   /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
-  /// states stay. Throws Error if the filter has not started, or beyond 1e8 m, a σ of 1e-6 to 1e7 m, or to π rad.
+  /// states stay. Before the start it is the start pose, in place of that of the settings or the sensors. Throws Error
+  /// beyond 1e8 m, or a σ of 1e-6 to 1e7 m, or to π rad.
   void set_pose(const GivenPose& pose);
   /// Number of measurements that were added, those before a checkpoint included.
   std::uint64_t arrived() const;

@@ -109,6 +109,9 @@ WAYMARK_API FusionSettings read_fusion_settings(const Config& yaml);
 /// Reads the keys of one entry of `sensors:` that the host itself needs (name, enabled, fuse…, gate…). Does not load
 /// the plugin. Throws ConfigError.
 WAYMARK_API SensorSlot read_sensor_slot(const Config& entry);
+/// True if one entry of `sensors:` leaves it to the source where the sensor is mounted (`base_T_sensor: from_tf`), and
+/// nobody has put that in its place yet (`Config::settle`).
+WAYMARK_API bool is_mounted_by_source(const Config& entry);
 /// Reads name, payload and `base_T_sensor` of one entry of `sensors:`. Throws ConfigError.
 WAYMARK_API Mounting read_mounting(const Config& entry);
 /// Reads the keys of one entry of `maps:` that the host itself needs. Throws ConfigError, also if an input is not a

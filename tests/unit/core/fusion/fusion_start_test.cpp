@@ -39,6 +39,19 @@ TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
   EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
 }
 
+TEST(FusionStart, AtAPoseThatIsGivenBeforeInPlaceOfWhatTheSensorsFind) {
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  robot.play({fix(0.0, 5.0, 6.0, 1)});
+  EXPECT_FALSE(robot.fusion().started()) << "the heading is not known";
+  robot.fusion().set_pose({{1.0, 2.0}, 30.0 * kDeg, 0.2, 0.1});
+  robot.play({twist(0.1, 0.0)});
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().p.x(), 1.0, 1e-9);
+  EXPECT_NEAR(robot.pose().p.y(), 2.0, 1e-9);
+  EXPECT_NEAR(robot.pose().yaw(), 30.0 * kDeg, 1e-9);
+  EXPECT_NEAR(robot.pose_P()(0, 0), 0.04, 1e-9);
+}
+
 TEST(FusionStart, TwoAntennasAtStandstillAreNoCourse) {
   const auto antenna = [](const std::string& name, const std::string& y) {
     return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [0, " + y + ", 0], sigma_m: 0.05 }\n";
