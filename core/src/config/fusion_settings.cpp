@@ -250,9 +250,7 @@ std::string read_name(const Config& entry, const Config::Key& key) {
 
 }  // namespace
 
-bool is_mounted_by_source(const Config& entry) {
-  return entry.is_word("base_T_sensor", kFromTf);
-}
+bool is_mounted_by_source(const Config& entry) { return entry.is_word("base_T_sensor", kFromTf); }
 
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
