@@ -181,7 +181,7 @@ SourceObjects settle_mountings(const Config& yaml, const PluginLoader& loader) {
       entry.fail("base_T_sensor", error.what());
     }
     if (!T_base_sensor) entry.fail("base_T_sensor", "from_tf: no source learns from the robot where it is mounted");
-    entry.settle("base_T_sensor", mounting_text(*T_base_sensor));
+    entry.replace("base_T_sensor", mounting_text(*T_base_sensor));
   }
   return sources;
 }

@@ -317,7 +317,7 @@ bool Config::is_word(const Key& key, std::string_view word) const {
   return node != nullptr && node->kind == Kind::scalar && node->text == word;
 }
 
-void Config::settle(const Key& key, std::string_view value) const {
+void Config::replace(const Key& key, std::string_view value) const {
   Node& node = need(*node_, key);
   node.assign(*config::parse_yaml(std::string(value), node.origin, false));
 }

@@ -116,7 +116,7 @@ class WAYMARK_API Config {
   bool is_word(const Key& key, std::string_view word) const;
   /// Puts a value (YAML) in the place of the one that was given for a key: what a word stands for, once that is known.
   /// The effective configuration has it. Throws ConfigError for wrong syntax.
-  void settle(const Key& key, std::string_view value) const;
+  void replace(const Key& key, std::string_view value) const;
 
   // --- errors and reports --------------------------------------------------------------------------------------------
   /// Throws ConfigError at the key's place (or at this node's, if the key is absent).

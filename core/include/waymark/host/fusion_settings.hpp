@@ -110,7 +110,7 @@ WAYMARK_API FusionSettings read_fusion_settings(const Config& yaml);
 /// the plugin. Throws ConfigError.
 WAYMARK_API SensorSlot read_sensor_slot(const Config& entry);
 /// True if one entry of `sensors:` leaves it to the source where the sensor is mounted (`base_T_sensor: from_tf`), and
-/// nobody has put that in its place yet (`Config::settle`).
+/// nobody has put that in its place yet (`Config::replace`).
 WAYMARK_API bool is_mounted_by_source(const Config& entry);
 /// Reads name, payload and `base_T_sensor` of one entry of `sensors:`. Throws ConfigError.
 WAYMARK_API Mounting read_mounting(const Config& entry);
