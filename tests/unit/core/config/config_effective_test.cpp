@@ -109,11 +109,11 @@ TEST(ConfigEffective, HasWhatAWordStandsForOnceThatIsSettled) {
   const Config entry = config.child("a");
   EXPECT_TRUE(entry.is_word("where", "from_tf"));
   EXPECT_FALSE(entry.is_word("where", "anywhere"));
-  entry.settle("where", "{ x_m: 0.25 }");
+  entry.replace("where", "{ x_m: 0.25 }");
   EXPECT_EQ(entry.child("where").number("x_m"), 0.25);
   EXPECT_EQ(config.effective(), "a:\n  where:\n    x_m: 0.25\n");
-  EXPECT_THROW(entry.settle("where", "{ x_m: [ }"), ConfigError);
-  EXPECT_THROW(entry.settle("nowhere", "1"), ConfigError);
+  EXPECT_THROW(entry.replace("where", "{ x_m: [ }"), ConfigError);
+  EXPECT_THROW(entry.replace("nowhere", "1"), ConfigError);
 }
 
 TEST(ConfigEffective, OfNothingIsAnEmptyMapping) { EXPECT_EQ(Config::parse("").effective(), "{}\n"); }
