@@ -210,8 +210,8 @@ def latency(arguments, folder):
         f"pose now {text(live['front_latency_s'])} ms; {each}; {100 * live['cpu_share']:.0f} % of a core, all threads")
 
 
-SIMULATED = QUICKSTART.with_name("ros2_simulated_robot.yaml")
-ON_TOPICS = QUICKSTART.with_name("ros2.yaml")
+SIMULATED = QUICKSTART.with_name("live_ros2_robot.yaml")
+ON_TOPICS = QUICKSTART.with_name("live_ros2.yaml")
 
 
 def with_log(yaml, folder):

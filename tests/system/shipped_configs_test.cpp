@@ -4,6 +4,7 @@
 // needs plugins: simulator, tum
 //
 // Every YAML in config/ is valid, runs, and its effective configuration holds all that it takes to run again.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -45,14 +46,19 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ShippedConfig, IsValid) {
-  const Outcome outcome = waymark({"check", file()});
+  std::vector<std::string> words{"check", file()};
+  if (GetParam() == "live_ros2") {  // where its sensors are mounted is a topic of the robot, which does not run here
+    for (const char* sensor : {"imu", "lidar", "camera"})
+      words.insert(words.end(), {"--set", fmt::format("sensors.{}.base_T_sensor={{ yaw_deg: 0 }}", sensor)});
+  }
+  const Outcome outcome = Command(words).run();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr(file() + ": valid\n"));
   EXPECT_THAT(outcome.err, IsEmpty());
 }
 
 TEST_P(ShippedConfig, RunsAndItsEffectiveConfigurationGivesTheSameBytes) {
-  if (is_live()) GTEST_SKIP() << "a running robot does not end by itself: see live_json_test.cpp";
+  if (is_live()) GTEST_SKIP() << "a running robot does not end by itself: see live_json_test.cpp, ros2_test.cpp";
   const std::filesystem::path out = folder_ / "out";
   const Outcome outcome = Command({"run", file(), "--out", out.string()}).timeout(std::chrono::seconds(600)).run();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
