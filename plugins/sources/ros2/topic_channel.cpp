@@ -112,8 +112,7 @@ void TopicChannel::choose_decoder(const Config& entry, const std::string& payloa
     entry.fail("payload",
                fmt::format("{} cannot be made of {}; {} is expected", payload, type_, fmt::join(payloads, " or ")));
   }
-  const auto repeated = std::ranges::unique(types);
-  types.erase(repeated.begin(), repeated.end());
+  types.erase(std::unique(types.begin(), types.end()), types.end());  // clang 14 compiles no std::ranges::unique
   const std::string nearest = nearest_name(type_, types);
   entry.fail("type", fmt::format("{} cannot be read{}; types that can: {}", type_,
                                  nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest),
