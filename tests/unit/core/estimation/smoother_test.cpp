@@ -29,10 +29,11 @@ std::vector<Measurement> outage() {
   return in_order(log);
 }
 
-const std::string kSmooth = kAtOrigin + "filter: { smooth: true }\nsensors:\n" + kWheels + gps();
+// A function, since constants of a header may be set later than those of this file.
+std::string smooth() { return kAtOrigin + "filter: { smooth: true }\nsensors:\n" + kWheels + gps(); }
 
 TEST(Smoother, EndsAsTheFilterEnds) {
-  FusionRobot robot(kSmooth);
+  FusionRobot robot(smooth());
   robot.play(outage());
   const SmoothedPose last = robot.fusion().report().smoothed.back();
   EXPECT_EQ(last.stamp, robot.filter().stamp());
@@ -41,7 +42,7 @@ TEST(Smoother, EndsAsTheFilterEnds) {
 }
 
 TEST(Smoother, HasNoSawtoothAndIsMoreCertainThanTheFilter) {
-  FusionRobot robot(kSmooth);
+  FusionRobot robot(smooth());
   robot.play(outage());
   const std::vector<SmoothedPose> smoothed = robot.fusion().report().smoothed;
   double step_filtered = 0.0;
