@@ -42,11 +42,12 @@ StateIndices::StateIndices(const StateLayout& layout) {
 }
 
 Eigen::Matrix<double, 6, 6> StateIndices::covariance(const Belief& belief, int first) const {
+  const auto active = [this](int state) { return active_.at(static_cast<std::size_t>(state)); };
   Eigen::Matrix<double, 6, 6> P = Eigen::Matrix<double, 6, 6>::Zero();
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column < 6; ++column) {
-      const int i = active_.at(static_cast<std::size_t>(first + row));
-      const int j = active_.at(static_cast<std::size_t>(first + column));
+      const int i = active(first + row);
+      const int j = active(first + column);
       if (i >= 0 && j >= 0) P(row, column) = belief.P(i, j);
     }
   }
