@@ -233,6 +233,7 @@ std::string suggestion(std::string_view name, const std::vector<std::string_view
 void check_fields(const Config& columns, const std::vector<FieldName>& valid,
                   const std::vector<std::string_view>& required, std::string_view owner) {
   std::vector<std::string_view> names;
+  names.reserve(valid.size());
   for (const FieldName& field : valid) names.push_back(field.name);
   for (const std::string& key : columns.keys()) {
     if (std::ranges::any_of(valid, [&](const FieldName& field) { return names_field(key, field); })) continue;
