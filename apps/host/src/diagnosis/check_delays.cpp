@@ -18,6 +18,7 @@ constexpr double kSigmas = 4.0;
 constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
 constexpr double kFixTolerance = 0.3;  // [s]: receivers filter
 constexpr double kShareOfInterval = 0.6;
+constexpr double kPerScale = 8.0;         // [s] of a lag that is no mistake, by the σ of the turns' scale
 
 struct Delay {
   std::size_t sensor;
@@ -27,6 +28,9 @@ struct Delay {
 
 double interval_of(const WatchedSensor& sensor) { return sensor.intervals.quantile(0.5); }
 
+/// Of skid steering and the like, whose turns hardly follow their wheels [s].
+double uncertain_turns(const Observer& observer) { return kPerScale * std::max(0.0, observer.usual_sigma - 0.05); }
+
 /// Lag of everything that observes the turns against one of them.
 std::vector<Delay> delays_of_turns(Case& c, const MotionAgreement& motion, const Observer& reference) {
   std::vector<Delay> delays;
@@ -34,6 +38,9 @@ std::vector<Delay> delays_of_turns(Case& c, const MotionAgreement& motion, const
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const Observer& observer = yaw.observers[i];
     if (observer.sensor == reference.sensor || observer.kind == Observer::Kind::chord) continue;
+    // An antenna before the axle turns earlier than the robot: its positions show a delay, with the lever arm.
+    if (observer.kind == Observer::Kind::course && !c.sensor(observer.sensor).fixes.empty() && motion.way.trusted_track())
+      continue;
     const Ratio ratio = yaw.against(i, yaw.trusted);
     const bool is_usable = yaw.is_trusted(i) || ratio.verdict == Ratio::Verdict::unknown;
     if (!is_usable || c.is_blamed(observer.sensor)) continue;
@@ -43,7 +50,8 @@ std::vector<Delay> delays_of_turns(Case& c, const MotionAgreement& motion, const
     if (!lag.is_known) continue;
     const double tolerance = observer.kind == Observer::Kind::course
                                  ? kFixTolerance
-                                 : kTolerance + kShareOfInterval * std::max(interval_of(c.sensor(observer.sensor)),
+                                 : kTolerance + uncertain_turns(observer) + uncertain_turns(reference) +
+                  kShareOfInterval * std::max(interval_of(c.sensor(observer.sensor)),
                                                                             interval_of(c.sensor(reference.sensor)));
     delays.push_back({observer.sensor, lag, tolerance});
   }
@@ -84,7 +92,8 @@ void check_delays(Case& c, const MotionAgreement& motion) {
           per_way = -motion.yaw.ratios[a][b].per_way;
       }
     }
-    const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, *reference->track, *way->track, per_way, 0.0);
+    const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
+                                           *reference->track, *way->track, per_way, 0.0);
     if (antenna.lag.is_known) delays.push_back({i, antenna.lag, kFixTolerance});
     const bool is_late = antenna.lag.is_known && std::abs(antenna.lag.value) > kFixTolerance;
     if (!is_late) check_antenna(c, i, antenna);

@@ -26,6 +26,7 @@ constexpr double kMostField = 100e-6;
 constexpr double kFarDatum = 500e3;       // [m], no robot's map reaches so far
 constexpr double kEarthRadius = 6.371e6;  // [m]
 constexpr std::size_t kLeastValues = 30;
+constexpr std::size_t kLeastStamps = 8;
 constexpr double kTilted = 40.0 * kDegree;  // of a robot in the plane
 
 /// A factor and what is multiplied by it by mistake.
@@ -56,7 +57,7 @@ std::pair<double, double> usual_interval(const WatchedSensor& sensor) {
 
 void check_stamps(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
-  if (sensor.intervals.size() < kLeastValues) return;
+  if (sensor.intervals.size() < kLeastStamps) return;
   const double usual = sensor.intervals.quantile(0.5);
   const auto [low, high] = usual_interval(sensor);
   if (usual <= 0.0 || (usual >= low && usual <= high)) return;
@@ -81,6 +82,7 @@ void check_speed(Case& c, std::size_t i) {
     c.add(Certainty::named, "unit", {i},
           fmt::format("speeds up to {:.0f} m/s; more than {:.0f} m/s is no robot on the ground", speed, kMostSpeed),
           fmt::format("source: speeds of {} in m/s (mm/s: scale 0.001)", sensor.name), 0.0);
+    return;
   }
   if (sensor.rates.size() >= kLeastValues && rate > kMostRate) {
     c.add(Certainty::named, "unit", {i}, fmt::format("turns by {:.0f} rad/s", rate),
@@ -152,6 +154,11 @@ void check_angles(Case& c, std::size_t i) {
     c.add(Certainty::named, "unit", {i},
           fmt::format("headings up to {:.0f} rad: they are in degrees", sensor.headings.quantile(1.0)),
           fmt::format("source: heading_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
+  }
+  if (sensor.steerings.size() >= kLeastValues && sensor.steerings.quantile(0.98) > 0.5 * std::numbers::pi) {
+    c.add(Certainty::named, "unit", {i},
+          fmt::format("steers by up to {:.0f} rad: they are degrees", sensor.steerings.quantile(1.0)),
+          fmt::format("source: steering_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
   }
   if (sensor.courses.size() >= kLeastValues && sensor.courses.quantile(0.9) > most) {
     c.add(Certainty::named, "unit", {i},

@@ -22,7 +22,7 @@ constexpr double kDecides = 0.45;  // by so much a group must count more, or an 
 constexpr double kSame = 0.15;     // two ratios are one mistake if they differ by no more than this share
 constexpr double kUnlikely = 3.0;  // cost of an explanation that takes an unusual mistake
 constexpr double kUsual = 1.0;     // of one that everybody makes
-constexpr double kPullSigmas = 4.0;
+constexpr double kPullSigmas = 4.0; 
 constexpr double kTelling = 0.2;  // of one that something else points to
 
 bool is_near(double value, double expected) { return std::abs(value / expected - 1.0) < kSame; }
@@ -53,12 +53,13 @@ double cost_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, const Scale
         return kUsual;
       return kUnlikely;
     case Role::scanner:
-      if (mirrored) return sensor.steps_backwards ? kTelling : kUsual;
+      // Few scanners deliver mirrored scans whose beams count counter-clockwise.
+      if (mirrored) return sensor.steps_backwards ? kTelling : 1.2 * kUsual;
       return kUnlikely;
     case Role::heading:
       return mirrored || ratio.verdict == Ratio::Verdict::unrelated ? kUsual : kUnlikely;
     case Role::fix:
-      return mirrored ? 1.5 * kUsual : kUnlikely;
+      return mirrored ? 1.2 * kUsual : kUnlikely;
     case Role::other:
       break;
   }
@@ -71,6 +72,19 @@ bool is_speed_unit(double ratio) {
   return std::ranges::any_of(kUnits, [&](double unit) { return is_near(ratio, unit); });
 }
 
+/// Of a scanner that moves backwards: 1 if it finds its own lever arm (it is turned round), −1 if it finds the reversed
+/// one (the wheels count backwards), 0 if neither is clear.
+int lever_evidence(const Case& c, const MotionAgreement& motion) {
+  for (std::size_t i = 0; i < motion.mountings.size(); ++i) {
+    const MountingFit& mounting = motion.mountings[i];
+    const Eigen::Vector2d lever = c.sensor(i).T_base_sensor.p.head<2>();
+    if (!mounting.is_known || lever.norm() < 0.02) continue;
+    const double shown = mounting.lever.dot(lever) / lever.norm();
+    if (std::abs(shown) > 4.0 * mounting.lever_sigma.maxCoeff()) return shown > 0.0 ? 1 : -1;
+  }
+  return 0;
+}
+
 double cost_of_way(const Case& c, const MotionAgreement& motion, const Observer& observer, const Ratio& ratio,
                    const Scales& scales) {
   const WatchedSensor& sensor = c.sensor(observer.sensor);
@@ -78,17 +92,15 @@ double cost_of_way(const Case& c, const MotionAgreement& motion, const Observer&
   const bool turns_fit = scales.yaw && is_near(*scales.yaw, 1.0);
   switch (sensor.role()) {
     case Role::wheels:
+      if (ratio.value < 0.0 && lever_evidence(c, motion) > 0) return kUnlikely;
       if (is_one_scale(sensor, scales)) return kTelling;
-      return sensor.usual.yaw_scales_with_speed && turns_fit ? kUnlikely : kUsual;
-    case Role::scanner: {
+      if (sensor.usual.yaw_scales_with_speed && turns_fit) return kUnlikely;
+      // Ways that are reversed while turns are right: a scanner that is turned round makes the same, and more often.
+      return ratio.value < 0.0 && turns_fit ? 1.5 * kUsual : kUsual;
+    case Role::scanner:
       if (ratio.value > 0.0) return is_near(ratio.value, 1000.0) || is_near(ratio.value, 0.001) ? kTelling : kUsual;
-      // Backwards: a scanner that is turned round finds its own lever arm, wheels that count backwards reverse it.
-      const MountingFit& mounting = motion.mountings[observer.sensor];
-      const Eigen::Vector2d lever = sensor.T_base_sensor.p.head<2>();
-      const double shown = mounting.lever.dot(lever) / std::max(lever.norm(), 1e-9);
-      if (std::abs(shown) < 4.0 * mounting.lever_sigma.maxCoeff()) return sensor.steps_backwards ? kTelling : kUsual;
-      return shown > 0.0 ? 0.0 : kUnlikely;
-    }
+      if (const int lever = lever_evidence(c, motion); lever != 0) return lever > 0 ? 0.0 : kUnlikely;
+      return sensor.steps_backwards ? kTelling : kUsual;
     case Role::fix:
       if (observer.kind == Observer::Kind::course) return is_speed_unit(ratio.value) ? kUsual : kUnlikely;
       return kUnlikely;
@@ -300,7 +312,7 @@ void check_pull(Case& c, const MotionAgreement& motion) {
   const Agreement& yaw = motion.yaw;
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const std::size_t sensor = yaw.observers[i].sensor;
-    if (c.sensor(sensor).role() != Role::wheels || !yaw.is_trusted(i) || c.is_blamed(sensor)) continue;
+    if (c.sensor(sensor).role() != Role::wheels || c.is_blamed(sensor)) continue;
     const double usual = 3.0 * yaw.observers[i].usual_curvature_per_m;
     const Ratio* clearest = nullptr;
     std::size_t against = 0;
@@ -308,7 +320,8 @@ void check_pull(Case& c, const MotionAgreement& motion) {
     int pulling = 0;
     for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
       const Ratio& ratio = yaw.ratios[i][j];
-      if (i == j || ratio.verdict != Ratio::Verdict::agree || ratio.per_way_sigma == 0.0) continue;
+      const bool is_alike = ratio.verdict == Ratio::Verdict::agree || std::abs(std::log(std::abs(ratio.value))) < 0.4;
+      if (i == j || !is_alike || !(ratio.value > 0.0) || ratio.per_way_sigma == 0.0) continue;
       ++partners;
       if (std::abs(ratio.per_way) - usual < kPullSigmas * ratio.per_way_sigma) continue;
       ++pulling;
@@ -338,6 +351,7 @@ void check_motion(Case& c, MotionAgreement& motion) {
   const auto way_cost = [&](const Observer& observer, const Ratio& ratio) {
     return cost_of_way(c, motion, observer, ratio, scales_of(motion, observer.sensor, -1, -1));
   };
+  check_pull(c, motion);
   // Ways first: a scale of the wheels that shows there explains their turns.
   const Verdict way = decide(motion.way, way_cost);
   add_findings(
@@ -352,7 +366,6 @@ void check_motion(Case& c, MotionAgreement& motion) {
         const std::size_t sensor = motion.yaw.observers[i].sensor;
         return change_of_yaw(c, sensor, ratio, scales_of(motion, sensor, yaw.trusted, -1));
       });
-  check_pull(c, motion);
 }
 
 }  // namespace waymark::host::diagnosis

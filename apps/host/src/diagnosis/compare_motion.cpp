@@ -106,7 +106,8 @@ void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
     }
     mounting = fit_mounting(sensor.steps, *way, late);
     if (!mounting.is_known) continue;
-    const bool backwards = std::abs(mounting.angle) > 0.5 * std::numbers::pi;
+    // What moves sideways is turned, not reversed: check_mounting finds it.
+    const bool backwards = std::abs(mounting.angle) > 0.75 * std::numbers::pi;
     const double direction = backwards ? mounting.angle + std::numbers::pi : mounting.angle;
     Observer observer{i, Observer::Kind::matched, nullptr, {}, 0.02, 0.0, false};
     for (const ScanStep& step : sensor.steps) {

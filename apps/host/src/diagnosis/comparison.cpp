@@ -2,7 +2,6 @@
 #include "comparison.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -13,6 +12,7 @@ namespace waymark::host::diagnosis {
 namespace {
 
 constexpr double kSigmas = 3.0;
+constexpr double kRelative = 0.15;        // errors of a turn or a way that grow with it
 constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
 constexpr double kUnrelated = 0.1;     // squared correlation of two that have nothing to do with each other
 constexpr long kLeastUnrelated = 40;   // spans that show it
@@ -23,8 +23,9 @@ constexpr double kBetter = 0.7;        // of what two do not have in common, tha
 constexpr double kMostLag = 2.0;       // [s]
 constexpr double kLagStep = 0.05;
 constexpr std::size_t kParts = 8;
-constexpr int kLeastParts = 4;
-constexpr double kLeastSpansOfPart = 12;
+constexpr std::size_t kLeastParts = 4;
+constexpr double kClear = 1.3;           // by which the worst lag must fit worse than the best
+constexpr double kLeastSpansOfPart = 10;
 
 /// Slope that half of the total weight lies above: robust against whatever half of the rows is.
 double first_slope(const Rows& rows) {
@@ -48,7 +49,7 @@ double first_slope(const Rows& rows) {
 Fit fit_ratio(const Rows& rows) {
   Eigen::VectorXd first = Eigen::VectorXd::Zero(rows.A.cols());
   first(0) = first_slope(rows);
-  return fit_rows(rows, first);
+  return fit_rows(rows, first, kRelative);
 }
 
 /// Mean squared residual with large ones clipped, of the spans [from, to) shifted by a lag; nothing if too few are
@@ -68,23 +69,27 @@ std::optional<double> cost(const std::vector<Span>& spans, std::size_t from, std
   return sum / count;
 }
 
-/// Lag with the least cost in a part of the log; nothing if it is at an end, or if the part shows none.
-std::optional<double> lag_of_part(const std::vector<Span>& spans, std::size_t from, std::size_t to, const Track& track,
-                                  double ratio, double clip) {
+/// Costs of a part of the log at all lags; empty if too little is known.
+std::vector<double> costs_of(const std::vector<Span>& spans, std::size_t from, std::size_t to, const Track& track,
+                             double ratio, double clip) {
   constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
-  std::array<double, 2 * kSteps + 1> costs{};
+  std::vector<double> costs;
   for (int i = -kSteps; i <= kSteps; ++i) {
     const auto c = cost(spans, from, to, track, ratio, i * kLagStep, clip);
-    if (!c) return std::nullopt;
-    costs[static_cast<std::size_t>(i + kSteps)] = *c;
+    if (!c) return {};
+    costs.push_back(*c);
   }
+  return costs;
+}
+
+/// Nothing if the least cost is at an end, or if every lag fits alike.
+std::optional<double> least_cost(const std::vector<double>& costs, double step) {
   const auto best = std::ranges::min_element(costs);
   if (best == costs.begin() || best + 1 == costs.end()) return std::nullopt;
-  // Where the robot hardly turns, every lag fits alike.
-  if (*std::ranges::max_element(costs) < 2.0 * *best) return std::nullopt;
   const double bend = *(best - 1) - 2.0 * *best + *(best + 1);
   const double offset = bend > 0.0 ? 0.5 * (*(best - 1) - *(best + 1)) / bend : 0.0;
-  return kLagStep * (static_cast<double>(best - costs.begin() - kSteps) + offset);
+  const auto middle = static_cast<double>(costs.size() / 2);
+  return step * (static_cast<double>(best - costs.begin()) - middle + offset);
 }
 
 /// Whether the bounds miss 1 by more than is usual.
@@ -102,7 +107,7 @@ void judge(Ratio& ratio, double tolerance) {
   }
   ratio.sigmas =
       std::max(0.0, beyond) / std::max(ratio.value > 1.0 || ratio.value < 0.0 ? ratio.sigma : relative_sigma, 1e-6);
-  if (beyond > 0.0 && ratio.sigmas > kSigmas) {
+  if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma * kSigmas < 1.0) {
     ratio.verdict = Ratio::Verdict::differ;
   } else if (beyond <= 0.0 && (ratio.high - ratio.low) / size < kVague && relative_sigma < kVague / kSigmas) {
     ratio.verdict = Ratio::Verdict::agree;
@@ -219,16 +224,37 @@ Lag find_lag(const std::vector<Span>& late, const Track& track, double ratio) {
   std::ranges::sort(residuals);
   const double clip = 3.0 * residuals[residuals.size() * 9 / 10];
   if (!(clip > 0.0)) return lag;
-  std::vector<double> parts;
-  for (std::size_t s = 0; s < kParts; ++s) {
-    const auto part = lag_of_part(late, late.size() * s / kParts, late.size() * (s + 1) / kParts, track, ratio, clip);
-    if (part) parts.push_back(*part);
+  std::vector<std::vector<double>> parts;
+  for (std::size_t p = 0; p < kParts; ++p) {
+    std::vector<double> costs =
+        costs_of(late, late.size() * p / kParts, late.size() * (p + 1) / kParts, track, ratio, clip);
+    if (!costs.empty()) parts.push_back(std::move(costs));
   }
-  if (static_cast<int>(parts.size()) < kLeastParts) return lag;
-  std::vector<double> values = parts;
-  lag.value = median(values);
-  for (double& part : parts) part = std::abs(part - lag.value);
-  lag.sigma = std::max(1.4826 * median(parts), 0.2 * kLagStep) * 1.25 / std::sqrt(static_cast<double>(parts.size()));
+  return lag_of(parts, kLagStep);
+}
+
+Lag lag_of(const std::vector<std::vector<double>>& costs, double step) {
+  Lag lag;
+  if (costs.size() < kLeastParts) return lag;
+  std::vector<double> sum(costs.front().size(), 0.0);
+  const auto add = [&](std::vector<double>& to, const std::vector<double>& part, double sign) {
+    const double scale = std::max(*std::ranges::min_element(part), 1e-12);
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] += sign * part[k] / scale;
+  };
+  for (const auto& part : costs) add(sum, part, 1.0);
+  const auto all = least_cost(sum, step);
+  if (!all || *std::ranges::max_element(sum) < kClear * *std::ranges::min_element(sum)) return lag;
+  double squares = 0.0;
+  for (const auto& part : costs) {
+    std::vector<double> without = sum;
+    add(without, part, -1.0);
+    const auto value = least_cost(without, step);
+    if (!value) return lag;
+    squares += (*value - *all) * (*value - *all);
+  }
+  const auto n = static_cast<double>(costs.size());
+  lag.value = *all;
+  lag.sigma = std::max(std::sqrt((n - 1.0) / n * squares), 0.1 * step);
   lag.is_known = true;
   return lag;
 }

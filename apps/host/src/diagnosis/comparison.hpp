@@ -73,8 +73,11 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
 /// Shift of the numerator [s] with which the two fit together best, whatever their ratio; 0 if it makes no difference.
 double best_shift(const std::vector<Span>& numerator, const Track& denominator);
 
-/// How much later the spans show what the track shows, for a known ratio. Each part of the log by itself, so that the
-/// scatter between them shows what it is worth.
+/// Lag with the least sum of costs over blocks of the log, and its σ by the jackknife over them. `costs`: of each block
+/// at the lags (k − n/2) · step; each block counts by its own least cost.
+Lag lag_of(const std::vector<std::vector<double>>& costs, double step);
+
+/// How much later the spans show what the track shows, for a known ratio.
 Lag find_lag(const std::vector<Span>& late, const Track& track, double ratio);
 
 }  // namespace waymark::host::diagnosis

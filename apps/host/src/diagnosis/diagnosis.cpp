@@ -46,6 +46,14 @@ struct Diagnosis::Parts {
       if (!is_last && !contains(last, finding)) continue;
       const auto known = std::ranges::find_if(findings, [&](const Finding& f) { return is_same(f, finding); });
       if (known == findings.end()) {
+        // What was open between several is decided.
+        if (finding.certainty == Finding::Certainty::named) {
+          std::erase_if(findings, [&](const Finding& f) {
+            return f.certainty == Finding::Certainty::one_of && f.check == finding.check &&
+                   std::ranges::find(f.sensors, finding.sensors.front()) != f.sensors.end();
+          });
+          taken = std::min(taken, findings.size());
+        }
         findings.push_back(finding);
       } else {
         const double stamp = known->stamp_s;

@@ -56,7 +56,7 @@ double Fit::sigmas(Eigen::Index i, double expected, double tolerance) const {
   return beyond > 0.0 ? beyond / std::max(sigma(i), 1e-12) : 0.0;
 }
 
-Fit fit_rows(const Rows& rows, const Eigen::VectorXd& first) {
+Fit fit_rows(const Rows& rows, const Eigen::VectorXd& first, double relative) {
   Fit fit;
   const Eigen::Index n = rows.count;
   const Eigen::Index p = rows.A.cols();
@@ -74,9 +74,9 @@ Fit fit_rows(const Rows& rows, const Eigen::VectorXd& first) {
     const Eigen::VectorXd residuals = rows.y.head(n) - rows.A.topRows(n) * x;
     for (Eigen::Index k = 0; k < n; ++k) sizes[static_cast<std::size_t>(k)] = std::abs(residuals(k));
     scale = std::max(kMadToSigma * median(sizes), 1e-9);
-    const double limit = kTukey * scale;
     for (Eigen::Index k = 0; k < n; ++k) {
-      const double u = residuals(k) / limit;
+      const double size = std::max(std::abs(rows.y(k)), std::abs(rows.y(k) - residuals(k)));
+      const double u = residuals(k) / (kTukey * std::hypot(scale, relative * size));
       w(k) = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
     }
     const Normal weighted(rows, w, 0, n);

@@ -15,7 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr double kStep = 1.6;     // [s] from fix to fix of one row
-constexpr double kBlock = 30.0;   // [s] in which the heading's drift does not matter
+constexpr double kBlock = 20.0;   // [s] in which the heading's drift does not matter
 constexpr long kLeastRows = 8;    // of a block
 constexpr double kMostLag = 2.0;  // [s]
 constexpr double kLagStep = 0.1;
@@ -98,11 +98,31 @@ Rows rows_of(const std::vector<Fix>& fixes, std::size_t begin, std::size_t end, 
   return rows;
 }
 
-/// Half a parabola's width of the least cost.
+/// Lever arm and remaining error of one block.
 struct BlockFit {
   Eigen::Vector2d lever;
   double residual = 0.0;
 };
+
+/// The same with a known lever arm, which leaves the heading and the scale of the block.
+std::optional<double> residual_with(const Rows& rows, const Eigen::Vector2d& lever) {
+  if (rows.count < 2 * kLeastRows) return std::nullopt;
+  Rows known(rows.count, 2);
+  for (Eigen::Index k = 0; k + 1 < rows.count; k += 2) {
+    const Complex w = Complex(rows.A(k, 0), rows.A(k + 1, 0)) +
+                      Complex(rows.A(k, 2), rows.A(k + 1, 2)) * Complex(lever.x(), lever.y());
+    known.A.row(known.count) << w.real(), -w.imag();
+    known.y(known.count++) = rows.y(k);
+    known.A.row(known.count) << w.imag(), w.real();
+    known.y(known.count++) = rows.y(k + 1);
+  }
+  const Fit fit = fit_rows(known);
+  if (!fit.valid) return std::nullopt;
+  // Clipped: one wild fix must not decide.
+  const Eigen::VectorXd r = known.y.head(known.count) - known.A.topRows(known.count) * fit.x;
+  const double clip = 9.0 * fit.residual * fit.residual;
+  return r.array().square().min(clip).mean();
+}
 
 std::optional<BlockFit> fit_block(const Rows& rows) {
   if (rows.count < 2 * kLeastRows) return std::nullopt;
@@ -114,6 +134,8 @@ std::optional<BlockFit> fit_block(const Rows& rows) {
   const Eigen::VectorXd r = rows.y.head(rows.count) - rows.A.topRows(rows.count) * fit.x;
   return BlockFit{{lever.real(), lever.imag()}, std::sqrt(r.squaredNorm() / static_cast<double>(rows.count))};
 }
+
+constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
 
 }  // namespace
 
@@ -158,8 +180,8 @@ MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, d
   return mounting;
 }
 
-AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Track& yaw, const Track& way, double per_way,
-                       double per_s) {
+AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
+                       double per_way, double per_s) {
   AntennaFit antenna;
   if (fixes.size() < 4 * static_cast<std::size_t>(kLeastRows)) return antenna;
   const Path path(yaw, way, per_way, per_s);
@@ -170,32 +192,24 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Track& yaw, const Tr
     blocks.emplace_back(begin, k);
     begin = k;
   }
-  std::vector<double> lags;
   std::vector<double> x;
   std::vector<double> y;
   std::vector<double> residuals;
-  constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
-  std::vector<double> costs;
+  std::vector<std::vector<double>> costs;  // of each block, at each lag
   for (const auto& [from, to] : blocks) {
-    costs.assign(2 * kSteps + 1, -1.0);
-    bool is_complete = true;
-    for (int i = -kSteps; i <= kSteps && is_complete; ++i) {
-      const auto fit = fit_block(rows_of(fixes, from, to, path, i * kLagStep));
-      is_complete = fit.has_value();
-      if (fit) costs[static_cast<std::size_t>(i + kSteps)] = fit->residual * fit->residual;
-    }
-    if (!is_complete) continue;
-    const auto best = std::ranges::min_element(costs);
-    const auto fit = fit_block(rows_of(fixes, from, to, path, 0.0));
-    if (fit) {
+    if (const auto fit = fit_block(rows_of(fixes, from, to, path, 0.0))) {
       x.push_back(fit->lever.x());
       y.push_back(fit->lever.y());
       residuals.push_back(fit->residual);
     }
-    if (best == costs.begin() || best + 1 == costs.end() || *std::ranges::max_element(costs) < 2.0 * *best) continue;
-    const double bend = *(best - 1) - 2.0 * *best + *(best + 1);
-    const double offset = bend > 0.0 ? 0.5 * (*(best - 1) - *(best + 1)) / bend : 0.0;
-    lags.push_back(kLagStep * (static_cast<double>(best - costs.begin() - kSteps) + offset));
+    std::vector<double> of_block;
+    bool is_complete = true;
+    for (int i = -kSteps; i <= kSteps && is_complete; ++i) {
+      const auto residual = residual_with(rows_of(fixes, from, to, path, i * kLagStep), lever);
+      is_complete = residual.has_value();
+      if (residual) of_block.push_back(*residual);
+    }
+    if (is_complete) costs.push_back(std::move(of_block));
   }
   const auto center = [](std::vector<double>& values, double least, double& sigma) {
     const double middle = median(values);
@@ -211,10 +225,7 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Track& yaw, const Tr
     antenna.residual = median(residuals);
     antenna.is_known = true;
   }
-  if (static_cast<int>(lags.size()) >= kLeastBlocks) {
-    antenna.lag.value = center(lags, 0.02, antenna.lag.sigma);
-    antenna.lag.is_known = true;
-  }
+  antenna.lag = lag_of(costs, kLagStep);
   return antenna;
 }
 

@@ -33,6 +33,8 @@ struct AntennaFit {
 };
 /// `yaw` and `way` must agree with the other sensors; `per_way` is the yaw's turn per way that is to be taken out, and
 /// `per_s` its bias.
-AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Track& yaw, const Track& way, double per_way, double per_s);
+/// `lever`: where the YAML has the antenna.
+AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
+                       double per_way, double per_s);
 
 }  // namespace waymark::host::diagnosis

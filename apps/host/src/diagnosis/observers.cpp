@@ -15,6 +15,7 @@ constexpr double kTurnSpan = 2.0;  // [s] of the spans over which turns are comp
 constexpr double kWaySpan = 2.0;
 constexpr double kLeastChord = 1.0;     // [m]
 constexpr double kChordSigmas = 10.0;   // of the fixes' noise
+constexpr double kShortestChord = 1.0;  // [s], or a lag of the fixes spoils every comparison
 constexpr double kLongestChord = 12.0;  // [s]
 constexpr double kSharp = 2.2;          // [rad], chords that turn more are reversals
 constexpr long kLeastSamples = 20;
@@ -43,7 +44,7 @@ std::vector<Chord> chords_of(const std::vector<Fix>& fixes) {
   for (std::size_t k = 1; k < fixes.size(); ++k) {
     while (fixes[k].t - fixes[from].t > kLongestChord) ++from;
     const Eigen::Vector2d d = fixes[k].p - fixes[from].p;
-    if (d.norm() < least) continue;
+    if (d.norm() < least || fixes[k].t - fixes[from].t < kShortestChord) continue;
     chords.push_back({fixes[from].t, fixes[k].t, d.norm(), std::atan2(d.y(), d.x())});
     from = k;
   }

@@ -14,12 +14,15 @@ namespace {
 
 constexpr double kFixStep = 0.19;  // [s], fixes are kept at most so often
 constexpr std::size_t kMostFixes = 2100;
-constexpr std::size_t kMostSteps = 600;
+constexpr std::size_t kMostSteps = 700;
 constexpr double kAstray = 60.0;  // [s] from the newest measurement
 constexpr int kMostAstray = 100;
-constexpr double kPairStep = 0.35;  // [s] from one scan of a pair to the other
+constexpr double kShortestPair = 0.03;  // [s] from one scan of a pair to the other
 constexpr double kLongestPair = 1.6;
-constexpr double kPairEvery = 0.8;       // [s] from one pair to the next
+constexpr double kUsualPair = 0.3;
+constexpr double kLonger = 1.05;
+constexpr double kShorter = 0.8;
+constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
 constexpr double kCourseSpeed = 0.7;     // [m/s], a slower one has no course
 constexpr std::size_t kRangeEvery = 17;  // of the ranges of a scan, the share that is looked at
 
@@ -88,6 +91,8 @@ void Watch::take_raw(WatchedSensor& sensor, const Measurement& measurement) {
   const Payload& payload = *measurement.payload;
   if (payload.type() == CompassHeading::kType) {
     sensor.headings.add(std::abs(static_cast<const CompassHeading&>(payload).heading_rad));
+  } else if (payload.type() == WheelSteering::kType) {
+    sensor.steerings.add(std::abs(static_cast<const WheelSteering&>(payload).steering_rad));
   } else if (payload.type() == GnssFix::kType) {
     const auto& fix = static_cast<const GnssFix&>(payload);
     sensor.courses.add(std::abs(fix.course_rad));
@@ -145,13 +150,14 @@ void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
     if (t >= sensor.next_scan_t && sensor.scans[0].take(scan, sensor.largest_range)) sensor.scan_t = t;
     return;
   }
-  if (t - sensor.scan_t < kPairStep) return;
+  if (t - sensor.scan_t < sensor.pair_step) return;
   const double from = sensor.scan_t;
   sensor.scan_t = -1.0;
   sensor.next_scan_t = from + kPairEvery;
   if (!sensor.scans[1].take(scan, sensor.largest_range)) return;
-  ++sensor.pairs;
   const std::optional<ScanMotion> motion = register_scans(sensor.scans[0], sensor.scans[1]);
+  sensor.pair_step = motion ? std::min(kUsualPair, kLonger * sensor.pair_step)
+                            : std::max(kShortestPair, kShorter * sensor.pair_step);
   if (!motion) return;
   const Eigen::Matrix3d R = sensor.T_base_sensor.q.toRotationMatrix();
   const Eigen::Vector3d shift = R * Eigen::Vector3d(motion->x, motion->y, 0.0);

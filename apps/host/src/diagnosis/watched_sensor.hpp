@@ -65,6 +65,7 @@ struct WatchedSensor {
   Thinned headings;  ///< magnitude of what a compass delivers
   Thinned ranges;
   Thinned courses;
+  Thinned steerings;
   std::optional<Time> last_stamp;
   Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();
   long force_count = 0;
@@ -87,7 +88,7 @@ struct WatchedSensor {
   double largest_range = 0.0;
   double scan_t = -1.0;      ///< of the first scan of a pair; < 0: there is none
   double next_scan_t = 0.0;  ///< the next pair begins then
-  long pairs = 0;
+  double pair_step = 0.3;    ///< [s] from one scan of a pair to the other; shorter after a failure
 
   Role role() const;
   void clear_window();
