@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "checks.hpp"
-#include "fit.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -18,7 +17,8 @@ constexpr double kSigmas = 4.0;
 constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
 constexpr double kFixTolerance = 0.3;  // [s]: receivers filter
 constexpr double kShareOfInterval = 0.6;
-constexpr double kPerScale = 8.0;         // [s] of a lag that is no mistake, by the σ of the turns' scale
+constexpr double kShiftSigma = 0.1;  // [s], of a shift that is known by its step only
+constexpr double kPerScale = 8.0;    // [s] of a lag that is no mistake, by the σ of the turns' scale
 
 struct Delay {
   std::size_t sensor;
@@ -27,6 +27,10 @@ struct Delay {
 };
 
 double interval_of(const WatchedSensor& sensor) { return sensor.intervals.quantile(0.5); }
+
+std::size_t index_of(const Agreement& yaw, const Observer& observer) {
+  return static_cast<std::size_t>(&observer - yaw.observers.data());
+}
 
 /// Of skid steering and the like, whose turns hardly follow their wheels [s].
 double uncertain_turns(const Observer& observer) { return kPerScale * std::max(0.0, observer.usual_sigma - 0.05); }
@@ -37,25 +41,41 @@ std::vector<Delay> delays_of_turns(Case& c, const MotionAgreement& motion, const
   const Agreement& yaw = motion.yaw;
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const Observer& observer = yaw.observers[i];
-    if (observer.sensor == reference.sensor || observer.kind == Observer::Kind::chord) continue;
-    // An antenna before the axle turns earlier than the robot: its positions show a delay, with the lever arm.
-    if (observer.kind == Observer::Kind::course && !c.sensor(observer.sensor).fixes.empty() && motion.way.trusted_track())
-      continue;
-    const Ratio ratio = yaw.against(i, yaw.trusted);
-    const bool is_usable = yaw.is_trusted(i) || ratio.verdict == Ratio::Verdict::unknown;
-    if (!is_usable || c.is_blamed(observer.sensor)) continue;
-    const std::vector<Span> spans =
-        observer.track != nullptr ? spans_of(*observer.track, kSpan, c.watch.newest()) : observer.spans;
-    const Lag lag = find_lag(spans, *reference.track, 1.0);
+    const Ratio& direct = yaw.ratios[i][index_of(yaw, reference)];
+    const bool is_usable = yaw.is_trusted(i) || direct.verdict == Ratio::Verdict::unknown;
+    if (observer.sensor == reference.sensor || !is_usable || c.is_blamed(observer.sensor)) continue;
+    const bool is_of_fixes = observer.kind == Observer::Kind::course || observer.kind == Observer::Kind::chord;
+    Lag lag;
+    if (observer.kind != Observer::Kind::chord) {
+      const std::vector<Span> spans =
+          observer.track != nullptr ? spans_of(*observer.track, kSpan, c.watch.newest()) : observer.spans;
+      lag = find_lag(spans, *reference.track, 1.0);
+    }
+    // Turns that fit together only if they are shifted.
+    if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0)
+      lag = {true, direct.shift, kShiftSigma};
     if (!lag.is_known) continue;
-    const double tolerance = observer.kind == Observer::Kind::course
-                                 ? kFixTolerance
-                                 : kTolerance + uncertain_turns(observer) + uncertain_turns(reference) +
-                  kShareOfInterval * std::max(interval_of(c.sensor(observer.sensor)),
-                                                                            interval_of(c.sensor(reference.sensor)));
+    const double tolerance = is_of_fixes ? kFixTolerance
+                                         : kTolerance + uncertain_turns(observer) + uncertain_turns(reference) +
+                                               kShareOfInterval * std::max(interval_of(c.sensor(observer.sensor)),
+                                                                           interval_of(c.sensor(reference.sensor)));
     delays.push_back({observer.sensor, lag, tolerance});
   }
   return delays;
+}
+
+/// The lag that most have, within what is usual; the smallest if several are as good.
+double common(const std::vector<double>& lags) {
+  double best = 0.0;
+  double least = 1e300;
+  for (const double lag : lags) {
+    double cost = 1e-3 * std::abs(lag);
+    for (const double other : lags) cost += std::min(std::abs(other - lag), kFixTolerance);
+    if (cost >= least) continue;
+    least = cost;
+    best = lag;
+  }
+  return best;
 }
 
 void report(Case& c, const Delay& delay, const std::string& against) {
@@ -105,7 +125,7 @@ void check_delays(Case& c, const MotionAgreement& motion) {
   std::vector<double> lags{0.0};
   for (const Delay& delay : delays) lags.push_back(delay.lag.value);
   const bool has_majority = lags.size() >= 3;
-  const double middle = has_majority ? median(lags) : 0.0;
+  const double middle = has_majority ? common(lags) : 0.0;
   for (const Delay& delay : delays) {
     const double late = delay.lag.value - middle;
     const double sigmas = (std::abs(late) - delay.tolerance) / std::max(delay.lag.sigma, 1e-3);

@@ -22,7 +22,7 @@ constexpr double kDecides = 0.45;  // by so much a group must count more, or an 
 constexpr double kSame = 0.15;     // two ratios are one mistake if they differ by no more than this share
 constexpr double kUnlikely = 3.0;  // cost of an explanation that takes an unusual mistake
 constexpr double kUsual = 1.0;     // of one that everybody makes
-constexpr double kPullSigmas = 4.0; 
+constexpr double kPullSigmas = 4.0;
 constexpr double kTelling = 0.2;  // of one that something else points to
 
 bool is_near(double value, double expected) { return std::abs(value / expected - 1.0) < kSame; }

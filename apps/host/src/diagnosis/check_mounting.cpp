@@ -21,6 +21,7 @@ constexpr double kSigmas = 4.0;
 constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
 constexpr double kScannerTolerance = 4.0 * kDegree;
 constexpr double kScannerLever = 0.15;  // [m]
+constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
 constexpr double kAntennaLever = 0.5;   // [m]
 constexpr std::size_t kLeastDirections = 20;
 constexpr std::size_t kParts = 8;
@@ -132,6 +133,10 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
   const double sigma = mounting.lever_sigma.maxCoeff();
   c.comparisons.push_back({"lever arm", sensor.name, "its base_T_sensor", off.norm(), sigma,
                            static_cast<long>(sensor.steps.size()), "m between them"});
+  const auto concerns = [&](const Finding& finding) {
+    return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
+  };
+  if (sigma > kLeverSigma || std::ranges::any_of(c.findings, concerns)) return;
   const double lever_sigmas = (off.norm() - kScannerLever) / std::max(sigma, 0.01);
   if (lever_sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},

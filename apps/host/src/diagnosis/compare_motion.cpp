@@ -45,6 +45,7 @@ Ratio inverse(const Ratio& ratio) {
   other.high = 1.0 / ratio.low;
   if (other.low > other.high) std::swap(other.low, other.high);
   other.value = 1.0 / ratio.value;
+  other.shift = -ratio.shift;
   other.sigma = ratio.sigma / (ratio.value * ratio.value);
   other.per_way = -ratio.per_way / ratio.value;
   other.per_way_sigma = ratio.per_way_sigma / std::abs(ratio.value);

@@ -12,7 +12,7 @@ namespace waymark::host::diagnosis {
 namespace {
 
 constexpr double kSigmas = 3.0;
-constexpr double kRelative = 0.15;        // errors of a turn or a way that grow with it
+constexpr double kRelative = 0.15;     // errors of a turn or a way that grow with it
 constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
 constexpr double kUnrelated = 0.1;     // squared correlation of two that have nothing to do with each other
 constexpr long kLeastUnrelated = 40;   // spans that show it
@@ -24,7 +24,7 @@ constexpr double kMostLag = 2.0;       // [s]
 constexpr double kLagStep = 0.05;
 constexpr std::size_t kParts = 8;
 constexpr std::size_t kLeastParts = 4;
-constexpr double kClear = 1.3;           // by which the worst lag must fit worse than the best
+constexpr double kClear = 1.08;  // by which the worst lag must fit worse than the best
 constexpr double kLeastSpansOfPart = 10;
 
 /// Slope that half of the total weight lies above: robust against whatever half of the rows is.

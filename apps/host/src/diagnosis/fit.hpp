@@ -31,8 +31,9 @@ struct Fit {
   double sigmas(Eigen::Index i, double expected, double tolerance) const;
 };
 
-/// `first`: where the iteration begins; empty: at the unweighted solution. `relative`: errors that grow with a row's own
-/// size (a lag, a scale that varies), as a share of it: large rows must not count as outliers beside many small ones.
+/// `first`: where the iteration begins; empty: at the unweighted solution. `relative`: errors that grow with a row's
+/// own size (a lag, a scale that varies), as a share of it: large rows must not count as outliers beside many small
+/// ones.
 Fit fit_rows(const Rows& rows, const Eigen::VectorXd& first = {}, double relative = 0.0);
 
 /// Slope of y on x between its two extremes: all noise in y, and all noise in x (R. Frisch, 1934). The other columns of

@@ -19,7 +19,7 @@ constexpr double kAstray = 60.0;  // [s] from the newest measurement
 constexpr int kMostAstray = 100;
 constexpr double kShortestPair = 0.03;  // [s] from one scan of a pair to the other
 constexpr double kLongestPair = 1.6;
-constexpr double kUsualPair = 0.3;
+constexpr double kUsualPair = 0.55;
 constexpr double kLonger = 1.05;
 constexpr double kShorter = 0.8;
 constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
@@ -156,8 +156,8 @@ void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
   sensor.next_scan_t = from + kPairEvery;
   if (!sensor.scans[1].take(scan, sensor.largest_range)) return;
   const std::optional<ScanMotion> motion = register_scans(sensor.scans[0], sensor.scans[1]);
-  sensor.pair_step = motion ? std::min(kUsualPair, kLonger * sensor.pair_step)
-                            : std::max(kShortestPair, kShorter * sensor.pair_step);
+  sensor.pair_step =
+      motion ? std::min(kUsualPair, kLonger * sensor.pair_step) : std::max(kShortestPair, kShorter * sensor.pair_step);
   if (!motion) return;
   const Eigen::Matrix3d R = sensor.T_base_sensor.q.toRotationMatrix();
   const Eigen::Vector3d shift = R * Eigen::Vector3d(motion->x, motion->y, 0.0);
