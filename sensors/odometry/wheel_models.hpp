@@ -28,6 +28,8 @@ class WheelModel {
   /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
   /// both.
   virtual bool rotation_scales_with_speed() const = 0;
+  /// σ of what a usual vehicle of this kind pulls to one side: ω = κ v for wheels that report to go straight [1/m].
+  virtual double usual_curvature_sigma() const = 0;
 
   /// Reads `model` (differential, ackermann, twist, increment) and its geometry. Throws ConfigError.
   static std::shared_ptr<const WheelModel> read(const Config& config);

@@ -34,6 +34,7 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   SensorRecord& record = this->record(m);
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
   if (!steps_.account(m, index, outcome, result) || record.policy.evaluate_only) return;
+  result.observes_position = result.observes_position || update.observes() == Quantity::position;
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
     if (index == 0 && is_position) check_for_bias(m, outcome, result);
@@ -65,6 +66,25 @@ void PresentHorizon::check_for_bias(const Measurement& m, const particles::Mixtu
   state.bias.reset();
 }
 
+namespace {
+
+/// Of the length of an innovation.
+std::string_view unit_of(const Update& update) {
+  switch (update.observes()) {
+    case Quantity::position:
+      return " m";
+    case Quantity::attitude:
+      return " rad";
+    case Quantity::velocity:
+      return " m/s";
+    case Quantity::other:
+      break;
+  }
+  return " (of mixed units)";
+}
+
+}  // namespace
+
 /// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
 /// worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
@@ -83,16 +103,17 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
   steps_.committed().note(
-      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the covariance was inflated "
-                           "and the sensor re-acquired",
-                           record.slot.name, record.state.rejections_in_a_row[index], miss));
+      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}{}; the covariance was "
+                           "inflated and the sensor re-acquired",
+                           record.slot.name, record.state.rejections_in_a_row[index], miss, unit_of(update)));
   record.state.rejections_in_a_row[index] = 0;
 }
 
 void PresentHorizon::map(const Measurement& m, const Extraction& extraction, UpdateResult& result) {
   steps_.map(m, filter().now(), extraction, result);
-  if (std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize))
-    result.localized = filter().localized();
+  if (!std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) return;
+  result.localized = filter().localized();
+  result.match_failed = filter().match_failed();
 }
 
 }  // namespace waymark::fusion
