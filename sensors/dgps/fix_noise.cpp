@@ -40,15 +40,18 @@ FixNoise::FixNoise(const Config& config)
     : receiver_(read_receiver(config)),
       has_sigma_(config.has("sigma_m")),
       has_slow_sigma_(config.has("offset_sigma_m")),
-      sigma_(config.positive({"sigma_m", "m", "white noise per horizontal axis; the floor, whatever the fix claims",
-                              "after the type of the fix: 0.5, 0.25, 0.1, 0.01"},
-                             kWhite.back())),
-      usual_slow_(config.non_negative(
-          {"offset_sigma_m", "m",
-           "slowly varying error as a state of its own (first-order Gauss–Markov), so that repeated fixes do not count "
-           "as independent; 0: none",
-           "as large as `sigma_m` if that is given, else twice the white noise; with the quality of each fix"},
-          has_sigma_ ? sigma_ : kSlowToWhite * white_of(receiver_))),
+      // Only if they are there: an effective configuration must not give what followed from the class.
+      sigma_(has_sigma_ ? config.positive({"sigma_m", "m",
+                                           "white noise per horizontal axis; the floor, whatever the fix claims",
+                                           "after the type of the fix: 0.5, 0.25, 0.1, 0.01"})
+                        : kWhite.back()),
+      usual_slow_(has_slow_sigma_ ? config.non_negative(
+                                        {"offset_sigma_m", "m",
+                                         "slowly varying error as a state of its own (first-order Gauss–Markov), so "
+                                         "that repeated fixes do not count as independent; 0: none",
+                                         "as large as `sigma_m` if that is given, else twice the white noise; with "
+                                         "the quality of each fix"})
+                                  : (has_sigma_ ? sigma_ : kSlowToWhite * white_of(receiver_))),
       sigma_vertical_(config.positive(
           {"sigma_vertical_m", "m",
            "vertical noise; grows with the horizontal one where the fix has no vertical σ of its own", "2 × `sigma_m`"},

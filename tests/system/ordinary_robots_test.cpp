@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: csv, dgps, diagnostics, odometry, tum
 // README's "log of your own, in ten lines": wheels and GPS, and nothing given but geometry. The robots have ordinary
-// errors, and drive curves, in reverse, and on straight legs. tests/results/ordinary_robots.py does it with more of them.
+// errors, and drive curves, in reverse, and on straight legs. tests/results/ordinary_robots.py does it with more of
+// them.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -22,6 +23,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 /// What is wrong with a robot that the YAML does not give.
 struct Ordinary {
   std::string name;
+  std::uint32_t seed;
   double left_scale, right_scale;  ///< of the wheels: measured by true
   double track_scale;              ///< of the track: true by given
   double white_m, slow_m, tau_s;   ///< errors of the receiver
@@ -77,7 +79,7 @@ struct GpsAlone {
 /// Writes wheels.csv and gps.csv, geodetic near the equator, where a degree is the same in both directions.
 GpsAlone write_log(const Ordinary& robot, const std::vector<Truth>& truth, const std::filesystem::path& folder) {
   constexpr double kTrack = 0.5;
-  Random random({11, static_cast<std::uint32_t>(robot.name.size()), 0, 0});
+  Random random({11, robot.seed, 0, 0});
   std::string wheels = "t,left,right\n";
   std::string gps = "t,lat,lon\n";
   GpsAlone alone;
@@ -96,8 +98,8 @@ GpsAlone write_log(const Ordinary& robot, const std::vector<Truth>& truth, const
     }
     if (k % 10 == 0) {  // 5 Hz; the antenna is 0.3 m ahead
       const Eigen::Vector2d error = slow + robot.white_m * Eigen::Vector2d(random.normal(), random.normal());
-      slow = decay * slow + std::sqrt(1.0 - decay * decay) * robot.slow_m *
-                                Eigen::Vector2d(random.normal(), random.normal());
+      slow = decay * slow +
+             std::sqrt(1.0 - decay * decay) * robot.slow_m * Eigen::Vector2d(random.normal(), random.normal());
       const Eigen::Vector2d fix =
           Eigen::Vector2d(now.x + 0.3 * std::cos(now.yaw), now.y + 0.3 * std::sin(now.yaw)) + error;
       constexpr double kMeridian = 6335439.327;  // [m], radius of curvature at the equator, WGS-84
@@ -165,15 +167,15 @@ TEST_P(OrdinaryRobots, AreBetterThanTheirGpsAloneWithNothingGivenButGeometry) {
   EXPECT_LT(*first_heading_error, 0.6) << "first heading [rad]";
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Of, OrdinaryRobots,
-    ::testing::Values(
-        // The README's robot as a user had it: 15.6 m where GPS alone has 1.3 m.
-        Ordinary{"StraightLegs", 1.0, 1.02, 1.0, 0.4, 0.8, 60.0, "", 1.0, 0.0, -10.0},
-        Ordinary{"Reverse", 0.975, 0.99, 1.05, 0.5, 1.0, 40.0, "", -0.8, 3.0, -10.0},
-        Ordinary{"SlippingWheel", 1.03, 1.0, 0.95, 0.2, 0.4, 90.0, "differential", 1.5, 0.0, 100.0},
-        Ordinary{"Rtk", 0.97, 1.02, 1.04, 0.012, 0.02, 60.0, "rtk_fixed", 0.6, 1.5, -10.0}),
-    [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, OrdinaryRobots,
+                         ::testing::Values(
+                             // The README's robot as a user had it: 15.6 m where GPS alone has 1.3 m.
+                             Ordinary{"StraightLegs", 1, 1.0, 1.02, 1.0, 0.4, 0.8, 60.0, "", 1.0, 0.0, -10.0},
+                             Ordinary{"Reverse", 2, 0.975, 0.99, 1.05, 0.5, 1.0, 40.0, "", -0.8, 3.0, -10.0},
+                             Ordinary{"SlippingWheel", 3, 1.03, 1.0, 0.95, 0.2, 0.4, 90.0, "differential", 1.5, 0.0,
+                                      100.0},
+                             Ordinary{"Rtk", 4, 0.97, 1.02, 1.04, 0.012, 0.02, 60.0, "rtk_fixed", 0.6, 1.5, -10.0}),
+                         [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace waymark::system_test

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "estimation/ekf.hpp"
 #include "estimation/heading_fit.hpp"
 #include "estimation/process_model.hpp"
 #include "fusion/sensor_record.hpp"

@@ -22,7 +22,8 @@ std::vector<std::string> lines_of(const std::vector<Event>& events) {
 TEST(FoldedEvents, OnesThatDifferInNumbersOnlyAreFolded) {
   std::vector<Event> events;
   for (int k = 0; k < 308; ++k)
-    events.push_back(event(10.0 + k, fmt::format("gps: 20 measurements in a row rejected, the last one by {:.3g} m", 0.1 + k)));
+    events.push_back(
+        event(10.0 + k, fmt::format("gps: 20 measurements in a row rejected, the last one by {:.3g} m", 0.1 + k)));
   EXPECT_THAT(lines_of(events),
               ElementsAre("at 10.000 s: gps: 20 measurements in a row rejected, the last one by 0.1 m",
                           "  308 times until 317.000 s; the last: gps: 20 measurements in a row rejected, the last one "
@@ -35,9 +36,10 @@ TEST(FoldedEvents, EqualOnesAreNotRepeated) {
 }
 
 TEST(FoldedEvents, TwoSensorsAreTwoKinds) {
-  EXPECT_THAT(lines_of({event(1.0, "gps1: off by 2 m"), event(2.0, "gps2: off by 2 m"), event(3.0, "gps1: off by 4 m")}),
-              ElementsAre("at 1.000 s: gps1: off by 2 m", "  2 times until 3.000 s; the last: gps1: off by 4 m",
-                          "at 2.000 s: gps2: off by 2 m"));
+  EXPECT_THAT(
+      lines_of({event(1.0, "gps1: off by 2 m"), event(2.0, "gps2: off by 2 m"), event(3.0, "gps1: off by 4 m")}),
+      ElementsAre("at 1.000 s: gps1: off by 2 m", "  2 times until 3.000 s; the last: gps1: off by 4 m",
+                  "at 2.000 s: gps2: off by 2 m"));
 }
 
 TEST(FoldedEvents, SignsAndExponentsArePartOfANumber) {

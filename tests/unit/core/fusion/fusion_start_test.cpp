@@ -83,8 +83,8 @@ std::vector<Measurement> driven(double yaw, double v, double w, double span, dou
     const double now = yaw + w * t;
     const double chord = w == 0.0 ? t : std::sin(0.5 * w * t) / (0.5 * w);
     const double along = yaw + 0.5 * w * t;
-    log.push_back(fix(t, v * chord * std::cos(along) + arm * std::cos(now),
-                      v * chord * std::sin(along) + arm * std::sin(now)));
+    log.push_back(
+        fix(t, v * chord * std::cos(along) + arm * std::cos(now), v * chord * std::sin(along) + arm * std::sin(now)));
   }
   return in_order(log);
 }
@@ -109,8 +109,9 @@ TEST(FusionStart, HeadingIsFoundInReverse) {
 }
 
 TEST(FusionStart, HeadingIsFoundWhileTheRobotTurnsInPlaceIfTheAntennaIsOffTheAxle) {
-  FusionRobot robot("sensors:\n" + kWheels +
-                    "  - { name: gps, plugin: dgps, base_p_antenna_m: [0.8, 0, 1], sigma_m: 0.1, offset_sigma_m: 0 }\n");
+  FusionRobot robot(
+      "sensors:\n" + kWheels +
+      "  - { name: gps, plugin: dgps, base_p_antenna_m: [0.8, 0, 1], sigma_m: 0.1, offset_sigma_m: 0 }\n");
   robot.play(driven(-1.0, 0.0, 0.5, 8.0, 0.8));
   ASSERT_TRUE(robot.fusion().started());
   EXPECT_NEAR(off(robot.pose().yaw(), -1.0 + 0.5 * 8.0), 0.0, 6.0 * kDeg);
@@ -120,7 +121,8 @@ TEST(FusionStart, HeadingIsFoundAfterAnHourAtStandstill) {
   std::vector<Measurement> log;
   drive(log, 0.0, 3600.0, 0.0, 0.0, 1.0);
   drive(log, 3600.0, 3604.0, -1.0);
-  for (int k = 0; k < 3604; ++k) log.push_back(fix(k + 0.5, -std::max(0.0, k + 0.5 - 3600.0), k % 2 == 0 ? 0.05 : -0.05));
+  for (int k = 0; k < 3604; ++k)
+    log.push_back(fix(k + 0.5, -std::max(0.0, k + 0.5 - 3600.0), k % 2 == 0 ? 0.05 : -0.05));
   FusionRobot robot("sensors:\n" + kWheels + gps());
   robot.play(in_order(log));
   ASSERT_TRUE(robot.fusion().started());
@@ -129,14 +131,16 @@ TEST(FusionStart, HeadingIsFoundAfterAnHourAtStandstill) {
 
 TEST(FusionStart, AChordThatOnlyTheWheelsErrorsExplainIsNoHeading) {
   // Nothing is known of the rotation, so the path may have any shape.
-  const std::string wheels = "  - { name: wheels, plugin: odometry, model: twist, yaw_noise_rad_per_sqrt_s: [20, 0, 0] }\n";
+  const std::string wheels =
+      "  - { name: wheels, plugin: odometry, model: twist, yaw_noise_rad_per_sqrt_s: [20, 0, 0] }\n";
   FusionRobot robot("sensors:\n" + wheels + gps());
   robot.play(driven(0.0, 0.3, 0.0, 6.0));
   EXPECT_FALSE(robot.fusion().started());
 }
 
 TEST(FusionStart, WithoutAMeasuredSpeedTheHeadingIsTheChord) {
-  const std::string gyro = "  - { name: imu, plugin: imu, tilt: false, reports_standstill: false, base_T_sensor: {} }\n";
+  const std::string gyro =
+      "  - { name: imu, plugin: imu, tilt: false, reports_standstill: false, base_T_sensor: {} }\n";
   FusionRobot robot("sensors:\n" + gyro + gps());
   std::vector<Measurement> log;
   for (int k = 0; k < 200; ++k) {

@@ -133,8 +133,10 @@ TEST(DgpsClasses, ByDefaultAReceiverHasASlowErrorOfItsOwn) {
 }
 
 TEST(DgpsClasses, TheTypeOfAFixSaysHowLargeItsErrorsAre) {
-  const std::pair<GnssFix::Type, double> white[] = {{GnssFix::Type::unknown, 0.5},   {GnssFix::Type::single, 0.5},
-                                                    {GnssFix::Type::differential, 0.25}, {GnssFix::Type::rtk_float, 0.1},
+  const std::pair<GnssFix::Type, double> white[] = {{GnssFix::Type::unknown, 0.5},
+                                                    {GnssFix::Type::single, 0.5},
+                                                    {GnssFix::Type::differential, 0.25},
+                                                    {GnssFix::Type::rtk_float, 0.1},
                                                     {GnssFix::Type::rtk_fixed, 0.01}};
   for (const auto& [type, sigma] : white) {
     GnssFix fix = local(0.0, 0.0);

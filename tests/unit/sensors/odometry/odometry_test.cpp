@@ -128,10 +128,10 @@ TEST(Odometry, ACurvatureErrorTurnsWithTheDistance) {
 
 TEST(Odometry, AnErrorWithoutSigmaAndWalkIsNoState) {
   EXPECT_TRUE(make_sensor("odometry", kDifferential)->block().empty());
-  const auto block =
-      make_sensor("odometry", "{ model: twist, speed_scale_sigma: 0, speed_scale_walk_per_sqrt_m: 1e-4, "
-                              "curvature_sigma_per_m: 0, yaw_scale_sigma: 0.03 }")
-          ->block();
+  const auto block = make_sensor("odometry",
+                                 "{ model: twist, speed_scale_sigma: 0, speed_scale_walk_per_sqrt_m: 1e-4, "
+                                 "curvature_sigma_per_m: 0, yaw_scale_sigma: 0.03 }")
+                         ->block();
   ASSERT_EQ(block.size(), 2u);
   EXPECT_EQ(block[0].walk_per_sqrt_m, 1e-4);
   EXPECT_EQ(block[1].initial_sigma, 0.03);
