@@ -107,8 +107,9 @@ class Odometry final : public Sensor {
                          {0.0, 0.1})),
         yaw_(read_density(
             config,
-            {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate"},
-            {0.0, 0.01, 0.05})),
+            {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate",
+             "differential [0.015/`track_m`, the same, 0.2], ackermann [0, 0.01, 0.05], else [0.03, 0.03, 0.2]"},
+            model_->usual_yaw_noise())),
         still_speed_(config.non_negative(
             {"still_speed_mps", "m/s", "below this speed, and below `still_rate_radps`, the robot counts as standing"},
             0.01)),

@@ -123,7 +123,7 @@ GpsAlone write_log(const Ordinary& robot, const std::vector<Truth>& truth, const
 sensors:
   - { name: wheels, plugin: odometry, model: differential, track_m: 0.5 }
   - { name: gps, plugin: dgps, base_p_antenna_m: [0.3, 0, 0.5])" +
-                 (robot.receiver.empty() ? "" : ", receiver: " + robot.receiver) + " }\n");
+                 (robot.receiver.empty() ? "" : ", receiver: " + robot.receiver) + " }\nsinks: []\n");
   return alone;
 }
 

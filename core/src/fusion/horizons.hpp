@@ -44,8 +44,9 @@ class PresentHorizon final : public Horizon {
   SensorRecord& record(const Measurement& m) { return steps_.committed().record(m); }
   bool update_standstill(const Measurement& m, const UpdateList& updates);
   void check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
+  double heading_off(const Measurement& m, const particles::MixtureOutcome& outcome);
   void reacquire(const Measurement& m, std::size_t index, const Update& update,
-                 const particles::MixtureOutcome& outcome);
+                 const particles::MixtureOutcome& outcome, double heading_off);
 
   CommittedSteps& steps_;
   const FusionSettings& settings_;

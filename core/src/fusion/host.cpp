@@ -39,8 +39,7 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
 
 void Fusion::Parts::reject(const Measurement& m, const std::string& fault) {
   fusion::SensorRecord& sensor = committed.record(m);
-  const Time arrival = is_stamp(m.arrival) ? m.arrival : committed.last_stamp;
-  committed.health.mistimed(m.sensor, started ? committed.filter.stamp() : arrival);
+  committed.health.mistimed(m.sensor);
   if (sensor.mistimed++ == 0) {
     arrival_events.push_back(
         {fmt::format("{}: {} (further ones are only counted)", sensor.slot.name, fault), m.arrival});

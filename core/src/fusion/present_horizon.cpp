@@ -2,10 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "fusion/horizons.hpp"
 
 namespace waymark::fusion {
+
+namespace {
+
+/// Rejected fixes after which their own way is compared with the predicted one.
+constexpr int kFewRejections = 4;
+
+}  // namespace
 
 bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updates) {
   if (update_standstill(m, updates)) return true;
@@ -38,10 +46,38 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
     if (index == 0 && is_position) check_for_bias(m, outcome, result);
-  } else if (record.slot.max_consecutive_rejections > 0 &&
-             ++record.state.rejections_in_a_row[index] >= record.slot.max_consecutive_rejections) {
-    reacquire(m, index, update, outcome);
+  } else if (record.slot.max_consecutive_rejections > 0) {
+    const int rejections = ++record.state.rejections_in_a_row[index];
+    const bool is_position = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position &&
+                             outcome.innovation.size() > 1;
+    const double off = is_position ? heading_off(m, outcome) : 0.0;
+    if (rejections >= record.slot.max_consecutive_rejections || (rejections >= kFewRejections && off != 0.0))
+      reacquire(m, index, update, outcome, std::abs(off));
   }
+}
+
+/// Angle between the way that the fixes went since the first one rejected and the way that the filter predicted, if
+/// both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0
+/// if that does not stand out. Not where maps localise: they know the heading.
+double PresentHorizon::heading_off(const Measurement& m, const particles::MixtureOutcome& outcome) {
+  constexpr double kSigmas = 5.0;
+  constexpr double kSameLength = 0.3;
+  SensorState& state = record(m).state;
+  const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
+  const Eigen::Vector2d nu = outcome.innovation.head<2>();
+  if (state.rejections_in_a_row[0] == 1) {
+    state.rejected_p = p;
+    state.rejected_nu = nu;
+  }
+  if (steps_.maps().localizes()) return 0.0;
+  const Eigen::Vector2d predicted = p - state.rejected_p;
+  const Eigen::Vector2d fixed = predicted + nu - state.rejected_nu;
+  const double noise = std::sqrt(outcome.S.topLeftCorner<2, 2>().trace());
+  const double length = predicted.norm();
+  if (std::abs(fixed.norm() - length) > kSameLength * length || (fixed - predicted).norm() < kSigmas * noise)
+    return 0.0;
+  const double cross = predicted.x() * fixed.y() - predicted.y() * fixed.x();
+  return std::atan2(cross, predicted.dot(fixed));
 }
 
 /// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
@@ -88,12 +124,13 @@ std::string_view unit_of(const Update& update) {
 /// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
 /// worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
-                               const particles::MixtureOutcome& outcome) {
+                               const particles::MixtureOutcome& outcome, double heading_off) {
   constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to correct the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
   if (record.traits.is_absolute) {
-    filter().inflate_pose(miss * miss, kYawSigma * kYawSigma);
+    const double yaw_sigma = std::max(kYawSigma, heading_off);
+    filter().inflate_pose(miss * miss, yaw_sigma * yaw_sigma);
   } else {
     filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   }

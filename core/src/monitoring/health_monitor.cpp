@@ -82,8 +82,11 @@ void HealthMonitor::advance(Time now) {
 }
 
 void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& result) {
-  Track& track = sensors_[index];
   advance(stamp);
+  add(sensors_[index], result);
+}
+
+void HealthMonitor::add(Track& track, const UpdateResult& result) {
   if (track.last && clock_ > *track.last) {
     const double dt = to_seconds(clock_ - *track.last);
     track.interval += (track.interval == 0.0 ? 1.0 : 1.0 / kWindow) * (dt - track.interval);
@@ -115,8 +118,8 @@ void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& re
   }
 }
 
-void HealthMonitor::mistimed(std::size_t index, Time stamp) {
-  record(index, newest_.value_or(stamp), {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
+void HealthMonitor::mistimed(std::size_t index) {
+  add(sensors_[index], {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
 }
 
 void HealthMonitor::dropped(std::size_t index, Time stamp) {

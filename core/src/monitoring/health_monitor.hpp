@@ -57,8 +57,8 @@ class HealthMonitor {
   void record(std::size_t sensor, Time stamp, const UpdateResult& result);
   /// The sensor's plugin is out of service.
   void out_of_service(std::size_t sensor) { sensors_[sensor].broken = true; }
-  /// Adds a measurement with an implausible stamp; `stamp`: the time to use instead for a sensor without others.
-  void mistimed(std::size_t sensor, Time stamp);
+  /// Adds a measurement with an implausible stamp.
+  void mistimed(std::size_t sensor);
   /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
   void dropped(std::size_t sensor, Time stamp);
   /// True if most of its scans do not localise the robot in the loaded map.
@@ -131,6 +131,7 @@ class HealthMonitor {
   }
   static bool is_not_localized(const Track& track);
   void advance(Time now);
+  void add(Track& track, const UpdateResult& result);
   void count_time();
   Verdict<SensorHealth::State> judge_sensor(const Track& track) const;
   Verdict<Health::State> judge_pose(double position_sigma, fmt::memory_buffer& text);

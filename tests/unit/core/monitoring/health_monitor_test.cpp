@@ -88,7 +88,7 @@ TEST_F(HealthTest, APositionAtTheLimitDoesNotFlicker) {
 TEST_F(HealthTest, EveryStateLastsForAWhile) {
   for (int k = 0; k < 3000; ++k) {
     UpdateResult fix = position();
-    if (k % 37 == 0) fix.degraded_reason = "settling";
+    if (k % 73 == 0) fix.degraded_reason = "settling";
     see(kWheels, 0.1 * k);
     see(kAid, 0.1 * k, fix);
   }

@@ -53,7 +53,8 @@ Measurement increment(double interval, double x, double y, double yaw, double t 
 }
 
 /// None of the errors that stay is a state, unless a test says so.
-const std::string kStateless = "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0";
+const std::string kStateless =
+    "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0, yaw_noise_rad_per_sqrt_s: [0, 0.01, 0.05]";
 const std::string kDifferential = "{ model: differential, track_m: 0.5, " + kStateless + " }";
 
 TEST(Odometry, DifferentialDriveTurnsTowardsTheSlowerWheel) {
