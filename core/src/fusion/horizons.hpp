@@ -46,7 +46,8 @@ class PresentHorizon final : public Horizon {
   void check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
   double heading_off(const Measurement& m, const particles::MixtureOutcome& outcome);
   void reacquire(const Measurement& m, std::size_t index, const Update& update,
-                 const particles::MixtureOutcome& outcome, double heading_off);
+                 const particles::MixtureOutcome& outcome);
+  void turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome, double off);
 
   CommittedSteps& steps_;
   const FusionSettings& settings_;

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "estimation/ekf.hpp"
+#include "estimation/new_start.hpp"
 #include "fusion/horizons.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::fusion {
 
@@ -51,16 +56,19 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
     const bool is_position = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position &&
                              outcome.innovation.size() > 1;
     const double off = is_position ? heading_off(m, outcome) : 0.0;
-    if (rejections >= record.slot.max_consecutive_rejections || (rejections >= kFewRejections && off != 0.0))
-      reacquire(m, index, update, outcome, std::abs(off));
+    if (rejections >= kFewRejections && off != 0.0) {
+      turn(m, update, outcome, off);
+    } else if (rejections >= record.slot.max_consecutive_rejections) {
+      reacquire(m, index, update, outcome);
+    }
   }
 }
 
 /// Angle between the way that the fixes went since the first one rejected and the way that the filter predicted, if
 /// both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0
-/// if that does not stand out. Not where maps localise: they know the heading.
+/// if that does not stand out. Not with maps: they know the heading.
 double PresentHorizon::heading_off(const Measurement& m, const particles::MixtureOutcome& outcome) {
-  constexpr double kSigmas = 5.0;
+  constexpr double kSquaredSigmas = 25.0;
   constexpr double kSameLength = 0.3;
   SensorState& state = record(m).state;
   const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
@@ -69,12 +77,13 @@ double PresentHorizon::heading_off(const Measurement& m, const particles::Mixtur
     state.rejected_p = p;
     state.rejected_nu = nu;
   }
-  if (steps_.maps().localizes()) return 0.0;
+  if (!steps_.maps().empty()) return 0.0;
   const Eigen::Vector2d predicted = p - state.rejected_p;
   const Eigen::Vector2d fixed = predicted + nu - state.rejected_nu;
-  const double noise = std::sqrt(outcome.S.topLeftCorner<2, 2>().trace());
   const double length = predicted.norm();
-  if (std::abs(fixed.norm() - length) > kSameLength * length || (fixed - predicted).norm() < kSigmas * noise)
+  const Eigen::Matrix2d S = outcome.S.topLeftCorner<2, 2>();
+  const Eigen::Vector2d apart = fixed - predicted;
+  if (std::abs(fixed.norm() - length) > kSameLength * length || apart.dot(S.inverse() * apart) < kSquaredSigmas)
     return 0.0;
   const double cross = predicted.x() * fixed.y() - predicted.y() * fixed.x();
   return std::atan2(cross, predicted.dot(fixed));
@@ -121,16 +130,47 @@ std::string_view unit_of(const Update& update) {
 
 }  // namespace
 
+/// The heading was wrong by `off`: pose and twist begin anew with the one of the fixes' way. A linear filter would not
+/// find a heading that is wrong by a right angle or more.
+void PresentHorizon::turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome,
+                          double off) {
+  constexpr double kYawSigma = 0.35;  // 20°
+  const StateLayout& layout = filter().layout();
+  estimation::NewStart start{belief(), false};
+  ErrorMatrix& P = start.prior.P;
+  Pose& pose = start.prior.mean.T_map_base;
+  pose.p.head<2>() += outcome.innovation.head<2>();
+  pose.q = (so3::exp({0.0, 0.0, off}) * pose.q).normalized();
+  P.setZero();
+  estimation::ekf::release(start.prior, layout, settings_.start.velocity_sigma, settings_.start.rate_sigma);
+  const auto& index = layout.pose_indices();
+  // An antenna off the axle was elsewhere with the other heading.
+  P(index[0], index[0]) = P(index[1], index[1]) = 1.0 + outcome.S.topLeftCorner<2, 2>().trace();
+  P(index[2], index[2]) = kYawSigma * kYawSigma;
+  filter().begin_anew(start);
+  if (settings_.smooth) steps_.committed().smoother.cut_next();
+  SensorRecord& record = this->record(m);
+  steps_.committed().health.reacquired(m.stamp);
+  particles::UpdatePolicy without_gate = record.policy;
+  without_gate.ignore_gate = true;
+  filter().update(update, without_gate);
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  steps_.committed().note(
+      m.stamp, fmt::format("{}: {} measurements in a row rejected, whose own way is turned by {:.0f}° against the "
+                           "predicted one: the heading was set to theirs",
+                           record.slot.name, record.state.rejections_in_a_row[0], off * kDegrees));
+  record.state.rejections_in_a_row[0] = 0;
+}
+
 /// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
 /// worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
-                               const particles::MixtureOutcome& outcome, double heading_off) {
+                               const particles::MixtureOutcome& outcome) {
   constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to correct the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
   if (record.traits.is_absolute) {
-    const double yaw_sigma = std::max(kYawSigma, heading_off);
-    filter().inflate_pose(miss * miss, yaw_sigma * yaw_sigma);
+    filter().inflate_pose(miss * miss, kYawSigma * kYawSigma);
   } else {
     filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
   }

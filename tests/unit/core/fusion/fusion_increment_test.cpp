@@ -30,7 +30,7 @@ const std::vector<Step> kSteps{{0.2, 0.1, 0.01, 0.05}, {0.21, 0.1, -0.02, -0.4},
                                {0.4, 0.4, -0.1, 3.0},  {0.2, 1e-6, 0.0, 1e-7},    {0.2, 0.1, 0.0, 0.0}};
 
 TEST(FusionIncrement, AtStandstillTheRobotDoesNotMoveWhateverStatesItsWheelsHave) {
-  for (const std::string states : {", " + test::kNoScale, std::string()}) {
+  for (const std::string& states : {", " + test::kNoScale, std::string()}) {
     test::FusionRobot robot(
         "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nsensors:\n  - { name: wheels, plugin: odometry, model: increment" +
         states + " }\n");
