@@ -65,6 +65,13 @@ class Robot:
         self.slips = [(draw.uniform(20.0, self.duration - 5.0), draw.uniform(0.5, 2.0), draw.choice((0, 1, 2)), draw.uniform(0.2, 0.5))
                       for _ in range(draw.randrange(4))]
 
+    def be_plain(self):
+        """Straight legs with one wheel 2 % off and a usual receiver: the robot of which a user complained."""
+        self.track = self.true_track = 0.5
+        self.scale, self.arm = [1.0, 1.02], (0.0, 0.0)
+        self.receiver, self.white, self.slow, self.tau = "single", 0.4, 0.8, 60.0
+        self.straight_only, self.slips, self.states_type = True, [], False
+
     def commands(self):
         """(duration, v, ω) of one manoeuvre after the other."""
         draw = self.draw
@@ -185,6 +192,7 @@ def main():
     parser.add_argument("--waymark", default="build/release/bin/waymark")
     parser.add_argument("--robots", type=int, default=20)
     parser.add_argument("--first", type=int, default=1, help="seed of the first robot")
+    parser.add_argument("--plain", action="store_true", help="straight legs, one wheel 2 %% off, a receiver of 0.4 m white and 0.8 m slow")
     parser.add_argument("--sigma", action="store_true", help="the YAML gives the receiver's whole error as sigma_m, and no class")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to waymark run")
     parser.add_argument("--csv", help="writes the figures of each robot there")
@@ -197,6 +205,8 @@ def main():
             folder = pathlib.Path(arguments.keep) / str(seed) if arguments.keep else pathlib.Path(temporary)
             folder.mkdir(parents=True, exist_ok=True)
             robot = Robot(seed)
+            if arguments.plain:
+                robot.be_plain()
             truth, fixes, errors = write(robot, folder, arguments.sigma)
             command = [arguments.waymark, "run", str(folder / "robot.yaml"), "--quiet", "--out", str(folder / "out")]
             for setting in arguments.set:
