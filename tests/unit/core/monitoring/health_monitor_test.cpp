@@ -101,7 +101,9 @@ TEST_F(HealthTest, AReacquisitionIsLostAtOnceAndForSeconds) {
     if (k == 50) monitor_.reacquired(at(5.0));
     see(kWheels, 0.1 * k);
     see(kAid, 0.1 * k, position());
-    if (k == 50) EXPECT_EQ(health().state, Health::State::lost);
+    if (k == 50) {
+      EXPECT_EQ(health().state, Health::State::lost);
+    }
   }
   EXPECT_EQ(health().state, Health::State::lost) << "5 s, and 2 s until it is believed";
   EXPECT_NEAR(monitor_.times().lost_s, 4.9, 0.11);
