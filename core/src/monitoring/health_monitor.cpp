@@ -148,7 +148,7 @@ HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Tr
     return {faulty, reported ? std::string_view(track.degraded_reason) : "most of it is unusable"};
   if (known && track.gated > kFaultyShare)
     return {faulty, reported ? std::string_view(track.degraded_reason) : "most of it is gated"};
-  if (reported) return {degraded, track.degraded_reason};
+  if (reported) return {degraded, track.degraded_reason, true};
   if (known && track.unusable > kDegradedShare) return {degraded, "some of it is unusable"};
   if (known && track.gated > kDegradedShare) return {degraded, "some of it is gated"};
   if (is_not_localized(track)) return {degraded, "most of its scans do not localise the robot in the loaded map"};
@@ -199,18 +199,20 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
   }
   using enum Health::State;
   if (searching_) return {lost, "position and heading are found anew", true};
-  if (!motion) return {lost, "no motion source delivers"};
-  if (position_sigma > settings_.lost_sigma && is_position_observed()) return {lost, "the position is too uncertain"};
   if (began_anew_ && clock_ - *began_anew_ < kAfterReacquisition)
     return {lost, "position and heading began anew", true};
   if (reacquired_ && clock_ - *reacquired_ < kAfterReacquisition)
     return {lost, "the covariance was inflated to re-acquire a sensor", true};
+  if (!motion) return {lost, "no motion source delivers"};
+  // A pose that was lost once stays so until something has narrowed it.
+  if (position_sigma > settings_.lost_sigma && (is_position_observed() || began_anew_))
+    return {lost, "the position is too uncertain"};
   if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
   if (worst == sensors_.size()) return {};
   const SensorHealth& worst_health = health_.sensors[worst];
   fmt::format_to(std::back_inserter(text), "{} is {}: {}", sensors_[worst].role.name, to_string(worst_health.state),
                  worst_health.reason);
-  return {degraded, {text.data(), text.size()}};
+  return {degraded, {text.data(), text.size()}, true};  // the sensor's state has settled already
 }
 
 void HealthMonitor::count_time() {

@@ -56,8 +56,8 @@ void drive(std::vector<Measurement>& log, double from, double to, double v, doub
 std::vector<Measurement> in_order(std::vector<Measurement> log);
 
 /// Without errors as states of their own, and with little noise.
-inline const std::string kNoScale =
-    "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0, yaw_noise_rad_per_sqrt_s: [0, 0.01, 0.05]";
+inline const std::string kNoStates = "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0";
+inline const std::string kNoScale = kNoStates + ", yaw_noise_rad_per_sqrt_s: [0, 0.01, 0.05]";
 inline const std::string kWheels = "  - { name: wheels, plugin: odometry, model: twist, " + kNoScale + " }\n";
 /// With white noise, unless `more` gives `offset_sigma_m`.
 inline std::string gps(const std::string& more = "") {
