@@ -23,7 +23,7 @@ ExtractionSettings read_extraction(const Config& config) {
       config.positive({"segment_jump_m", "m", "neighbouring beams that differ by more belong to two things"}, 0.5);
   s.background =
       config.positive({"background_m", "m", "the surroundings must be this much farther on both sides"}, 1.0);
-  s.width_max = config.positive({"width_max_m", "m", "wider things are no trunk or pillar"}, 1.2);
+  s.width_max = config.positive({"width_max_m", "m", "wider things are not a trunk or pillar"}, 1.2);
   s.isolation = config.non_negative({"isolation_m", "m", "no other return this near the centre; 0: off"}, 0.0);
   s.min_beams = static_cast<int>(config.integer_in({"min_beams", "fewer beams make no candidate"}, 1, 10000, 1));
   s.bright_above = config.has("bright_above")

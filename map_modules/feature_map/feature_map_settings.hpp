@@ -16,13 +16,13 @@ struct ExtractionSettings {
   double no_return;     ///< readings at or above this mean that nothing came back [m]
   double segment_jump;  ///< neighbouring beams that differ by more belong to two things [m]
   double background;    ///< the surroundings must be this much farther on both sides [m]
-  double width_max;     ///< wider things are no trunk or pillar [m]
+  double width_max;     ///< wider things are not a trunk or pillar [m]
   double isolation;     ///< no other return within this distance of the centre [m]; 0: off
   int min_beams;
   double bright_above;  ///< intensity above which a beam counts as a glint; infinity: not used
 };
 
-/// What becomes of a candidate of the scan that no good image shows.
+/// What is done with a candidate of the scan that no usable image shows.
 enum class Unseen {
   keep,   ///< it is as good as any other
   match,  ///< it may be a landmark of the map, but it makes no new one

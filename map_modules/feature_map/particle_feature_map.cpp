@@ -118,7 +118,7 @@ void ParticleFeatureMap::write_associated(const PoseGaussian& pose, const Featur
     ++landmark.sightings;
     figures_.born += landmark.sightings == settings_->existence.min_observations;
     if (D == 2) {
-      // The radius is not in the filter, but the reports still want it: a running mean.
+      // The radius is not in the filter, but reports contain it: a running mean.
       landmark.mean.z() += (detection.xyr.z() - landmark.mean.z()) / landmark.sightings;
       landmark.P(2, 2) = settings_->noise.radius * settings_->noise.radius / landmark.sightings;
     }

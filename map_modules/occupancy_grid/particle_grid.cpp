@@ -85,9 +85,7 @@ std::optional<GridView> ParticleGrid::grid() const {
 template <class Archive>
 void ParticleGrid::serialize(Archive& archive) {
   archive.section("occupancy_grid", 1);
-  double resolution = model_->settings.resolution;
-  archive(resolution);
-  if constexpr (Archive::kReads) scan_matching::require_resolution(resolution, model_->settings.resolution);
+  scan_matching::serialize_resolution(archive, model_->settings.resolution);
   archive(record_, tiles_);
 }
 

@@ -43,7 +43,7 @@ class ParticleGrid final : public ParticleMap {
   const TileTree& tiles() const { return tiles_; }
 
  private:
-  /// Where nothing comes back, nothing ties the pose to the map: the free space would be written at a guess.
+  /// Where nothing comes back, nothing ties the pose to the map: the free space would be written at an arbitrary pose.
   bool writes(const ScanObservation& scan) const {
     return model_->settings.load.use != map_formats::MapUse::localize && !scan.hits.empty();
   }

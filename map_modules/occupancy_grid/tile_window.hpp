@@ -15,7 +15,7 @@ namespace waymark::occupancy_grid {
 /// lower left corner here. Kept from scan to scan for its storage.
 class TileWindow : public scan_matching::TiledCells<Tile::kBits> {
  public:
-  /// Looks at all tiles within `reach` [m] of `center` [m]. Throws Error if that is no place for cells of 32 bits.
+  /// Looks at all tiles within `reach` [m] of `center` [m]. Throws Error if that is not a place for cells of 32 bits.
   void open(const TileTree& tree, const Eigen::Vector2d& center, double reach, double resolution);
 
   const Tile& tile(std::size_t slot) const { return *tiles_[slot]; }

@@ -14,7 +14,7 @@ namespace waymark::octomap_grid {
 /// The columns around one scan, for writing: the first write to a column goes through the tree.
 class ColumnWindow : public scan_matching::TiledCells<VoxelOctree::kBits> {
  public:
-  /// Throws Error if that is no place for a map. [m]
+  /// Throws Error if that is not a place for a map. [m]
   void open(VoxelMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high, double resolution);
 
   const TileColumn& column(std::size_t slot) const { return *columns_[slot]; }

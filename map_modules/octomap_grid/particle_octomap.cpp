@@ -79,9 +79,7 @@ template <class Archive>
 void ParticleOctomap::serialize(Archive& archive) {
   const std::uint32_t version = archive.section("octomap_grid", 2);
   if (version < 2) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
-  double resolution = model_->settings.resolution;
-  archive(resolution);
-  if constexpr (Archive::kReads) scan_matching::require_resolution(resolution, model_->settings.resolution);
+  scan_matching::serialize_resolution(archive, model_->settings.resolution);
   archive(record_, voxels_);
 }
 

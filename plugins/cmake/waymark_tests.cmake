@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # How the tests of this repository are put together. Not installed.
 
-# waymark_missing_plugins(file missing): a test says which plugins it loads in a line "// needs plugins: dgps, odometry" of its own;
+# waymark_missing_plugins(file missing): a test names the plugins that it loads in a line "// needs plugins: dgps, odometry" of its own;
 # this gives those that are not there.
 function(waymark_missing_plugins file missing)
   waymark_needed_plugins(${file} plugins)
@@ -26,7 +26,7 @@ endfunction()
 # waymark_add_test_program(name KIND unit|contract|... [PREFIX text] [TIMEOUT s] [ABSOLUTE] FILES files...): one program of several
 # test files. Paths in its definitions are relative to the build folder, see main.cpp; with ABSOLUTE they are not.
 # Its tests are labelled KIND; under the thread sanitizer those of programs whose name ends in _threads are labelled threads.
-# Files whose plugins are not all there are left out, with a word; a program without files is not made.
+# Files whose plugins are not all there are left out, with a message; a program without files is not made.
 function(waymark_add_test_program name)
   cmake_parse_arguments(PARSE_ARGV 1 test "ABSOLUTE" "KIND;PREFIX;TIMEOUT" "FILES")
   if(NOT test_TIMEOUT)
@@ -56,6 +56,11 @@ function(waymark_add_test_program name)
     target_compile_options(${name} PRIVATE -O0) # compiles in about 0.6 of the time; what is tested keeps the optimization of the preset
   endif()
   target_link_libraries(${name} PRIVATE waymark_test_main waymark::loader fmt::fmt)
+  if(TARGET waymark_test_headers)
+    # Not by target_precompile_headers(REUSE_FROM): its options are absolute paths that the compiler cache takes for other options.
+    target_compile_options(${name} PRIVATE "SHELL:-include-pch ${WAYMARK_TEST_HEADERS}")
+    add_dependencies(${name} waymark_test_headers_sum)
+  endif()
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/core/src)
   set(plugin_dir ${WAYMARK_PLUGIN_OUTPUT_DIR})
   set(source_dir ${PROJECT_SOURCE_DIR})

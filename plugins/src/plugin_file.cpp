@@ -86,7 +86,7 @@ Header read_header(Bytes& bytes) {
       (kMachine != EM_NONE && header.e_machine != kMachine)) {
     throw not_loadable("it is built for another processor");
   }
-  if (header.e_type != ET_DYN) throw not_loadable("it is no shared library");
+  if (header.e_type != ET_DYN) throw not_loadable("it is not a shared library");
   if ((header.e_phnum != 0 && header.e_phentsize != sizeof(Segment)) ||
       (header.e_shnum != 0 && header.e_shentsize != sizeof(Section))) {
     throw not_loadable("invalid ELF header");

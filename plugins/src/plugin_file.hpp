@@ -31,7 +31,7 @@ std::string_view record_text(const char (&field)[N]) {
 /// so.
 std::string plugin_name_of(const std::filesystem::path& file);
 
-/// "is a dangling link to ...", or an empty text if the file is there or is no link.
+/// "is a dangling link to ...", or an empty text if the file is there or is not a link.
 std::string dangling_link(const std::filesystem::path& file);
 
 /// The refusal of a library that has no `waymark_plugin`.

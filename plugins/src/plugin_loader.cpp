@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> plugin_files(const std::filesystem::path& fol
   return files;
 }
 
-// The file of each name that `create` would take, sorted by name: the first that is no dangling link.
+// The file of each name that `create` would take, sorted by name: the first that is not a dangling link.
 std::vector<std::filesystem::path> plugin_files(const std::vector<std::filesystem::path>& folders) {
   std::map<std::string, std::filesystem::path> by_name;
   for (const auto& folder : folders) {

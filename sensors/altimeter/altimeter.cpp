@@ -16,6 +16,7 @@ class HeightUpdate final : public Update {
   HeightUpdate(double height, const Eigen::Vector3d& arm, double variance, int block_size)
       : height_(height), arm_(arm), variance_(variance), block_size_(block_size) {}
 
+  Quantity observes() const override { return Quantity::height; }
   void linearize(const StateView& state, Linearization& out) const override {
     const Eigen::Vector3d arm = state.nav.T_map_base.q * arm_;
     out.reset(1, block_size_);

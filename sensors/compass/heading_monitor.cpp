@@ -5,9 +5,9 @@ namespace waymark::compass {
 
 HeadingMonitor::HeadingMonitor(const Config& config)
     : jump_sigmas_(config.non_negative(
-          {"jump_sigmas", "a heading farther than so many σ from the prediction is doubted; 0: off"}, 6.0)),
+          {"jump_sigmas", "a heading farther than so many σ from the prediction is rejected; 0: off"}, 6.0)),
       patience_(from_seconds(config.non_negative(
-          {"jump_patience_s", "s", "a doubted heading is believed if it stays for so long; 0: off"}, 20.0))) {}
+          {"jump_patience_s", "s", "a rejected heading is accepted if it stays for so long; 0: off"}, 20.0))) {}
 
 bool HeadingMonitor::judge(Time stamp, double innovation, double variance) {
   if (jump_sigmas_ == 0.0 || !known_ || innovation * innovation <= jump_sigmas_ * jump_sigmas_ * variance) {

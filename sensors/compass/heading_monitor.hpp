@@ -9,7 +9,7 @@
 
 namespace waymark::compass {
 
-/// A heading that jumps against the predicted turn is doubted, but not for ever: if it stays so, the filter is wrong.
+/// A heading that jumps against the predicted turn is rejected, but not for ever: if it stays so, the filter is wrong.
 class HeadingMonitor {
  public:
   /// Reads `jump_sigmas`, `jump_patience_s`.

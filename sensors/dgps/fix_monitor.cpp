@@ -20,19 +20,19 @@ constexpr int kPlaceFixes = 5;         // whose mean is where the robot stands
 
 FixMonitor::FixMonitor(const Config& config)
     : jump_sigmas_(config.non_negative(
-          {"jump_sigmas", "a fix farther than so many σ from the prediction is doubted; 0: off"}, 6.0)),
+          {"jump_sigmas", "a fix farther than so many σ from the prediction is rejected; 0: off"}, 6.0)),
       jump_patience_(static_cast<int>(config.integer_in(
-          {"jump_patience", "doubted fixes that agree with each other are believed after so many"}, 1, 1000, 5))),
+          {"jump_patience", "rejected fixes that agree with each other are accepted after so many"}, 1, 1000, 5))),
       frozen_distance_(
           config.non_negative({"frozen_distance_m", "m",
-                               "a position that does not change while the robot drives this far is doubted; 0: off"},
+                               "a position that does not change while the robot drives this far is rejected; 0: off"},
                               2.0)),
       drift_sigmas_(config.non_negative({"drift_sigmas",
                                          "a position that leaves the place where the robot stands by so many σ (noise "
-                                         "and offset) is doubted; 0: off"},
+                                         "and offset) is rejected; 0: off"},
                                         5.0)),
       drift_patience_(from_seconds(config.non_negative(
-          {"drift_patience_s", "s", "a position that drifts while the robot stands is doubted for so long; 0: off"},
+          {"drift_patience_s", "s", "a position that drifts while the robot stands is rejected for so long; 0: off"},
           60.0))) {}
 
 std::string_view FixMonitor::reason(Verdict verdict) {

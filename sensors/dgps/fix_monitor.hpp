@@ -21,7 +21,7 @@ struct ObservedFix {
   double sigma = 0.0;          ///< of the fix per axis, white noise and slow error [m]
   double speed = 0.0;          ///< of the antenna as predicted [m/s]
   double speed_sigma = 0.0;
-  bool standing = false;  ///< the host holds the robot for standing still
+  bool standing = false;  ///< the host detects standstill
 };
 
 /// Plausibility of fixes before they are fused (docs/math/dgps.md): a jump that no covariance

@@ -93,8 +93,13 @@ class Imu final : public Sensor {
         heading_(config.boolean(
             {"heading",
              "the whole attitude, with the magnetometer's heading, is given instead of the rates: not both out of one "
-             "gyro; the sensor then ties the robot to the map's frame and is no motion source any more"},
+             "gyro; the sensor then ties the robot to the map's frame and is not a motion source any more"},
             false)),
+        rates_(!heading_ ||
+               config.boolean({"rates",
+                               "with `heading`: the rates are given, too, and the sensor is a motion source again: for "
+                               "a robot on which nothing else measures how it turns"},
+                              false)),
         tilt_(config.boolean(
             {"tilt",
              "roll and pitch are given to the main filter (`motion.kind: spatial` only); false for a gyro alone"},
@@ -145,7 +150,7 @@ class Imu final : public Sensor {
     return {bias};
   }
   SensorTraits traits() const override {
-    SensorTraits traits{.is_motion_source = !heading_, .is_absolute = heading_, .observes_roll_and_pitch = tilt_};
+    SensorTraits traits{.is_motion_source = rates_, .is_absolute = heading_, .observes_roll_and_pitch = tilt_};
     if (heading_ && !own_magnetometer_) traits.instrument = magnetic_model::kMagnetometer;
     return traits;
   }
@@ -175,6 +180,7 @@ class Imu final : public Sensor {
     const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;
     const std::uint64_t saturated = filter_.counts().saturated;
     const bool was_levelled = filter_.levelled();
+    const bool is_first = !last_stamp_;
     const bool has_rate = !device_ || sample.w_sensor.allFinite();  // a device may deliver its attitude alone
     if (has_rate ? !filter_.process(measurement.stamp, sample) : interval <= 0.0) {
       throw DataError(device_ || sample.w_sensor.allFinite() ? "the sample is not later than the one before"
@@ -187,6 +193,7 @@ class Imu final : public Sensor {
     const double dt = std::clamp(interval, kMinInterval, filter_.settings().max_gap_s);
     const bool planar = prediction.planar();
     if (reports_standstill_ && has_rate) out.report_motion(!filter_.resting());
+    if (rates_ && has_rate) add_rate(dt, planar, filter_.counts().saturated > saturated, out);
     if (heading_) {
       if (device_) {
         const double declination = device_declination(measurement.stamp, prediction.datum);
@@ -194,13 +201,16 @@ class Imu final : public Sensor {
                      out);
       } else if (filter_.levelled() && filter_.knows_heading()) {
         const double declination = model_declination(measurement.stamp, prediction.datum);
-        add_attitude(from_true_north(filter_.q_map_sensor(), declination), own_covariance(dt), planar, out);
+        add_attitude(from_true_north(filter_.q_map_sensor(), declination), own_covariance(dt, prediction), planar, out);
         if (filter_.disturbed())
           out.report_degraded("magnetic field disturbed: its strength or dip is not the usual one");
+      } else if (is_first && filter_.knows_heading()) {
+        // Else the robot would stand upright until the levelling is over.
+        const double declination = model_declination(measurement.stamp, prediction.datum);
+        add_attitude(from_true_north(filter_.q_map_sensor(), declination), levelling_covariance(), planar, out);
       }
       return;
     }
-    if (has_rate) add_rate(dt, planar, filter_.counts().saturated > saturated, out);
     if (has_rate && yaw_bias_state_ && filter_.resting() && !prediction.standing) add_yaw_bias(dt, prediction, out);
     if (!tilt_ || planar) return;
     if (device_) {
@@ -297,12 +307,27 @@ class Imu final : public Sensor {
     }
   }
 
-  /// Of the cascade's attitude, whose errors stay for a while.
-  Eigen::Matrix3d own_covariance(double dt) const {
-    const double tilt = std::sqrt(correlated(filter_.settings().accelerometer_time_s, dt));
-    const double heading = std::sqrt(correlated(filter_.settings().heading_time_s, dt));
-    const Eigen::Vector3d scale(tilt, tilt, heading);
-    return scale.asDiagonal() * filter_.covariance().topLeftCorner<3, 3>() * scale.asDiagonal();
+  /// Of the cascade's attitude, whose errors stay for a while. If the rates are given, too, and the main filter is
+  /// still much less certain (at the start, after a saturated gyro), one reading counts in full, as in the cascade.
+  Eigen::Matrix3d own_covariance(double dt, const Prediction& prediction) const {
+    constexpr double kMuch = 9.0;  // 3σ
+    const Eigen::Matrix3d P = filter_.covariance().topLeftCorner<3, 3>();
+    const auto scale_of = [&](int axis, double time) {
+      const int state = prediction.layout.active(3 + axis);
+      const bool counts_in_full = rates_ && state >= 0 && prediction.belief.P(state, state) > kMuch * P(axis, axis);
+      return counts_in_full ? 1.0 : std::sqrt(correlated(time, dt));
+    };
+    const AttitudeSettings& s = filter_.settings();
+    const Eigen::Vector3d scale(scale_of(0, s.accelerometer_time_s), scale_of(1, s.accelerometer_time_s),
+                                scale_of(2, s.heading_time_s));
+    return scale.asDiagonal() * P * scale.asDiagonal();
+  }
+
+  /// Of what one sample says before the levelling is over.
+  Eigen::Matrix3d levelling_covariance() const {
+    const AttitudeSettings& s = filter_.settings();
+    const Eigen::Vector3d sigma(s.levelling_tilt_sigma, s.levelling_tilt_sigma, s.levelling_heading_sigma);
+    return sigma.cwiseAbs2().asDiagonal();
   }
 
   /// What the cascade does not know: it has a given declination in it already.
@@ -322,6 +347,7 @@ class Imu final : public Sensor {
   magnetic_model::EarthField earth_;
   AttitudeFilter filter_;
   bool heading_;
+  bool rates_;
   bool tilt_;
   bool reports_standstill_;
   double bias_time_;

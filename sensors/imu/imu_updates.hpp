@@ -59,7 +59,7 @@ class YawBiasUpdate final : public Update {
 };
 
 /// Where up is in the base frame: with u = R u_base the residual is the x and y component of u × e_z, zero where R
-/// agrees. Says nothing of the heading.
+/// agrees. No information about the heading.
 class TiltUpdate final : public Update {
  public:
   /// `variance` of each of the two [rad²].

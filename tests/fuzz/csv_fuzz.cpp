@@ -29,11 +29,20 @@ constexpr std::array kFiles{
     "payload: Height, time: 0, columns: { height_m: 1 }, delimiter: space, comment: \"%\", header_rows: 1",
     "payload: PoseIncrement, time: 0, columns: { left_m: 1, right_m: 2 }, cumulative: { wraps_at: 256 }, track_m: 0.4",
     "payload: MagneticField, time: 0, columns: { m_x_t: 1, m_y_t: 2, m_z_t: { column: 3, scale: 1e-6, offset: 1 } }",
+    "payload: ImuSample, time: 0, end_of_interval: true, columns: { w_x_radps: { constant: 0 }, w_y_radps: { constant: "
+    "0 }, w_z: { column: 1, unit: deg/s }, f_x_g: 2, f_y_g: 3, f_z_mg: 4 }",
+    "payload: PoseIncrement, time_ms: 0, end_of_interval: true, columns: { x_mm: 1, y_mm: 2, yaw_deg: 3 }",
+    "payload: PoseIncrement, time_ns: 0, cumulative: true, columns: { x_m: 1, y_m: 2, q_w: 3, q_x: 4, q_y: 5, q_z: 6 }",
+    "payload: LaserScan, time: 0, group_by_time: true, end_of_interval: true, columns: { bearing_deg: 1, range_mm: 2, "
+    "intensity: 3 }, scan: { start_deg: -180, step_deg: 0.5, beam_interval_s: 1e-4, allow_non_finite: true }",
+    "payload: WheelSpeeds, time: 1, where: [{ column: 0, equals: ODO }, { column: 2, min: 0 }], columns: { left_kmh: "
+    "2, "
+    "right_kmh: 3 }",
 };
 
 void run(std::string_view input) {
   static const Rig kRig({{"a", "", Pose{}}, {"b", "", {}}});
-  const Choice choice = choose(input, kFiles.size() + 2);
+  const Choice choice = choose(input, kFiles.size() + 3);
   write("log", choice.rest);
   std::string yaml = "max_bad_rows: 1000\n";
   if (choice.which < kFiles.size()) {
@@ -44,7 +53,9 @@ void run(std::string_view input) {
     yaml +=
         choice.which == kFiles.size()
             ? "  landmarks: { path: log, columns: { name: 0, x_m: 1, y_m: 2, radius_m: 3 } }\n"
-            : "  trajectory: { path: log, empty_is_unknown: true, columns: { time: 0, x_m: 1, y_m: 2, yaw_rad: 3 } }\n";
+        : choice.which == kFiles.size() + 1
+            ? "  trajectory: { path: log, empty_is_unknown: true, columns: { time: 0, x_m: 1, y_m: 2, yaw_rad: 3 } }\n"
+            : "  trajectory: { path: log, columns: { time: 0, x_m: 1, y_m: 2, q_x: 4, q_y: 5, q_z: 6, q_w: 7 } }\n";
   }
   read_source(waymark_plugin_csv, yaml, kRig);
 }

@@ -13,7 +13,7 @@ namespace {
 
 void check(const std::optional<gpsd::TimedFix>& fix) {
   if (!fix) return;
-  if (!is_stamp(fix->stamp)) violation("the time of a fix is no stamp");
+  if (!is_stamp(fix->stamp)) violation("the time of a fix is not a stamp");
   const std::string problem = fix->fix->problem();
   if (!problem.empty()) violation("a fix has bad values: " + problem);
 }

@@ -23,7 +23,7 @@ void run(std::string_view input) {
   static const Rig kRig({{"imu", "", Pose{}}, {"gps", "", {}}, {"wheels", "", {}}});
   const Choice choice = choose(input, 3);
   write("bag/metadata.yaml", choice.which == 0 ? kPlain : choice.which == 1 ? kPacked : choice.rest);
-  // With metadata under test the part is no bag: whether it is found is all.
+  // With metadata under test the part is not a bag: whether it is found is all.
   write("bag/bag_0.db3", choice.which == 2 ? "no database" : choice.rest);
   read_source(waymark_plugin_rosbag2,
               "file: bag\nmax_bad_records: 1000\nchannels: [{ topic: /imu, sensor: imu }, { topic: /fix, sensor: gps "

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the comparisons have in common: our side's lines, and their comparison with the peer's."""
+import fcntl
 import math
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -59,3 +61,25 @@ def compare(name, our_rows, peer_rows, tolerance=0.0):
     if len(our_rows) != len(peer_rows):
         sys.exit(f"{name}: {len(our_rows)} measurements, but the peer has {len(peer_rows)}")
     print(f"{name}: {len(our_rows)} measurements are the same")
+
+
+def node_packages(folder):
+    """The folder with our scripts in JavaScript and what they need, made in `folder` when it is missing or old."""
+    if not shutil.which("npm") or not shutil.which("node"):
+        skip("npm is not installed")
+    ours = pathlib.Path(__file__).resolve().parent / "node"
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / "lock", "w") as lock:  # tests run side by side
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        locked = folder / "package-lock.json"
+        complete = folder / "complete"
+        same = complete.exists() and locked.read_bytes() == (ours / "package-lock.json").read_bytes()
+        for file in ours.iterdir():
+            shutil.copy(file, folder)
+        if not same:
+            complete.unlink(missing_ok=True)
+            run = subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=folder, capture_output=True, text=True)
+            if run.returncode != 0:
+                sys.exit(f"npm ci failed: {run.stderr}")
+            complete.touch()
+    return folder

@@ -74,7 +74,7 @@ def own_motion(scans):
                 if off < 0.6:
                     pairs.append((1 / (0.05**2 + (0.003 * math.hypot(*p))**2) / (1 + (off / scale)**2)**2, p, near))
             if len(pairs) < 3:
-                break  # too few to tell
+                break  # too few for a result
             pose = rigid_motion(pairs)
         poses.append(pose)
         for p in seen:

@@ -58,9 +58,9 @@ class Driver:
     """A robot on a circle: 50 messages of its wheels and 5 fixes a second, through `send`, which returns False if a line was not
     taken. What its fields say may be changed at any time."""
 
-    def __init__(self, send):
+    def __init__(self, send, clock_error_s=None):
         self.send = send
-        self.clock_error_s = {"wheels": 0.0, "gps": 0.0}
+        self.clock_error_s = {"wheels": 0.0, "gps": 0.0} | (clock_error_s or {})
         self.rubbish = None          # a function that gives a line of it, between all others
         self.silent = False
         self.sent = 0

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Random faults in the log of a simulated robot, one or two at a time, and what the filter makes of them, as a table.
+"""Random faults in the log of a simulated robot, one or two at a time, and how the filter copes with them, as a table.
 
 The robot of config/faults.yaml drives for 120 s. Its log is recorded once per world, and every run replays it with faults
 between 20 s and 80 s: clocks, loss, duplicates, reordering, NaN, jumps, dead and frozen sensors. A run
@@ -268,7 +268,8 @@ def judge(code, out, truth, log, ends):
         verdict["diverged"] = True
         warnings = [event["t_s"] for event in events] + [c["t_s"] for c in changes if c["state"] != "ok"]
         verdict["reported"] = any(t <= at for t in warnings)
-    end = [sample for sample in samples if sample[1] > log.end() - 1]
+    last_second = log.end() - 1
+    end = [sample for sample in samples if sample[1] > last_second]
     error = end[-1][2] if end else math.inf
     verdict["error"] = error
     verdict["worst"] = max((sample[2] for sample in samples), default=math.inf)

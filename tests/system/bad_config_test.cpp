@@ -14,7 +14,7 @@ struct Mistake {
   const char* old_text;
   const char* new_text;
   const char* where;
-  std::vector<std::string> told;
+  std::vector<std::string> expected;
 };
 
 void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
@@ -23,17 +23,17 @@ class BadYaml : public testing::TestWithParam<Mistake> {
  protected:
   BadYaml() {
     robot_.replace(GetParam().old_text, GetParam().new_text);
-    told_ = GetParam().told;
-    told_.push_back(robot_.place("robot.yaml", robot_.yaml_line(GetParam().where)) + ":");
+    expected_ = GetParam().expected;
+    expected_.push_back(robot_.place("robot.yaml", robot_.yaml_line(GetParam().where)) + ":");
   }
   SmallRobot robot_;
-  std::vector<std::string> told_;
+  std::vector<std::string> expected_;
 };
 
-TEST_P(BadYaml, CheckSaysSoInOneLine) { EXPECT_TRUE(reports_error(robot_.check(), 1, told_)); }
+TEST_P(BadYaml, CheckSaysSoInOneLine) { EXPECT_TRUE(reports_error(robot_.check(), 1, expected_)); }
 
 TEST_P(BadYaml, RunSaysSoInOneLineAndWritesNothing) {
-  EXPECT_TRUE(reports_error(robot_.run(), 1, told_));
+  EXPECT_TRUE(reports_error(robot_.run(), 1, expected_));
   EXPECT_FALSE(std::filesystem::exists(robot_.out()));
 }
 
@@ -113,10 +113,10 @@ TEST(BadRobot, TwoSensorsOnOneInput) {
 TEST(BadRobot, NoMotionSensor) {
   SmallRobot robot;
   robot.replace("plugin: odometry\n    model: twist", "payload: BodyTwist");
-  const std::vector<std::string> told{robot.file("robot.yaml").string() + ": sensors: ", "measures the motion",
-                                      "plugin: odometry"};
-  EXPECT_TRUE(reports_error(robot.check(), 1, told));
-  EXPECT_TRUE(reports_error(robot.run(), 1, told));
+  const std::vector<std::string> expected{robot.file("robot.yaml").string() + ": sensors: ", "measures the motion",
+                                          "plugin: odometry"};
+  EXPECT_TRUE(reports_error(robot.check(), 1, expected));
+  EXPECT_TRUE(reports_error(robot.run(), 1, expected));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 

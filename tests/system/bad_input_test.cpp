@@ -92,7 +92,7 @@ TEST(BadLog, TruncatedGzipKeepsTheResultsUntilThere) {
 struct BadRow {
   const char* name;
   const char* row;
-  std::vector<std::string> told;
+  std::vector<std::string> expected;
 };
 
 void PrintTo(const BadRow& row, std::ostream* out) { *out << row.name; }
@@ -105,10 +105,10 @@ class BadFix : public testing::TestWithParam<BadRow> {
 };
 
 TEST_P(BadFix, StopsTheRunAndKeepsTheResultsUntilThere) {
-  std::vector<std::string> told = GetParam().told;
-  told.push_back(robot_.place("fixes.csv", kLine) + ": ");
-  told.emplace_back("max_bad_rows allows 0");
-  EXPECT_TRUE(reports_error(robot_.run(), 1, told));
+  std::vector<std::string> expected = GetParam().expected;
+  expected.push_back(robot_.place("fixes.csv", kLine) + ": ");
+  expected.emplace_back("max_bad_rows allows 0");
+  EXPECT_TRUE(reports_error(robot_.run(), 1, expected));
   EXPECT_TRUE(robot_.has_results(800));
   EXPECT_LT(lines_of(read_text(robot_.out() / "trajectory.txt")).size(), 1300u);
 }
@@ -124,7 +124,7 @@ TEST_P(BadFix, IsCountedReportedAndSkippedIfAllowed) {
   const nlohmann::json run = diagnostics(robot_)["run"];
   EXPECT_EQ(run["bad_record_count"], 1);
   EXPECT_EQ(run["bad_records"][0]["place"], place);
-  for (const std::string& part : GetParam().told)
+  for (const std::string& part : GetParam().expected)
     EXPECT_THAT(run["bad_records"][0]["reason"].get<std::string>(), HasSubstr(part));
 }
 

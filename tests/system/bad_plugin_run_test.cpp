@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: csv, dgps, diagnostics, feature_map, landmarks, odometry, tum
+// needs plugins: csv, dgps, diagnostics, feature_map, landmarks, mcap, odometry, recorder, tum
 // Plugins that fail, and places where nothing can be written.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -28,7 +28,7 @@ void add_sensor(SmallRobot& robot, const std::string& plugin) {
 
 struct BadPlugin {
   const char* name;
-  std::vector<std::string> told;
+  std::vector<std::string> expected;
 };
 
 void PrintTo(const BadPlugin& plugin, std::ostream* out) { *out << plugin.name; }
@@ -38,10 +38,10 @@ class BadPluginRun : public testing::TestWithParam<BadPlugin> {};
 TEST_P(BadPluginRun, IsOneLineWithItsPlaceAndWritesNothing) {
   SmallRobot robot;
   add_sensor(robot, GetParam().name);
-  std::vector<std::string> told = GetParam().told;
-  told.push_back(robot.file("robot.yaml").string() + ":");
-  told.emplace_back("sensors.extra");
-  EXPECT_TRUE(reports_error(robot.run(), 1, told));
+  std::vector<std::string> expected = GetParam().expected;
+  expected.push_back(robot.file("robot.yaml").string() + ":");
+  expected.emplace_back("sensors.extra");
+  EXPECT_TRUE(reports_error(robot.run(), 1, expected));
   EXPECT_FALSE(std::filesystem::exists(robot.out()));
 }
 
@@ -84,6 +84,24 @@ TEST(PluginPath, OfTheYamlIsNoted) {
       fmt::format("note: plugin_path of the YAML: plugins are searched in {} first\n", WAYMARK_BAD_PLUGIN_DIR);
   EXPECT_THAT(robot.run().err, HasSubstr("waymark: " + note));
   EXPECT_THAT(robot.check().out, HasSubstr("\n" + note));
+}
+
+/// A record is data, and may come from anybody.
+TEST(PluginPath, OfAFlightRecordIsRefusedUnlessPermitted) {
+  SmallRobot robot;
+  add_sensor(robot, "throws_at_1000");
+  robot.replace("sinks:\n", "sinks:\n  - { plugin: recorder }\n");
+  ASSERT_EQ(robot.run().exit_code, 3) << "the plugin fails at measurement 1000";
+  const std::string record = (robot.out() / "flight.mcap").string();
+  const auto replay = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"run", record, "--out", robot.file("replay").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return waymark(arguments);
+  };
+  EXPECT_TRUE(reports_error(replay({}), 1, {"flight.mcap", "plugin_path", WAYMARK_BAD_PLUGIN_DIR, "--set"}));
+  EXPECT_FALSE(std::filesystem::exists(robot.file("replay")));
+  EXPECT_TRUE(reports_error(replay({"--set", "plugin_path=[]"}), 1, {"\"throws_at_1000\" is not found"}));
+  EXPECT_EQ(replay({"--set", fmt::format("plugin_path=[\"{}\"]", WAYMARK_BAD_PLUGIN_DIR)}).exit_code, 3);
 }
 
 TEST(PluginsCommand, ListsBadPluginsAndSaysWhatIsWrong) {

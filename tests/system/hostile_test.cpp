@@ -102,7 +102,7 @@ class WrongRobot {
       const std::vector<std::string> more = split(rest, " ");
       arguments_.insert(arguments_.end(), more.begin(), more.end());
     } else if (verb == "command") {
-      command_ = split(rest, " ");
+      command_ = split(with_escapes(rest), " ");
     } else if (verb == "write") {
       const std::size_t end = rest.find(' ');
       files_[rest.substr(0, end)] = with_escapes(rest.substr(end + 1));

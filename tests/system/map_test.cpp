@@ -127,7 +127,8 @@ TEST_F(MapCommand, InfoCountsTheLandmarksOfAFeatureMap) {
 
 TEST_F(MapCommand, AFileThatIsNoMapIsAnError) {
   EXPECT_TRUE(reports_error(info("gone.bt"), 1, {"gone.bt", "not found"}));
-  EXPECT_TRUE(reports_error(info("room.png"), 1, {"room.png", "\".png\" is no extension of a map", ".bt, .ot, .yaml"}));
+  EXPECT_TRUE(
+      reports_error(info("room.png"), 1, {"room.png", "\".png\" is not an extension of a map", ".bt, .ot, .yaml"}));
   write_text(folder_ / "foreign.bt", "solid cube\n");
   EXPECT_TRUE(reports_error(info("foreign.bt"), 1, {"foreign.bt", "the first line must be"}));
   ASSERT_EQ(convert("room.yaml", "room.bt").exit_code, 0);

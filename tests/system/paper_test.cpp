@@ -3,6 +3,8 @@
 // `waymark paper`, short: what it writes, and that its figures do not depend on how many courses run at the same time.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "system/command.hpp"
@@ -38,6 +40,23 @@ TEST(Paper, WritesThePageItsFiguresAndAllNumbers) {
     EXPECT_LT(trial.at("position_rms_m").get<double>(), 0.2);
     EXPECT_EQ(trial.at("wrong_associations").get<int>(), 0);
   }
+}
+
+TEST(Paper, KeepsAPageThatAPersonWrote) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  std::ofstream(folder / "out/paper.md") << "# My results\n";
+  const Outcome run = waymark(paper(folder / "out", {"--seeds", "1", "--noise", "1"}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr((folder / "out/paper.md").string()));
+  EXPECT_EQ(read_text(folder / "out/paper.md"), "# My results\n");
+}
+
+TEST(Paper, ReplacesAPageOfItsOwn) {
+  const TemporaryFolder folder;
+  for (const std::string seeds : {"1", "2"})
+    ASSERT_EQ(waymark(paper(folder / "out", {"--seeds", seeds, "--noise", "1"})).exit_code, 0);
+  EXPECT_THAT(read_text(folder / "out/paper.md"), HasSubstr("--seeds 2"));
 }
 
 TEST(Paper, ItsNumbersDoNotDependOnTheNumberOfJobs) {

@@ -39,7 +39,7 @@ void expect(const nlohmann::json& found, const Expected& expected, double tolera
   EXPECT_NEAR(all.at("rotation_std_rad").get<double>() * kDegrees, expected.std_deg, tolerance_deg);
 }
 
-/// The relations under what dead reckoning makes of a log.
+/// The relations under the dead reckoning of a log.
 nlohmann::json dead_reckoning(const std::string& name, const std::vector<std::string>& more = {},
                               const std::string& sensor = "0,0") {
   const TemporaryFolder folder;

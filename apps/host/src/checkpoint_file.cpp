@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/crc.hpp>
-#include <cerrno>
-#include <cstring>
+#include <cstddef>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -80,18 +80,23 @@ std::string read_checkpoint(const std::filesystem::path& file, CheckpointIdentit
   std::ifstream stream(file, std::ios::binary);
   const auto fail = [&](std::string_view why) -> void { throw Error(fmt::format("{}: {}", file.string(), why)); };
   if (!stream || std::filesystem::is_directory(file)) fail("the checkpoint cannot be read");
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (!bytes.starts_with(kMagic)) fail("is not a checkpoint of this version of waymark");
-  std::string_view rest = std::string_view(bytes).substr(kMagic.size());
+  // Piece by piece: neither a file without end nor a size that it claims may take the memory.
+  std::string magic(kMagic.size(), '\0');
+  stream.read(magic.data(), std::ssize(magic));
+  if (magic != kMagic) fail("is not a checkpoint of this version of waymark");
   Header header;
-  if (rest.size() < sizeof header) fail("the checkpoint is cut off");
-  std::memcpy(&header, rest.data(), sizeof header);
-  rest.remove_prefix(sizeof header);
-  if (rest.size() < header.size) fail("the checkpoint is cut off");
-  if (rest.size() != header.size || checksum(header, rest) != header.crc)
+  if (!stream.read(reinterpret_cast<char*>(&header), sizeof header)) fail("the checkpoint is cut off");
+  std::string state;
+  std::array<char, 1 << 16> piece{};
+  while (stream && state.size() <= header.size) {
+    stream.read(piece.data(), std::ssize(piece));
+    state.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+  }
+  if (state.size() < header.size) fail("the checkpoint is cut off");
+  if (state.size() != header.size || checksum(header, state) != header.crc)
     fail("the checkpoint is damaged: its checksum does not fit");
   identity = header.identity;
-  return std::string(rest);
+  return state;
 }
 
 }  // namespace waymark::host

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "clock_offset.hpp"
 
-#include <algorithm>
 #include <cstddef>
 
 namespace waymark::host {
@@ -26,9 +25,13 @@ void ClockOffset::add(Time stamp, Time arrival) {
 
 double ClockOffset::offset_s() const { return windows_.empty() ? 0.0 : -windows_.back().least_s; }
 
-std::optional<Duration> ClockOffset::best_offset() const {
-  if (windows_.empty()) return std::nullopt;
-  return from_seconds(-std::ranges::min_element(windows_, {}, &Window::least_s)->least_s);
+std::optional<Duration> ClockOffset::best_offset(const UsableOffsets& usable) const {
+  std::optional<Duration> best;
+  for (const Window& window : windows_) {
+    const Duration offset = from_seconds(-window.least_s);
+    if (usable.contains(offset) && (!best || offset > *best)) best = offset;
+  }
+  return best;
 }
 
 double ClockOffset::drift() const {

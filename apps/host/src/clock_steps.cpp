@@ -9,7 +9,7 @@
 namespace waymark::host {
 namespace {
 
-/// Less cannot be told from measurements that are delayed or out of order.
+/// Less cannot be distinguished from measurements that are delayed or out of order.
 constexpr Duration kLeastStep = std::chrono::seconds(2);
 /// Stamps of one clock agree within its delays.
 constexpr double kAgreement = 0.5;  // [s]
@@ -28,12 +28,13 @@ bool ClockSteps::is_suspect(Time stamp, Time arrival, std::optional<Duration> be
   return (leaps && offset > *best_offset + kLeastStep) || (is_back && offset < *best_offset - kLeastStep);
 }
 
-Time ClockSteps::corrected(Time stamp, Time arrival, std::optional<Duration> best_offset) {
+Time ClockSteps::corrected(Time stamp, Time arrival, std::optional<Duration> best_offset, const UsableOffsets& usable) {
   if (!is_stamp(stamp) || !is_stamp(arrival)) return stamp;
   const std::optional<Time> moved_stamp = moved(stamp, -total_);
   if (!moved_stamp) return stamp;
   if (!is_suspect(*moved_stamp, arrival, best_offset)) {
     suspects_ = 0;
+    if (!usable.contains(*moved_stamp - arrival)) return *moved_stamp;
     fitting_ = std::min(fitting_ + 1, kAgreeing);
     if (*moved_stamp >= newest_ || fitting_ == 1) {
       newest_ = *moved_stamp;

@@ -2,7 +2,6 @@
 #include "control_socket.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <boost/asio.hpp>
 #include <chrono>
@@ -23,15 +22,18 @@ namespace {
 constexpr std::size_t kLongestCommand = 4096;
 constexpr std::size_t kMostPeers = 16;
 constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::milliseconds kPause{200};
 
 /// Removes the socket of a run that has ended.
 void remove_abandoned(const std::filesystem::path& path) {
-  if (!std::filesystem::is_socket(std::filesystem::symlink_status(path))) return;
+  const std::filesystem::file_status status = std::filesystem::symlink_status(path);
+  if (!std::filesystem::exists(status)) return;
+  if (!std::filesystem::is_socket(status)) throw Error("the file is not a socket");
   asio::io_context context;
   Protocol::socket probe(context);
   error_code error;
   probe.connect(Protocol::endpoint(path.string()), error);
-  if (!error) throw Error(fmt::format("{}: another run listens there", path.string()));
+  if (!error) throw Error("another run listens there");
   std::filesystem::remove(path);
 }
 
@@ -40,15 +42,13 @@ void remove_abandoned(const std::filesystem::path& path) {
 class ControlSocket::Server {
  public:
   Server(const std::filesystem::path& path, std::function<std::uint64_t(std::string)> submit)
-      : path_(path), submit_(std::move(submit)), acceptor_(context_) {
+      : path_(path), submit_(std::move(submit)), acceptor_(context_), retry_(context_) {
     try {
       remove_abandoned(path);
       acceptor_.open();
-      const mode_t before = ::umask(0177);  // 0600 from the beginning
-      error_code error;
-      acceptor_.bind(Protocol::endpoint(path.string()), error);
-      ::umask(before);
-      if (error) throw boost::system::system_error(error);
+      acceptor_.bind(Protocol::endpoint(path.string()));
+      // Nobody can connect before `listen`, so there is no moment at which others could.
+      std::filesystem::permissions(path, std::filesystem::perms(0600));
       acceptor_.listen();
     } catch (const std::exception& error) {
       throw Error(fmt::format("live.control: {}: {}", path.string(), error.what()));
@@ -73,8 +73,11 @@ class ControlSocket::Server {
       const auto peer = std::exchange(found->second, nullptr);
       waiting_.erase(found);
       peer->answer = std::move(answer) + "\n";
-      asio::async_write(peer->socket, asio::buffer(peer->answer),
-                        [this, peer](const error_code& error, std::size_t) { error ? close(peer) : read(peer); });
+      limit_time(peer);  // of a peer that does not read its answer, too
+      asio::async_write(peer->socket, asio::buffer(peer->answer), [this, peer](const error_code& error, std::size_t) {
+        peer->deadline.cancel();
+        error ? close(peer) : read(peer);
+      });
     });
   }
 
@@ -89,7 +92,15 @@ class ControlSocket::Server {
 
   void accept() {
     acceptor_.async_accept([this](const error_code& error, Protocol::socket socket) {
-      if (error) return;
+      if (error == asio::error::operation_aborted) return;
+      if (error) {
+        // Too many open files, for a while. A pause, so that the fault is not repeated at once.
+        retry_.expires_after(kPause);
+        retry_.async_wait([this](const error_code& aborted) {
+          if (!aborted) accept();
+        });
+        return;
+      }
       if (peers_ < kMostPeers) {
         ++peers_;
         read(std::make_shared<Peer>(std::move(socket)));
@@ -98,12 +109,16 @@ class ControlSocket::Server {
     });
   }
 
-  void read(const std::shared_ptr<Peer>& peer) {
+  static void limit_time(const std::shared_ptr<Peer>& peer) {
     peer->deadline.expires_after(kPatience);
     peer->deadline.async_wait([peer](const error_code& error) {
       error_code ignored;
       if (!error) peer->socket.cancel(ignored);
     });
+  }
+
+  void read(const std::shared_ptr<Peer>& peer) {
+    limit_time(peer);
     asio::async_read_until(peer->socket, asio::dynamic_buffer(peer->received, kLongestCommand), '\n',
                            [this, peer](const error_code& error, std::size_t length) {
                              peer->deadline.cancel();
@@ -124,6 +139,7 @@ class ControlSocket::Server {
   std::function<std::uint64_t(std::string)> submit_;
   asio::io_context context_;
   Protocol::acceptor acceptor_;
+  asio::steady_timer retry_;
   std::map<std::uint64_t, std::shared_ptr<Peer>> waiting_;  // for the answers to their commands
   std::size_t peers_ = 0;
   std::thread thread_;

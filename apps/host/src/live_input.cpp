@@ -83,7 +83,8 @@ void LiveInput::set_times(Measurement& m) {
   if (m.stamp == kUnknownStamp) {
     m.stamp = m.arrival;
   } else {
-    m.stamp = counts.steps.corrected(m.stamp, m.arrival, counts.clock.best_offset());
+    const UsableOffsets& usable = policies_[m.sensor].offsets;
+    m.stamp = counts.steps.corrected(m.stamp, m.arrival, counts.clock.best_offset(usable), usable);
   }
   if (const auto step = counts.steps.take_step()) {
     events_.push_back(fmt::format(

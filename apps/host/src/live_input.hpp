@@ -32,6 +32,7 @@ class LiveInput final : public Source {
     /// Only the newest of its waiting measurements is kept once the oldest of all waits for so long; zero: never.
     Duration thin_after{};
     bool may_drop = false;  ///< its oldest waiting measurement may be dropped if the queue is full
+    UsableOffsets offsets = {};
   };
   struct Options {
     std::size_t capacity = 20000;                             ///< measurements
@@ -70,8 +71,8 @@ class LiveInput final : public Source {
   std::uint64_t command(std::string text);
   /// The measurements dropped since the last call, in order of arrival.
   std::vector<Measurement> take_dropped();
-  /// Sequence number of the next measurement. Those of a run that goes on must not repeat: the filter tells
-  /// measurements apart by them.
+  /// Sequence number of the next measurement. Those of a run that goes on must not repeat: they
+  /// distinguish measurements.
   std::uint64_t next_sequence() const;
   /// Before the first `next`.
   void number_from(std::uint64_t sequence) { sequence_ = sequence; }

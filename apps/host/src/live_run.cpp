@@ -24,6 +24,12 @@ double process_cpu_s() {
 
 bool is_motion_source(const SensorSlot& slot) { return slot.sensor && slot.sensor->traits().is_motion_source; }
 
+/// Those that the filter takes, and a little more: `delay_s` may be tuned.
+UsableOffsets usable_offsets(const SensorSlot& slot, const ClockSettings& clock) {
+  constexpr Duration kMargin = std::chrono::seconds(1);
+  return {slot.delay - clock.max_jump, slot.delay + clock.max_ahead + kMargin};
+}
+
 /// Sensors without a plugin of their own feed maps only. Those that no map localises with are thinned first.
 std::vector<LiveInput::Policy> policies_of(const Robot& robot) {
   const auto localises = [&](int sensor) {
@@ -36,6 +42,7 @@ std::vector<LiveInput::Policy> policies_of(const Robot& robot) {
     LiveInput::Policy& policy = policies.emplace_back();
     if (sensor < 0) continue;
     const SensorSlot& slot = robot.sensors[static_cast<std::size_t>(sensor)];
+    policy.offsets = usable_offsets(slot, robot.settings.clock);
     if (slot.plugin.empty()) policy.thin_after = robot.live_settings.overload_after * (localises(sensor) ? 2 : 1);
     policy.may_drop = std::ranges::find(robot.live_settings.may_drop, slot.name) != robot.live_settings.may_drop.end();
   }

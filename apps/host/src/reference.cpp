@@ -71,8 +71,7 @@ KeyTrials trials_of_source() {
        {WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
         LaserScan::kType, PointCloud::kType, Image::kType, ImuSample::kType, MagneticField::kType,
         CompassHeading::kType, Height::kType, LandmarkObservations::kType}) {
-    const std::size_t slash = type.find('/') + 1;
-    trials.texts.emplace_back(type.substr(slash, type.find('@') - slash));
+    trials.texts.emplace_back(short_type_name(type));
   }
   return trials;
 }

@@ -8,17 +8,19 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <utility>
 
+#include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
 
 namespace waymark::host {
 
 namespace {
 
-constexpr const char* kConfig = "config.yaml";
-constexpr const char* kNewConfig = "config.yaml.new";
+/// Its name until the results are complete.
+std::string new_config_name() { return fmt::format("{}.new", kEffectiveConfigFile); }
 
 }  // namespace
 
@@ -26,8 +28,8 @@ Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info, bool with_con
     : info_(info), sinks_(std::move(sinks)) {
   if (with_config) {
     // Before any sink opens a file: a full disk then leaves older results as they are.
-    write_file(info_.out_dir / kNewConfig, info_.config);
-    new_config_ = info_.out_dir / kNewConfig;
+    write_file(info_.out_dir / new_config_name(), info_.config);
+    new_config_ = info_.out_dir / new_config_name();
   }
   for_each([&](Sink& sink) { sink.start(info_); });
 }
@@ -72,9 +74,10 @@ void Results::finish(const Snapshot* last, const RunReport& report) {
   for_each([&](Sink& sink) { sink.finish(last, report); });
   if (new_config_.empty()) return;
   std::error_code error;
-  std::filesystem::rename(new_config_, info_.out_dir / kConfig, error);
+  std::filesystem::rename(new_config_, info_.out_dir / kEffectiveConfigFile, error);
   const std::lock_guard lock(mutex_);
-  if (error) failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kConfig).string(), error.message()));
+  if (error)
+    failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kEffectiveConfigFile).string(), error.message()));
   new_config_.clear();
 }
 

@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <set>
 
 #include "live_clock.hpp"
@@ -84,7 +86,7 @@ std::vector<int> connect(const Source& source, const Config& yaml, const Rig& ri
     }
     const int sensor = rig.find(channel.sensor);
     if (sensor < 0)
-      yaml.fail("source", fmt::format("it feeds \"{}\", which is no sensor of this file", channel.sensor));
+      yaml.fail("source", fmt::format("it feeds \"{}\", which is not a sensor of this file", channel.sensor));
     const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(sensor)];
     if (!mounting.payload.empty() && mounting.payload != channel.payload_type) {
       yaml.fail("source", fmt::format("it feeds sensor \"{}\" with {}, but the sensor takes {}", channel.sensor,
@@ -127,6 +129,63 @@ std::vector<std::filesystem::path> plugin_path(const Config& yaml) {
   return folders;
 }
 
+using SourceObjects = std::vector<std::shared_ptr<Source>>;
+
+/// The sources of the YAML, in their order.
+SourceObjects make_sources(const Config& yaml, const PluginLoader& loader, const Rig& rig) {
+  const Config::Key one{"source", "where the measurements come from: `plugin` and the keys of the plugin"};
+  const Config::Key several{"sources", "", "several sources, logs or live, instead of `source`; each as `source`",
+                            "none"};
+  std::vector<Config> entries;
+  if (yaml.has(several)) {
+    if (yaml.has("source")) yaml.fail("sources", "there is a `source`, too; give one of them");
+    entries = yaml.items(several);
+    if (entries.empty()) yaml.fail("sources", "the list is empty");
+  } else {
+    entries = {yaml.child(one)};
+  }
+  SourceObjects sources;
+  sources.reserve(entries.size());
+  for (const Config& entry : entries)
+    sources.push_back(loader.create<Source>(entry.text({"plugin", "name of the source's plugin"}), entry, rig));
+  return sources;
+}
+
+/// A pose as the value of `base_T_sensor`.
+std::string mounting_text(const Pose& T_base_sensor) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  const Eigen::Matrix3d R = T_base_sensor.q.toRotationMatrix();
+  const Eigen::Vector3d& p = T_base_sensor.p;
+  const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
+  return fmt::format("{{ xyz_m: [{}, {}, {}], roll_deg: {}, pitch_deg: {}, yaw_deg: {} }}", p.x(), p.y(), p.z(),
+                     kDegrees * std::atan2(R(2, 1), R(2, 2)), kDegrees * pitch,
+                     kDegrees * std::atan2(R(1, 0), R(0, 0)));
+}
+
+/// Puts the numbers in the place of `base_T_sensor: from_tf`, so that they are part of the configuration and of every
+/// record of the run. Returns the sources, if that needed them.
+SourceObjects settle_mountings(const Config& yaml, const PluginLoader& loader) {
+  if (!yaml.is_list("sensors")) return {};  // load_parts reports it
+  std::vector<Config> open = yaml.items("sensors");
+  std::erase_if(open, [](const Config& entry) { return !is_mounted_by_source(entry); });
+  if (open.empty()) return {};
+  SourceObjects sources = make_sources(yaml, loader, read_rig(yaml.items("sensors")));
+  for (const Config& entry : open) {
+    if (!entry.boolean("enabled", true)) continue;
+    std::optional<Pose> T_base_sensor;
+    try {
+      for (const std::shared_ptr<Source>& source : sources) {
+        if (!T_base_sensor) T_base_sensor = source->T_base_sensor(entry.text("name"));
+      }
+    } catch (const DataError& error) {
+      entry.fail("base_T_sensor", error.what());
+    }
+    if (!T_base_sensor) entry.fail("base_T_sensor", "from_tf: no source learns from the robot where it is mounted");
+    entry.replace("base_T_sensor", mounting_text(*T_base_sensor));
+  }
+  return sources;
+}
+
 /// Everything but the sources and, without `with_sinks`, the sinks.
 Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own, bool with_sinks = true) {
   const FusionSettings settings = read_fusion_settings(yaml);
@@ -157,28 +216,14 @@ std::vector<std::string> old_names(const Config& yaml) {
   return found;
 }
 
-/// The sources of the YAML as one: logs merged, or all of a running robot.
-void load_sources(Robot& robot, const Config& yaml, const PluginLoader& loader) {
-  const Config::Key one{"source", "where the measurements come from: `plugin` and the keys of the plugin"};
-  const Config::Key several{"sources", "", "several sources, logs or live, instead of `source`; each as `source`",
-                            "none"};
-  std::vector<Config> entries;
-  if (yaml.has(several)) {
-    if (yaml.has("source")) yaml.fail("sources", "there is a `source`, too; give one of them");
-    entries = yaml.items(several);
-    if (entries.empty()) yaml.fail("sources", "the list is empty");
-  } else {
-    entries = {yaml.child(one)};
-  }
-  std::vector<std::shared_ptr<Source>> sources;
-  sources.reserve(entries.size());
-  for (const Config& entry : entries)
-    sources.push_back(loader.create<Source>(entry.text({"plugin", "name of the source's plugin"}), entry, robot.rig));
-
+/// The sources as one: logs merged, or all of a running robot.
+void join_sources(Robot& robot, SourceObjects sources) {
   const bool is_live =
       robot.live_settings.real_time || std::ranges::any_of(sources, [](const auto& s) { return s->is_live(); });
   if (is_live) {
-    robot.live_clock = std::make_shared<LiveClock>();
+    const auto simulation =
+        std::ranges::find_if(sources, [](const auto& s) { return s->simulated_time().has_value(); });
+    robot.live_clock = std::make_shared<LiveClock>(simulation == sources.end() ? nullptr : *simulation);
     for (std::shared_ptr<Source>& source : sources) {
       if (!source->is_live()) source = std::make_shared<PacedLog>(source, robot.live_clock);
     }
@@ -201,13 +246,15 @@ Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::O
 }
 
 Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
+  SourceObjects sources = settle_mountings(yaml, loader);
   Robot robot = load_parts(yaml, loader, {});
   // Who did not write the YAML should know that it brings code.
   for (const std::filesystem::path& folder : plugin_path(yaml)) {
     robot.settings.notices.push_back(
         fmt::format("plugin_path of the YAML: plugins are searched in {} first", folder.string()));
   }
-  load_sources(robot, yaml, loader);
+  if (sources.empty()) sources = make_sources(yaml, loader, robot.rig);
+  join_sources(robot, std::move(sources));
   std::ranges::move(old_names(yaml), std::back_inserter(robot.settings.notices));
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);

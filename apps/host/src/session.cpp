@@ -159,15 +159,17 @@ void Session::resume(const std::filesystem::path& checkpoint) {
 }
 
 std::string Session::resume_if_possible(const std::filesystem::path& checkpoint) {
-  std::uint64_t log_identity = 0;
-  std::string state;
+  const Robot untuned = robot_;
   try {
-    state = read(checkpoint, log_identity);
-  } catch (const Error& error) {
+    resume(checkpoint);
+    return {};
+  } catch (const std::exception& error) {
+    // Half of the state may be loaded.
+    robot_.adopt(Robot(untuned));
+    retunings_.clear();
+    fusion_ = make_fusion(robot_);
     return error.what();
   }
-  load(checkpoint, std::move(state), log_identity);
-  return {};
 }
 
 void Session::play() {
@@ -241,7 +243,8 @@ void Session::obey(const Measurement& command) {
   const bool has_changed_filter = answer.starts_with("ok") && steers(text);
   if (has_changed_filter) results_.commanded(command.arrival, text);
   if (!live_) return;
-  if (has_changed_filter) live_->note(fmt::format("command: {}", text));
+  // A command may come from a source that does not see the answer.
+  if (steers(text)) live_->note(fmt::format("command: {}{}", text, has_changed_filter ? "" : ": " + answer));
   live_->reply(command.sequence, answer);
   take_live_events();
 }

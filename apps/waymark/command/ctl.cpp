@@ -25,11 +25,14 @@ struct CtlOptions {
 };
 
 std::string ask(const CtlOptions& options) {
+  const std::string command = fmt::format("{}", fmt::join(options.words, " "));
+  // What follows a line feed would be another command.
+  if (command.find('\n') != std::string::npos) throw Error("a command is one line");
   try {
     asio::io_context context;
     asio::local::stream_protocol::socket socket(context);
     socket.connect(asio::local::stream_protocol::endpoint(options.socket.string()));
-    asio::write(socket, asio::buffer(fmt::format("{}\n", fmt::join(options.words, " "))));
+    asio::write(socket, asio::buffer(command + "\n"));
     std::string answer;
     asio::read_until(socket, asio::dynamic_buffer(answer, kLongestAnswer), '\n');
     return answer.substr(0, answer.find('\n'));

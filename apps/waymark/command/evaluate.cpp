@@ -192,23 +192,7 @@ evaluation::Report evaluate(const Arguments& arguments) {
   return report;
 }
 
-}  // namespace
-
-void add_evaluate_command(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
-  CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
-  command->footer(
-      "Example:\n  waymark evaluate --estimate out/quickstart/trajectory.txt --reference out/quickstart/reference.txt "
-      "--align se2\n"
-      "  waymark evaluate --estimate out/run/trajectory.txt --reference out/run/reference.txt \\\n"
-      "      --covariance out/run/covariance.csv --diagnostics out/run/diagnostics.json --outage 30:45 --outage 80:90");
-  command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
-  command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
-  command->add_option(
-      "--covariance", a.covariance,
-      "covariance.csv of the tum sink: adds the NEES of x, y, yaw (of x, y if the reference has no yaw)");
-  command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
+void add_outage_options(CLI::App* command, Arguments& a) {
   command
       ->add_option("--outage", a.outages,
                    "begin:end [s] of a span without the sensor that bounds the position error; repeatable")
@@ -223,6 +207,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   command->add_option("--settling", a.outage.settling_s, "after an outage, where the largest step is looked for [s]")
       ->check(positive_number())
       ->capture_default_str();
+}
+
+void add_trajectory_options(CLI::App* command, Arguments& a) {
   command->add_option("--align", a.align, "alignment before scoring: none, se2 (plane, z ignored) or se3")
       ->check(CLI::IsMember({"none", "se2", "se3"}))
       ->capture_default_str();
@@ -251,6 +238,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       ->excludes(by_length);
   command->add_option("--columns", a.columns, "columns of the estimate, from 0: t=0,x=1,y=2[,z=..][,yaw=..]");
   command->add_option("--reference-columns", a.reference_columns, "columns of the reference, from 0");
+}
+
+void add_relation_options(CLI::App* command, Arguments& a) {
   auto* relations =
       command->add_option("--relations", a.relations,
                           "true motions between two times: t1 t2 x y z roll pitch yaw [s, m, rad]; needs no "
@@ -266,6 +256,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->expected(2, 3)
       ->needs(relations);
+}
+
+void add_map_options(CLI::App* command, Arguments& a) {
   command->add_option("--landmarks", a.landmarks, "landmarks.csv of the landmarks sink");
   command->add_option("--survey", a.survey, "surveyed landmarks: id,x_m,y_m[,radius_m]");
   command->add_option("--survey-columns", a.survey_columns, "columns of the survey, from 0: name=0,x=1,y=2[,radius=3]");
@@ -285,6 +278,29 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
                    "the middle of a voxel is on a surface within this [m]; without it: the side of a voxel")
       ->check(positive_number())
       ->needs(voxels);
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
+  command->footer(
+      "Example:\n  waymark evaluate --estimate out/quickstart/trajectory.txt --reference out/quickstart/reference.txt "
+      "--align se2\n"
+      "  waymark evaluate --estimate out/run/trajectory.txt --reference out/run/reference.txt \\\n"
+      "      --covariance out/run/covariance.csv --diagnostics out/run/diagnostics.json --outage 30:45 --outage 80:90");
+  command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
+  command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
+  command->add_option(
+      "--covariance", a.covariance,
+      "covariance.csv of the tum sink: adds the NEES of x, y, yaw (of x, y if the reference has no yaw)");
+  command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
+  add_outage_options(command, a);
+  add_trajectory_options(command, a);
+  add_relation_options(command, a);
+  add_map_options(command, a);
   command->add_flag("--json", a.json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     const evaluation::Report report = evaluate(*arguments);

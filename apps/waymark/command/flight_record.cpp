@@ -2,6 +2,7 @@
 #include "apps/waymark/command/flight_record.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <system_error>
 
 #include "waymark/base/error.hpp"
+#include "waymark/io/file_stems.hpp"
 #ifdef WAYMARK_HAS_MCAP
 #include "plugins/shared/mcap/mcap_log.hpp"
 #endif
@@ -63,23 +65,42 @@ std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::p
   return std::filesystem::absolute(file).parent_path();
 }
 
+/// A record is data, and may come from anybody: it brings no code, and none of what only a running robot has. Throws
+/// Error.
+void require_harmless(const Config& recorded, const std::vector<Config::Override>& overrides, const std::string& name) {
+  for (const std::string_view key : kOfLiveRun) {
+    if (recorded.has(std::string(key.substr(0, key.size() - 1))))
+      throw Error(fmt::format("{}: \"{}\" is not written as a run writes it", name, key));
+  }
+  const auto is_of_path = [](const std::string& override) { return override.starts_with("plugin_path"); };
+  if (!recorded.has("plugin_path") || std::ranges::any_of(overrides, is_of_path)) return;
+  const std::vector<std::string> folders = recorded.texts("plugin_path");
+  if (folders.empty()) return;
+  throw Error(
+      fmt::format("{}: plugin_path: the record names folders whose plugins would run: {}; --set plugin_path=[FOLDER] "
+                  "permits that, --set plugin_path=[] does without",
+                  name, fmt::join(folders, ", ")));
+}
+
 }  // namespace
 
 Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
   mcap::McapLog log({file});
   mcap::McapFile& record = log.files().front();
-  const auto attached = record.attachment("config.yaml");
+  const auto attached = record.attachment(kEffectiveConfigFile);
   if (!attached)
-    throw Error(
-        fmt::format("{}: it is no flight record: it has no attachment config.yaml; other MCAP files are the "
-                    "`file` of a source mcap in a YAML",
-                    file.string()));
+    throw Error(fmt::format(
+        "{}: it is not a flight record: it has no attachment {}; other MCAP files are the `file` of a source "
+        "mcap in a YAML",
+        file.string(), kEffectiveConfigFile));
   const std::string yaml = without_live_parts({reinterpret_cast<const char*>(attached->data()), attached->size()});
   const std::string source =
       fmt::format("source:\n  plugin: mcap\n  file: {}\n", quoted(std::filesystem::absolute(file).string()));
   if (yaml.find("plugin: recorder") != std::string::npos)
     overrides.insert(overrides.begin(), "sinks.recorder.enabled=false");
-  const std::filesystem::path name = folder_of(record, file) / fmt::format("{}: config.yaml", file.filename().string());
+  const std::filesystem::path name =
+      folder_of(record, file) / fmt::format("{}: {}", file.filename().string(), kEffectiveConfigFile);
+  require_harmless(Config::parse(yaml, name.string()), overrides, name.string());
   return Config::parse(yaml + source, name.string(), overrides);
 }
 #else

@@ -41,7 +41,7 @@ MapKind kind_of(const fs::path& file) {
   if (extension == ".yaml" || extension == ".yml") return MapKind::grid;
   if (extension == ".csv") return MapKind::landmarks;
   throw Error(
-      fmt::format("{}: \"{}\" is no extension of a map; .bt, .ot, .yaml (with its .pgm), .landmarks.yaml or .csv "
+      fmt::format("{}: \"{}\" is not an extension of a map; .bt, .ot, .yaml (with its .pgm), .landmarks.yaml or .csv "
                   "(landmarks) is expected",
                   file.string(), extension));
 }

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <thread>
 
@@ -54,6 +56,16 @@ void run_courses(std::size_t count, const PaperOptions& options, const std::func
   paper::run_jobs(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
 }
 
+/// Throws Error, before the courses run, if a page would be overwritten that a person wrote.
+void require_replaceable(const PaperOptions& options, const std::string& name) {
+  const std::filesystem::path page = options.out / (name + ".md");
+  std::ifstream file(page);
+  if (!file) return;
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (text.find("Made by\n\n    waymark paper ") == std::string::npos)
+    throw Error(fmt::format("{}: not written by `waymark paper`, so it is kept; choose another --out", page.string()));
+}
+
 /// Writes page and numbers, and reports where they are.
 void write(const PaperOptions& options, const std::string& name, const std::string& page, const std::string& json) {
   write_file(options.out / (name + ".json"), json);
@@ -72,6 +84,7 @@ void run_scenarios(const PaperOptions& options) {
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
   const std::string& name = results.experiment.name;
+  require_replaceable(options, name);
   create_folder(options.out / name, "output folder");
   run_courses(results.noises.size() * results.seeds.size(), options, [&](std::size_t i) {
     const std::size_t noise = i / results.seeds.size();
@@ -87,6 +100,7 @@ void run_scenarios(const PaperOptions& options) {
 
 void run_sawtooth(const PaperOptions& options) {
   if (options.noises.size() != 1) throw Error("paper: --experiment sawtooth takes one --noise");
+  require_replaceable(options, "sawtooth");
   paper::Sawtooth results = paper::Sawtooth::prepare(options.seeds);
   results.command = command_of(options);
   results.config = options.config;
@@ -100,6 +114,7 @@ void run_sawtooth(const PaperOptions& options) {
 
 void run_outages(const PaperOptions& options) {
   if (!options.noises.empty()) throw Error("paper: --experiment outages takes no --noise; use --set");
+  require_replaceable(options, "outages");
   paper::Outages results;
   results.command = command_of(options);
   results.config = options.config;

@@ -39,6 +39,7 @@ Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {}
 double Progress::wall_seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
 void Progress::update(const Snapshot& snapshot, double share) {
+  if (snapshot.fate() == Fate::mistimed) return;  // its stamp is no time of the log
   if (first_) first_stamp_ = snapshot.stamp();
   first_ = false;
   log_seconds_ = to_seconds(snapshot.stamp() - first_stamp_);

@@ -43,7 +43,7 @@ Pose fit_se2(std::span<const Eigen::Vector2d> from, std::span<const Eigen::Vecto
     spread += 0.5 * (a.squaredNorm() + b.squaredNorm());
   }
   if (std::hypot(dot, cross) <= kDegenerate * spread || spread == 0.0) {
-    throw Error("alignment se2: the points do not settle a rotation (all in one place?); use --align none");
+    throw Error("alignment se2: the points do not determine a rotation (all in one place?); use --align none");
   }
   const double yaw = std::atan2(cross, dot);
   const Eigen::Vector2d shift = to_mean - Eigen::Rotation2Dd(yaw) * from_mean;
@@ -66,9 +66,9 @@ Pose fit_se3(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vecto
     spread += 0.5 * (a.squaredNorm() + b.squaredNorm());
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // Two directions settle the third by handedness.
+  // Two directions determine the third by handedness.
   if (!(svd.singularValues()[1] > kDegenerate * spread)) {
-    throw Error("alignment se3: the points lie on one line and do not settle a rotation; use --align se2");
+    throw Error("alignment se3: the points lie on one line and do not determine a rotation; use --align se2");
   }
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) signs.z() = -1.0;

@@ -10,7 +10,7 @@
 namespace waymark::evaluation {
 namespace {
 
-// A cycle of matchings is conceivable; a map that has not settled by then is reported as it stands.
+// A cycle of matchings is conceivable; a map that has not converged by then is reported as it stands.
 constexpr int kMaxRounds = 50;
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -58,9 +58,9 @@ std::optional<LandmarkError::OwnAlignment> own_alignment(const Points& survey, c
       return std::nullopt;  // the matched landmarks are all in one place
     }
     std::vector<int> again = match(survey, moved(map, out.T_survey_map), radius);
-    const bool settled = again == matches;
+    const bool converged = again == matches;
     matches = std::move(again);
-    if (settled) break;
+    if (converged) break;
   }
   std::vector<double> errors = distances(survey, moved(map, out.T_survey_map), matches);
   out.matched = errors.size();

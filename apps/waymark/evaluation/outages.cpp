@@ -31,7 +31,7 @@ double median(std::vector<double>& values) {
 }
 
 /// The pose at `time`, predicted from the estimates before `next`: the last one, moved on at the median velocity of the
-/// last quarter of a second. The median does not mind that one of them stepped itself. Absent if there are too few.
+/// last quarter of a second. The median tolerates that one of them stepped itself. Absent if there are too few.
 std::optional<Pose> predicted(const Trajectory& estimate, Iterator next, Time time) {
   constexpr double kWindow = 0.25;  // [s]
   constexpr double kLongest = 2.0;  // [s], of a window of few poses

@@ -28,8 +28,8 @@ class Table {
   int width() const { return static_cast<int>(rows_.front().fields.size()); }
   /// True if the fields are separated by blanks.
   bool blank_separated() const { return separator_ == ' '; }
-  /// True if no field of the first row is a number, or one of them is no number and `names` has it: then it names the
-  /// columns.
+  /// True if no field of the first row is a number, or one of them is not a number and `names` has it: then it names
+  /// the columns.
   bool starts_with_names(const std::vector<std::string_view>& names) const;
   /// Drops the first row; throws DataError if nothing is left.
   void drop_first_row();

@@ -70,7 +70,7 @@ Lookup pose_at(const Trajectory& trajectory, Time stamp, double max_time_gap_s, 
 
 /// Scores `estimate` at the stamps of `reference`; positions are interpolated linearly, orientations along the shortest
 /// arc. Throws Error if there is no common time (with both spans), if a lever arm is asked of an estimate without
-/// orientation, if se3 is asked of trajectories without z, or if the alignment is not settled by the points.
+/// orientation, if se3 is asked of trajectories without z, or if the points do not determine the alignment.
 TrajectoryError score_trajectory(const Trajectory& estimate, const Trajectory& reference,
                                  const TrajectoryOptions& options);
 

@@ -77,8 +77,8 @@ int column(const Table& table, const Columns& columns, std::string_view quantity
                               table.file().string(), quantity, fmt::join(alias->names, ", ")));
 }
 
-// Settles the columns and removes the row of names, if there is one.
-Columns settle_columns(Table& table, const std::vector<Alias>& aliases, const std::optional<Columns>& given) {
+// Determines the columns and removes the row of names, if there is one.
+Columns determine_columns(Table& table, const std::vector<Alias>& aliases, const std::optional<Columns>& given) {
   const bool named = table.starts_with_names(all_names(aliases));
   Columns columns;
   if (given) {
@@ -144,7 +144,7 @@ class GeodeticColumns {
     Eigen::Vector3d p;
     frame_.Forward(latitude, longitude, std::isnan(height) ? datum_->height_m : height, p.x(), p.y(), p.z());
     if (!p.allFinite()) {
-      throw DataError(fmt::format("{}: latitude {}°, longitude {}°, height {} m is no place on the Earth",
+      throw DataError(fmt::format("{}: latitude {}°, longitude {}°, height {} m is not a place on the Earth",
                                   table.place(row), latitude, longitude, height));
     }
     if (std::isnan(height)) p.z() = height;
@@ -175,7 +175,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
                            const std::optional<Datum>& datum) {
   Table table(file);
   const auto& aliases = trajectory_aliases();
-  Columns columns = settle_columns(table, aliases, given);
+  Columns columns = determine_columns(table, aliases, given);
   if (columns.empty() && table.blank_separated() && table.width() == 8) {
     columns = {{"t", 0}, {"x", 1}, {"y", 2}, {"z", 3}, {"qx", 4}, {"qy", 5}, {"qz", 6}, {"qw", 7}};
   }
@@ -226,7 +226,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
 std::vector<Landmark> read_landmarks(const std::filesystem::path& file, const std::optional<Columns>& given) {
   Table table(file);
   const auto& aliases = landmark_aliases();
-  const Columns columns = settle_columns(table, aliases, given);
+  const Columns columns = determine_columns(table, aliases, given);
   const int x = column(table, columns, "x", aliases);
   const int y = column(table, columns, "y", aliases);
   const int name = column_or_none(columns, "name");

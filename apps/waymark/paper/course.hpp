@@ -19,7 +19,7 @@ namespace waymark::paper {
 struct Trial {
   double position_rms_m = 0.0;  ///< of the weighted mean at the scans, before the scan's own sampling
   double yaw_rms_rad = 0.0;
-  double path_rms_m = 0.0;  ///< of the best particle's path, as the end sees it
+  double path_rms_m = 0.0;  ///< of the best particle's path at the end of the run
   double position_end_m = 0.0;
   double nees_mean = 0.0;       ///< of (x, y, yaw) at the scans; 3 is right
   double widest_sigma_m = 0.0;  ///< largest σ of the position in any direction, over the course
@@ -40,14 +40,14 @@ struct Course {
 };
 
 /// Runs the scenarios on a course. `overrides` are applied to all. Throws Error, also if a plugin goes out of service:
-/// such a run is no result.
+/// such a run is not a result.
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios);
 
 /// The ground truth of the source. Throws Error if it has none.
 evaluation::Trajectory truth_of(const Source& source);
 
-/// Throws Error if anything went wrong in a run: then it is no result.
+/// Throws Error if anything went wrong in a run: then it is not a result.
 void refuse_failures(const host::SessionResult& result);
 
 /// The world that all courses have in common.

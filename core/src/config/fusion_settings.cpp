@@ -13,8 +13,12 @@ namespace waymark {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr std::string_view kFromTf = "from_tf";
 constexpr double kShareNotGiven = -1.0;
 constexpr double kFarthest = 1e8;  // m; beyond, doubles are too coarse for a place
+
+/// A default in seconds: the double nearest to its decimal number, as a person would write it.
+double default_s(Duration duration) { return static_cast<double>(duration.count()) / 1e9; }
 
 std::vector<double> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -50,8 +54,9 @@ void read_motion(const Config& motion, FusionSettings& settings) {
       "constant up to the noise densities, each match against the map corrects pose and twist, and the "
       "first mapping measurement starts the filter"};
   settings.motion_from_maps = motion.choice(old_name ? old_key : key, {"sensors", "maps"}, "sensors") == "maps";
-  settings.standstill_after = from_seconds(motion.positive(
-      {"standstill_after_s", "s", "all motion sensors report no motion for this time: standstill"}, 0.5));
+  settings.standstill_after = from_seconds(
+      motion.positive({"standstill_after_s", "s", "all motion sensors report no motion for this time: standstill"},
+                      default_s(settings.standstill_after)));
 }
 
 StartSettings read_start(const Config& initial) {
@@ -67,7 +72,7 @@ StartSettings read_start(const Config& initial) {
              "from the sensors"},
             -kFarthest, kFarthest));
   }
-  start.height = initial.number_in({"z_m", "m", "height of the base in the map"}, -kFarthest, kFarthest, 0.0);
+  start.height = initial.number_in({"z_m", "m", "height of the base in the map"}, -kFarthest, kFarthest, start.height);
   start.position_sigma = initial.number_in(
       {"position_sigma_m", "m", "σ of the position per axis; of a position from a fix at least the fix's own"}, 0.0,
       1e7, 0.0);
@@ -101,12 +106,12 @@ FuseRule read_fuse_rule(const Config& entry) {
   if (mode == "start") rule.mode = FuseRule::Mode::start;
   if (mode == "none") rule.mode = FuseRule::Mode::none;
   // Read whatever the mode is: one file then serves all modes through a variable.
-  rule.on = from_seconds(
-      entry.positive({"fuse_on_s", "s", "for `fuse: alternate`: measurements are fused for so long"}, 10.0));
-  rule.off = from_seconds(
-      entry.positive({"fuse_off_s", "s", "for `fuse: alternate`: then they are held out for so long"}, 10.0));
-  rule.gap = from_seconds(
-      entry.positive({"fuse_gap_s", "s", "for `fuse: stretches`: a longer gap begins a new stretch"}, 1.0));
+  rule.on = from_seconds(entry.positive({"fuse_on_s", "s", "for `fuse: alternate`: measurements are fused for so long"},
+                                        default_s(rule.on)));
+  rule.off = from_seconds(entry.positive(
+      {"fuse_off_s", "s", "for `fuse: alternate`: then they are held out for so long"}, default_s(rule.off)));
+  rule.gap = from_seconds(entry.positive(
+      {"fuse_gap_s", "s", "for `fuse: stretches`: a longer gap begins a new stretch"}, default_s(rule.gap)));
   if (mode == "alternate") rule.mode = FuseRule::Mode::alternate;
   if (mode == "stretches") rule.mode = FuseRule::Mode::stretches;
   return rule;
@@ -137,46 +142,58 @@ void read_filter(const Config& filter, bool has_maps, FusionSettings& settings) 
       {"particles", "", "number of particles", "25 with `maps`, else 1"}, 1, 1'000'000, has_maps ? 25 : 1));
   settings.filter.seed = static_cast<std::uint64_t>(
       filter.integer_in({"seed", "for all random numbers of the filter (the simulator has its own)"}, 0,
-                        std::numeric_limits<std::int64_t>::max(), 1));
-  settings.filter.resample_threshold = filter.number_in(
-      {"resample_threshold", "resample when N_eff falls below this share of the particles"}, 0.0, 1.0, 0.5);
+                        std::numeric_limits<std::int64_t>::max(), static_cast<std::int64_t>(settings.filter.seed)));
+  settings.filter.resample_threshold =
+      filter.number_in({"resample_threshold", "resample when N_eff falls below this share of the particles"}, 0.0, 1.0,
+                       settings.filter.resample_threshold);
   settings.filter.sampling_fraction = filter.number_in({"sampling_fraction",
                                                         "share of the pose's covariance that a mapping step samples; 1 "
                                                         "is FastSLAM 2.0 as published (docs/math/rbpf.md)"},
-                                                       0.0, 1.0, 0.2);
-  settings.filter.threads =
-      static_cast<int>(filter.integer_in({"threads", "number of threads; results do not depend on it"}, 1, 256, 1));
+                                                       0.0, 1.0, settings.filter.sampling_fraction);
+  settings.filter.threads = static_cast<int>(filter.integer_in(
+      {"threads", "number of threads; results do not depend on it"}, 1, 256, settings.filter.threads));
+  settings.filter.path_poses = static_cast<std::size_t>(filter.integer_in(
+      {"path_poses",
+       "most poses of a path that are kept; of a longer one the older half loses every second pose, so a robot that "
+       "runs for months needs no more memory"},
+      1000, 1'000'000'000, static_cast<std::int64_t>(settings.filter.path_poses)));
   settings.max_latency = from_seconds(filter.non_negative(
-      {"max_latency_s", "s", "measurements up to this late are put in order; the committed result lags by it"}, 0.0));
+      {"max_latency_s", "s", "measurements up to this late are put in order; the committed result lags by it"},
+      default_s(settings.max_latency)));
   settings.history = from_seconds(filter.number_in(
       {"history_s", "s",
        "later measurements up to this age are still processed (docs/math/time.md); 0: they are ignored"},
-      0.0, 600.0, 2.0));
-  settings.smooth = filter.boolean({"smooth", "also write the smoothed trajectory; without `maps` only"}, false);
+      0.0, 600.0, default_s(settings.history)));
+  settings.smooth =
+      filter.boolean({"smooth", "also write the smoothed trajectory; without `maps` only"}, settings.smooth);
   if (settings.smooth && has_maps) filter.fail("smooth", "the smoother works without maps only");
 }
 
 ClockSettings read_clock(const Config& config) {
   ClockSettings clock;
-  clock.max_ahead =
-      from_seconds(config.non_negative({"max_ahead_s", "s", "a stamp may lie this far after its own arrival"}, 0.1));
+  clock.max_ahead = from_seconds(config.non_negative(
+      {"max_ahead_s", "s", "a stamp may lie this far after its own arrival"}, default_s(clock.max_ahead)));
   clock.max_jump = from_seconds(
-      config.positive({"max_jump_s", "s", "a stamp this far from all others is rejected until several agree"}, 3600.0));
+      config.positive({"max_jump_s", "s", "a stamp this far from all others is rejected until several agree"},
+                      default_s(clock.max_jump)));
   clock.max_gap = from_seconds(config.positive(
       {"max_gap_s", "s",
        "after a longer gap without any measurement the pose is not predicted but found anew, as at the start"},
-      60.0));
+      default_s(clock.max_gap)));
   return clock;
 }
 
 HealthSettings read_health(const Config& config) {
   HealthSettings health;
-  health.lost_sigma = config.positive(
-      {"lost_sigma_m", "m", "a position less certain than this (σ, larger axis) is reported as lost"}, 10.0);
+  health.lost_sigma =
+      config.positive({"lost_sigma_m", "m", "a position less certain than this (σ, larger axis) is reported as lost"},
+                      health.lost_sigma);
   health.unaided_after = from_seconds(
-      config.positive({"unaided_after_s", "s", "dead reckoning for longer than this is reported as degraded"}, 10.0));
+      config.positive({"unaided_after_s", "s", "dead reckoning for longer than this is reported as degraded"},
+                      default_s(health.unaided_after)));
   health.max_lost_share = config.number_in(
-      {"max_lost_share", "a run that was lost for a larger share of its time ends with exit code 4"}, 0.0, 1.0, 0.1);
+      {"max_lost_share", "a run that was lost for a larger share of its time ends with exit code 4"}, 0.0, 1.0,
+      health.max_lost_share);
   return health;
 }
 
@@ -236,6 +253,8 @@ std::string read_name(const Config& entry, const Config::Key& key) {
 
 }  // namespace
 
+bool is_mounted_by_source(const Config& entry) { return entry.is_word("base_T_sensor", kFromTf); }
+
 Mounting read_mounting(const Config& entry) {
   Mounting mounting;
   mounting.name = read_name(entry, {"name", "unique; the source, `inputs` and `--set` refer to it"});
@@ -243,10 +262,13 @@ Mounting read_mounting(const Config& entry) {
       {"payload", "", "payload type, `LaserScan` for `waymark/LaserScan@1`, or a full name", "that of the plugin"}, "");
   if (!mounting.payload.empty() && mounting.payload.find('/') == std::string::npos)
     mounting.payload = "waymark/" + mounting.payload + "@1";
-  if (entry.has("base_T_sensor")) {
+  if (is_mounted_by_source(entry)) {
+    entry.text("base_T_sensor");  // it is settled later, or the sensor has none
+  } else if (entry.has("base_T_sensor")) {
     const Config extrinsics = entry.child({"base_T_sensor", "",
                                            "pose of the sensor in the base frame: x forward, y left, z up, also for a "
-                                           "camera; required if a plugin needs it",
+                                           "camera; required if a plugin needs it. `from_tf`: what the source learns "
+                                           "from the robot (`/tf_static` of ROS 2)",
                                            "none"});
     const auto xyz =
         extrinsics.numbers({"xyz_m", "m", "position [x, y, z] of the sensor in the base frame"}, 3, {0.0, 0.0, 0.0});
@@ -268,19 +290,21 @@ SensorSlot read_sensor_slot(const Config& entry) {
   slot.plugin = entry.text(
       {"plugin", "", "name of the sensor's plugin; absent: the sensor is for maps only and needs `payload`", "none"},
       "");
-  slot.enabled = entry.boolean({"enabled", "false: its measurements are ignored, its keys are not checked"}, true);
+  slot.enabled =
+      entry.boolean({"enabled", "false: its measurements are ignored, its keys are not checked"}, slot.enabled);
   slot.fuse = read_fuse_rule(entry);
-  slot.gate_probability = entry.number_in(
-      {"gate_probability", "a measurement is rejected if its NIS exceeds this χ² quantile"}, 0.5, 1.0 - 1e-12, 0.999);
+  slot.gate_probability =
+      entry.number_in({"gate_probability", "a measurement is rejected if its NIS exceeds this χ² quantile"}, 0.5,
+                      1.0 - 1e-12, slot.gate_probability);
   slot.weight_exponent = entry.number_in(
       {"weight_exponent", "exponent of the evidence in the particles' weights; below 1 for correlated errors"}, 0.0,
-      1.0, 1.0);
+      1.0, slot.weight_exponent);
   slot.max_consecutive_rejections = static_cast<int>(
       entry.integer_in({"max_consecutive_rejections",
                         "after so many in a row the belief is widened and the measurement accepted; 0: never"},
-                       0, 1'000'000, 20));
-  slot.delay =
-      from_seconds(entry.number_in({"delay_s", "s", "delay of the sensor's stamps; subtracted"}, -60.0, 60.0, 0.0));
+                       0, 1'000'000, slot.max_consecutive_rejections));
+  slot.delay = from_seconds(entry.number_in({"delay_s", "s", "delay of the sensor's stamps; subtracted"}, -60.0, 60.0,
+                                            default_s(slot.delay)));
   return slot;
 }
 
@@ -294,14 +318,15 @@ MapSlot read_map_slot(const Config& entry, const Rig& rig) {
     if (sensor < 0) {
       std::string names;
       for (const Mounting& mounting : rig.mountings()) names += (names.empty() ? "" : ", ") + mounting.name;
-      entry.fail("inputs", fmt::format("\"{}\" is no sensor of this file; there are: {}", input, names));
+      entry.fail("inputs", fmt::format("\"{}\" is not a sensor of this file; there are: {}", input, names));
     }
     slot.inputs.push_back(sensor);
   }
   if (slot.inputs.empty()) entry.fail("inputs", "needs at least one sensor");
   slot.pair_max_age = from_seconds(entry.non_negative(
-      {"pair_max_age_s", "s", "greatest age of another input's newest measurement against the trigger"}, 0.15));
-  slot.localize = entry.boolean({"localize", "false: the module only maps"}, true);
+      {"pair_max_age_s", "s", "greatest age of another input's newest measurement against the trigger"},
+      default_s(slot.pair_max_age)));
+  slot.localize = entry.boolean({"localize", "false: the module only maps"}, slot.localize);
   slot.share =
       entry.has("information_share")
           ? entry.number_in({"information_share", "",

@@ -82,17 +82,17 @@ std::string Config::Node::description() const {
                              text.find_first_not_of("0123456789+-.eE") == std::string::npos;
   if (looks_numeric) return text;
   // A whole table that was taken for a YAML is one long scalar.
-  constexpr std::size_t kLongest = 80;
-  const std::size_t end = std::min({text.find('\n'), text.size(), kLongest});
+  constexpr std::size_t kLongestValue = 80;
+  const std::size_t end = std::min({text.find('\n'), text.size(), kLongestValue});
   return '"' + text.substr(0, end) + (end < text.size() ? "…\"" : "\"");
 }
 
 namespace config {
 
 ConfigError config_error(std::string message) {
-  constexpr std::size_t kLongest = 2000;
-  if (message.size() > kLongest) {
-    std::size_t end = kLongest;
+  constexpr std::size_t kLongestMessage = 2000;
+  if (message.size() > kLongestMessage) {
+    std::size_t end = kLongestMessage;
     while (end > 0 && (static_cast<unsigned char>(message[end]) & 0xc0U) == 0x80U) --end;  // within a character
     message.replace(end, std::string::npos, "…");
   }

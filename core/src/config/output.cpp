@@ -6,15 +6,11 @@
 #include <filesystem>
 
 #include "config/node.hpp"
+#include "waymark/io/file_stems.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark {
 namespace {
-
-/// The effective configuration, beside the results.
-const std::string kOwnFile = "config.yaml";
-
-/// How files are called until they are complete (OutputFile).
-constexpr std::string_view kPartial = ".partial";
 
 bool has_control_characters(std::string_view name) {
   return std::ranges::any_of(name, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
@@ -39,9 +35,11 @@ std::string Config::output(const Key& key, std::string_view fallback) const {
   }
   const std::string file = normal.string();
   if (has_control_characters(file)) fail(key.name, "a file's name has no control characters");
-  if (file.ends_with(kPartial))
-    fail(key.name, fmt::format("\"{}\": names that end in {} are of files that are not complete", name, kPartial));
-  if (overlap(file, kOwnFile)) fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
+  if (file.ends_with(kPartialSuffix))
+    fail(key.name,
+         fmt::format("\"{}\": names that end in {} are of files that are not complete", name, kPartialSuffix));
+  if (overlap(file, std::string(kEffectiveConfigFile)))
+    fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
   const auto is_this = [&](const Node::Output& other) { return other.node == node_ && other.key == key.name; };
   for (const Node::Output& other : root_->outputs) {
     if (is_this(other) || !overlap(file, other.file)) continue;

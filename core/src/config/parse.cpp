@@ -68,7 +68,7 @@ class Converter {
   void add_entries(const YAML::Node& yaml, Node& node, int depth) {
     std::map<std::string, std::string> places;
     for (const auto& entry : yaml) {
-      if (!entry.first.IsScalar()) fail_at(node, "has a key that is no word");
+      if (!entry.first.IsScalar()) fail_at(node, "has a key that is not a word");
       Node& child = node.add(std::make_unique<Node>());
       child.key = entry.first.Scalar();
       if (in_lines_) {
@@ -141,7 +141,7 @@ void check_is_text(const std::string& content, std::size_t begin, const std::fil
   };
   const auto at = std::find_if(content.begin() + static_cast<std::ptrdiff_t>(begin), content.end(), is_binary);
   if (at == content.end()) return;
-  throw config_error(fmt::format("{}:{}: is no text (byte {:#04x}), a YAML file is expected", file.string(),
+  throw config_error(fmt::format("{}:{}: is not text (byte {:#04x}), a YAML file is expected", file.string(),
                                  std::count(content.begin(), at, '\n') + 1, static_cast<unsigned char>(*at)));
 }
 

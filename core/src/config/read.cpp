@@ -312,6 +312,16 @@ bool Config::is_mapping(const Key& key) const {
   return node != nullptr && node->kind == Kind::mapping;
 }
 
+bool Config::is_word(const Key& key, std::string_view word) const {
+  const Node* node = given(*node_, key.name);
+  return node != nullptr && node->kind == Kind::scalar && node->text == word;
+}
+
+void Config::replace(const Key& key, std::string_view value) const {
+  Node& node = need(*node_, key);
+  node.assign(*config::parse_yaml(std::string(value), node.origin, false));
+}
+
 bool Config::is_list(const Key& key) const {
   const Node* node = given(*node_, key.name);
   return node != nullptr && node->kind == Kind::list;

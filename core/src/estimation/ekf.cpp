@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <array>
 #include <cmath>
 
 namespace waymark::estimation::ekf {
@@ -139,11 +140,13 @@ void release(Belief& belief, const StateLayout& layout, double velocity_sigma, d
   set_twist_covariance(belief, layout, velocity_sigma * velocity_sigma, rate_sigma * rate_sigma);
 }
 
-void inflate_pose(Belief& belief, const StateLayout& layout, double position_variance, double yaw_variance) {
-  const auto& index = layout.pose_indices();
-  belief.P(index[0], index[0]) += position_variance;
-  belief.P(index[1], index[1]) += position_variance;
-  belief.P(index[2], index[2]) += yaw_variance;
+void inflate_pose(Belief& belief, const StateLayout& layout, const PoseVariance& variance) {
+  const std::array<double, 6> added{variance.position, variance.position, variance.height,
+                                    variance.tilt,     variance.tilt,     variance.yaw};
+  for (std::size_t core = 0; core < added.size(); ++core) {
+    const int i = layout.active(static_cast<int>(core));
+    if (i >= 0) belief.P(i, i) += added[core];
+  }
 }
 
 }  // namespace waymark::estimation::ekf

@@ -7,8 +7,8 @@
 #include "waymark/interface/update.hpp"
 #include "waymark/math/gaussian.hpp"
 
-/// The extended Kalman filter as functions from belief to belief, without hidden state. The only place, with
-/// `ProcessModel`, that touches a covariance.
+/// The extended Kalman filter as functions from belief to belief, without hidden state. With the rest of
+/// this folder the only code that updates a covariance.
 namespace waymark::estimation::ekf {
 
 /// One update prepared for one belief: innovation, its covariance, and the terms of the gain.
@@ -49,7 +49,15 @@ WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 /// Gives velocity and rate a new, uncorrelated covariance, for the end of a standstill.
 WAYMARK_API void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma);
 
-/// Adds variance to x and y, and to the yaw.
-WAYMARK_API void inflate_pose(Belief& belief, const StateLayout& layout, double position_variance, double yaw_variance);
+/// Variances to be added to those of a pose, in the map frame.
+struct PoseVariance {
+  double position = 0.0;  ///< of x and of y [m²]
+  double height = 0.0;    ///< [m²]
+  double tilt = 0.0;      ///< of roll and of pitch [rad²]
+  double yaw = 0.0;       ///< [rad²]
+};
+
+/// Adds variance to the pose; planar motion has neither height nor tilt.
+WAYMARK_API void inflate_pose(Belief& belief, const StateLayout& layout, const PoseVariance& variance);
 
 }  // namespace waymark::estimation::ekf

@@ -15,9 +15,9 @@ namespace {
 /// σ of 10⁸ m, more than twice around the Earth. From here on the rounding errors of an update exceed the variance of a
 /// good fix (10¹⁶ m² · 2⁻⁵³ ≈ 1 m²).
 constexpr double kLargestVariance = 1e16;
-/// A position farther away is no place, and squares of its coordinates overflow sooner or later [m].
+/// A position farther away is not a place, and squares of its coordinates overflow sooner or later [m].
 constexpr double kFarthest = 1e12;
-/// A variance below zero by more than this is no rounding error.
+/// A variance below zero by more than this is not a rounding error.
 constexpr double kMostNegative = -1e-9;
 /// A variance below this is a rounding residue: its correlations have no meaning.
 constexpr double kRounding = 1e-12;

@@ -13,79 +13,76 @@
 
 namespace waymark::fusion {
 
-/// The present particles. Handles standstill, re-acquisition and biased innovations.
-class PresentHorizon final : public Horizon {
+/// What the present and the past have in common: committed sensors and maps, counters, events, health.
+class CommittedHorizon : public Horizon {
  public:
-  PresentHorizon(CommittedSteps& steps, const FusionSettings& settings) : steps_(steps), settings_(settings) {}
+  explicit CommittedHorizon(CommittedSteps& steps) : steps_(steps) {}
 
-  const Belief& belief() override { return filter().mixture(); }
-  bool standing() const override { return steps_.committed().standstill.standing(); }
-  bool fuses(const Measurement& m) override {
+  bool standing() const final { return steps_.committed().standstill.standing(); }
+  bool fuses(const Measurement& m) final {
     return record(m).state.fuse.fuses(m.stamp) && record(m).mode != SensorMode::off;
   }
-  bool steers(const Measurement& m) const override { return steps_.committed().record(m).mode == SensorMode::fused; }
-  Sensor* sensor(const Measurement& m) override { return record(m).state.sensor.get(); }
-  const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
-  bool follow_motion(const Measurement& m, const UpdateList& updates) override;
-  void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
-  Extraction extract(const Measurement& m) override {
+  bool steers(const Measurement& m) const final { return steps_.committed().record(m).mode == SensorMode::fused; }
+  Sensor* sensor(const Measurement& m) final { return record(m).state.sensor.get(); }
+  const Datum* datum(const Measurement& m) final { return steps_.datum(m); }
+  Extraction extract(const Measurement& m) final {
     return record(m).triggers_map ? steps_.extract(m, belief()) : Extraction{};
   }
-  void skip_mapping() override { filter().record_tentative_path(); }
-  void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override;
-  void note_unusable(const Measurement& m, std::string_view why) override { steps_.note_unusable(m, why); }
-  void take_out_of_service(const Measurement& m, std::string_view why) override {
+  void note_unusable(const Measurement& m, std::string_view why) final { steps_.note_unusable(m, why); }
+  void take_out_of_service(const Measurement& m, std::string_view why) final {
     steps_.committed().take_out_of_service(m, why);
   }
-  void conclude(const Measurement& m, UpdateResult& result) override { steps_.conclude(m, result); }
+  void conclude(const Measurement& m, UpdateResult& result) final { steps_.conclude(m, result); }
+
+ protected:
+  CommittedSteps& steps() { return steps_; }
+  SensorRecord& record(const Measurement& m) { return steps_.committed().record(m); }
 
  private:
-  particles::ParticleFilter& filter() { return steps_.committed().filter; }
-  SensorRecord& record(const Measurement& m) { return steps_.committed().record(m); }
+  CommittedSteps& steps_;
+};
+
+/// The present particles. Handles standstill, re-acquisition and biased innovations.
+class PresentHorizon final : public CommittedHorizon {
+ public:
+  PresentHorizon(CommittedSteps& steps, const FusionSettings& settings)
+      : CommittedHorizon(steps), settings_(settings) {}
+
+  const Belief& belief() override { return filter().mixture(); }
+  bool follow_motion(const Measurement& m, const UpdateList& updates) override;
+  void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
+  void skip_mapping() override { filter().record_tentative_path(); }
+  void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override;
+
+ private:
+  particles::ParticleFilter& filter() { return steps().committed().filter; }
   bool update_standstill(const Measurement& m, const UpdateList& updates);
   void check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
   double heading_off(const Measurement& m, const particles::MixtureOutcome& outcome);
+  void inflate(const Update& update, bool is_absolute, const particles::MixtureOutcome& outcome);
   void reacquire(const Measurement& m, std::size_t index, const Update& update,
                  const particles::MixtureOutcome& outcome);
   void turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome, double off);
 
-  CommittedSteps& steps_;
   const FusionSettings& settings_;
 };
 
 /// The particles at the earlier time of a late measurement (docs/math/time.md). It weights them at their past poses;
 /// standstill and re-acquisition are left to present measurements.
-class PastHorizon final : public Horizon {
+class PastHorizon final : public CommittedHorizon {
  public:
   /// `at`: the past particles at the measurement's stamp.
-  PastHorizon(CommittedSteps& steps, particles::Instant& at) : steps_(steps), at_(at) {}
+  PastHorizon(CommittedSteps& steps, particles::Instant& at) : CommittedHorizon(steps), at_(at) {}
 
   const Belief& belief() override { return at_.mixture(); }
-  bool standing() const override { return steps_.committed().standstill.standing(); }
-  bool fuses(const Measurement& m) override {
-    SensorRecord& record = steps_.committed().record(m);
-    return record.state.fuse.fuses(m.stamp) && record.mode != SensorMode::off;
-  }
-  bool steers(const Measurement& m) const override { return steps_.committed().record(m).mode == SensorMode::fused; }
-  Sensor* sensor(const Measurement& m) override { return steps_.committed().record(m).state.sensor.get(); }
-  const Datum* datum(const Measurement& m) override { return steps_.datum(m); }
   bool follow_motion(const Measurement&, const UpdateList&) override { return false; }
   void update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) override;
-  Extraction extract(const Measurement& m) override {
-    return steps_.committed().record(m).triggers_map ? steps_.extract(m, belief()) : Extraction{};
-  }
   void skip_mapping() override {}
   void map(const Measurement& m, const Extraction& extraction, UpdateResult& result) override {
-    steps_.map(m, at_, extraction, result);
+    steps().map(m, at_, extraction, result);
   }
-  void note_unusable(const Measurement& m, std::string_view why) override { steps_.note_unusable(m, why); }
-  void take_out_of_service(const Measurement& m, std::string_view why) override {
-    steps_.committed().take_out_of_service(m, why);
-  }
-  void conclude(const Measurement& m, UpdateResult& result) override { steps_.conclude(m, result); }
 
  private:
-  CommittedSteps& steps_;
   particles::Instant& at_;
 };
 

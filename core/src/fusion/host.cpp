@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "fusion/inspection.hpp"
 #include "fusion/parts.hpp"
 #include "fusion/setup.hpp"
 #include "fusion/snapshot_view.hpp"
@@ -62,12 +63,15 @@ Fusion::~Fusion() = default;
 bool Fusion::started() const { return parts_->started; }
 std::uint64_t Fusion::arrived() const { return parts_->arrived; }
 bool Fusion::has_pose() const { return parts_->has_pose(); }
-const particles::ParticleFilter& Fusion::filter() const { return parts_->committed.filter; }
 const StateLayout& Fusion::layout() const { return parts_->layout; }
 const Health& Fusion::health() const { return parts_->committed.health.health(); }
 std::optional<Datum> Fusion::datum() const { return parts_->datum; }
 int Fusion::georeference_states() const {
-  return filter().georeference() ? static_cast<int>(layout().owners().back().block.size()) : 0;
+  return parts_->committed.filter.georeference() ? static_cast<int>(layout().owners().back().block.size()) : 0;
+}
+
+const particles::ParticleFilter& fusion::Inspection::filter(const Fusion& host) {
+  return host.parts_->committed.filter;
 }
 
 void Fusion::visit_last(const Observer& observer) const {

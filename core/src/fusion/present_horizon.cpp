@@ -32,7 +32,7 @@ bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updat
 /// then, too.
 bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& updates) {
   if (updates.motion() == UpdateList::Motion::not_reported) return false;
-  monitoring::Standstill& standstill = steps_.committed().standstill;
+  monitoring::Standstill& standstill = steps().committed().standstill;
   const bool was_standing = standstill.standing();
   standstill.report(m.sensor, m.stamp, updates.motion() == UpdateList::Motion::moving,
                     updates.twist_reset().has_value());
@@ -46,7 +46,7 @@ bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& u
 void PresentHorizon::update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) {
   SensorRecord& record = this->record(m);
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
-  if (!steps_.account(m, index, outcome, result) || record.policy.evaluate_only) return;
+  if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
   result.observes_position = result.observes_position || update.observes() == Quantity::position;
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
@@ -77,7 +77,7 @@ double PresentHorizon::heading_off(const Measurement& m, const particles::Mixtur
     state.rejected_p = p;
     state.rejected_nu = nu;
   }
-  if (!steps_.maps().empty()) return 0.0;
+  if (!steps().maps().empty()) return 0.0;
   const Eigen::Vector2d predicted = p - state.rejected_p;
   const Eigen::Vector2d fixed = predicted + nu - state.rejected_nu;
   const double length = predicted.norm();
@@ -97,12 +97,12 @@ void PresentHorizon::check_for_bias(const Measurement& m, const particles::Mixtu
   SensorState& state = record(m).state;
   if (!state.bias.add(outcome.innovation, outcome.S)) return;
   const Eigen::Vector2d bias = state.bias.mean().head<2>();
-  const bool inflates = filter().georeference() || !steps_.maps().localizes();
-  if (inflates) filter().inflate_pose(bias.squaredNorm(), 0.0);
-  if (settings_.smooth) steps_.committed().smoother.cut_next();
+  const bool inflates = filter().georeference() || !steps().maps().localizes();
+  if (inflates) filter().inflate_pose({.position = bias.squaredNorm()});
+  if (settings_.smooth) steps().committed().smoother.cut_next();
   result.degraded_reason = "its innovations are biased: it, or the motion source, is wrong";
   if (state.biased++ == 0) {
-    steps_.committed().note(
+    steps().committed().note(
         m.stamp,
         fmt::format("{}: its innovations are biased by {:.3g} m; it, or the motion source, is wrong{} "
                     "(further times are only counted)",
@@ -117,6 +117,7 @@ namespace {
 std::string_view unit_of(const Update& update) {
   switch (update.observes()) {
     case Quantity::position:
+    case Quantity::height:
       return " m";
     case Quantity::attitude:
       return " rad";
@@ -148,38 +149,66 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   P(index[0], index[0]) = P(index[1], index[1]) = 1.0 + outcome.S.topLeftCorner<2, 2>().trace();
   P(index[2], index[2]) = kYawSigma * kYawSigma;
   filter().begin_anew(start);
-  if (settings_.smooth) steps_.committed().smoother.cut_next();
+  if (settings_.smooth) steps().committed().smoother.cut_next();
   SensorRecord& record = this->record(m);
-  steps_.committed().health.reacquired(m.stamp);
+  steps().committed().health.reacquired(m.stamp);
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
   constexpr double kDegrees = 180.0 / std::numbers::pi;
-  steps_.committed().note(
+  steps().committed().note(
       m.stamp, fmt::format("{}: {} measurements in a row rejected, whose own way is turned by {:.0f}° against the "
                            "predicted one: the heading was set to theirs",
                            record.slot.name, record.state.rejections_in_a_row[0], off * kDegrees));
   record.state.rejections_in_a_row[0] = 0;
 }
 
+/// Inflates what an update observes, so that its last miss is plausible. Where the sensor is absolute, also the yaw.
+void PresentHorizon::inflate(const Update& update, bool is_absolute, const particles::MixtureOutcome& outcome) {
+  constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to correct the heading
+  const double miss = outcome.innovation.norm();
+  estimation::ekf::PoseVariance variance;
+  variance.yaw = is_absolute ? kYawSigma * kYawSigma : 0.0;
+  bool is_of_twist = false;
+  switch (update.observes()) {
+    case Quantity::position:
+      variance.position = variance.height = miss * miss;
+      break;
+    case Quantity::height:
+      variance = {.height = miss * miss};
+      break;
+    case Quantity::attitude:
+      variance.tilt = miss * miss;
+      if (is_absolute) variance.yaw = std::max(variance.yaw, miss * miss);
+      break;
+    case Quantity::velocity:
+      is_of_twist = true;
+      break;
+    case Quantity::other:
+      is_of_twist = !is_absolute;
+      if (is_absolute) {  // the unit of the miss is unknown; its ratio to what was expected, the NIS, has none
+        const Eigen::Matrix3d P = pose_covariance(filter().mixture(), filter().layout());
+        variance.position = outcome.nis * std::max(P(0, 0), P(1, 1));
+      }
+      break;
+  }
+  filter().inflate_pose(variance);
+  if (is_of_twist) filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
+}
+
 /// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
 /// worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
                                const particles::MixtureOutcome& outcome) {
-  constexpr double kYawSigma = 0.17;  // 10°: enough for the next fixes to correct the heading
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
-  if (record.traits.is_absolute) {
-    filter().inflate_pose(miss * miss, kYawSigma * kYawSigma);
-  } else {
-    filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
-  }
-  if (settings_.smooth) steps_.committed().smoother.cut_next();
-  steps_.committed().health.reacquired(m.stamp);
+  inflate(update, record.traits.is_absolute, outcome);
+  if (settings_.smooth) steps().committed().smoother.cut_next();
+  steps().committed().health.reacquired(m.stamp);
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
-  steps_.committed().note(
+  steps().committed().note(
       m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}{}; the covariance was "
                            "inflated and the sensor re-acquired",
                            record.slot.name, record.state.rejections_in_a_row[index], miss, unit_of(update)));
@@ -187,7 +216,7 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
 }
 
 void PresentHorizon::map(const Measurement& m, const Extraction& extraction, UpdateResult& result) {
-  steps_.map(m, filter().now(), extraction, result);
+  steps().map(m, filter().now(), extraction, result);
   if (!std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) return;
   result.localized = filter().localized();
   result.match_failed = filter().match_failed();

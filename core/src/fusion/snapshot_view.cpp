@@ -42,19 +42,21 @@ std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
       maps_[i].module->describe(of_all, description.figures);
     }
     if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) description.grid = map->grid();
-    if (detail == MapDetail::with_mixtures) description.mixture = mixture_of(i);
+    if (detail == MapDetail::with_mixtures) description.mixture = mixture_of(i, description.grid);
     if (detail == MapDetail::with_files) description.files = map->files(filter_.T_enu_map(best()));
     if (filter_.georeference()) place_on_earth(description);
   }
   return result;
 }
 
-std::optional<GridView> SnapshotView::mixture_of(std::size_t map) const {
+std::optional<GridView> SnapshotView::mixture_of(std::size_t map, const std::optional<GridView>& of_best) const {
   std::vector<particles::WeightedGrid> grids;
   grids.reserve(filter_.particles().size());
+  const particles::Particle& best_particle = best();
   for (const particles::Particle& particle : filter_.particles()) {
     if (!particle.maps[map]) continue;
-    if (auto grid = particle.maps[map]->grid()) grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
+    if (auto grid = &particle == &best_particle ? of_best : particle.maps[map]->grid())
+      grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
   }
   return particles::mix_grids(grids);
 }

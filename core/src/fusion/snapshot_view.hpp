@@ -37,7 +37,8 @@ class SnapshotView final : public Snapshot {
 
  private:
   const particles::Particle& best() const { return filter_.set()[filter_.set().best()]; }
-  std::optional<GridView> mixture_of(std::size_t map) const;
+  /// `of_best`: the grid of the best particle.
+  std::optional<GridView> mixture_of(std::size_t map, const std::optional<GridView>& of_best) const;
   void place_on_earth(MapDescription& map) const;
 
   const particles::ParticleFilter& filter_;

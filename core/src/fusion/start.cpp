@@ -72,8 +72,8 @@ fusion::Start Fusion::Parts::last_pose(Time at) const {
   return start;
 }
 
-/// What was predicted up to here says nothing about the time after a gap, and what was computed from a covariance that
-/// is none says nothing at all. Maps and the sensors' own states stay.
+/// A prediction up to here has no information about the time after a gap, and an estimate with an invalid covariance
+/// has none at all. Maps and the sensors' own states stay.
 void Fusion::Parts::lose_pose(Time at, const std::string& why) {
   committed.note(at, why + ": the pose is lost; position, heading and twist are found anew, as at the start");
   searching = true;
@@ -105,10 +105,21 @@ void Fusion::Parts::begin_anew(const fusion::Start& start) {
 
 void Fusion::set_pose(const GivenPose& pose) {
   Parts& p = *parts_;
-  if (!p.started) throw Error("the filter has not started");
-  const bool is_valid = pose.position.allFinite() && std::isfinite(pose.yaw) && std::isfinite(pose.position_sigma) &&
-                        std::isfinite(pose.yaw_sigma) && pose.position_sigma > 0.0 && pose.yaw_sigma > 0.0;
-  if (!is_valid) throw Error("a pose needs finite numbers, and a positive σ of position and heading");
+  // As those of `initial`: farther away doubles are too coarse, and no fix would be believed.
+  constexpr double kFarthest = 1e8;
+  constexpr double kLargestSigma = 1e7;
+  constexpr double kLeastSigma = 1e-6;
+  const auto is_sigma = [](double sigma, double most) { return sigma >= kLeastSigma && sigma <= most; };
+  const bool is_valid = pose.position.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kFarthest &&
+                        std::isfinite(pose.yaw) && is_sigma(pose.position_sigma, kLargestSigma) &&
+                        is_sigma(pose.yaw_sigma, std::numbers::pi);
+  if (!is_valid) {
+    throw Error(
+        fmt::format("a pose needs x and y within {:.0e} m, a finite heading, and a σ of the position of {:.0e} to "
+                    "{:.0e} m and of the heading of {:.0e} to π rad",
+                    kFarthest, kLeastSigma, kLargestSigma, kLeastSigma));
+  }
+  if (!p.started) return p.startup.give(pose);
   fusion::Start start = p.last_pose(p.committed.filter.stamp());
   start.keeps_pose = false;
   const Pose& last = p.committed.filter.mixture().mean.T_map_base;

@@ -8,6 +8,12 @@
 #include "estimation/ekf.hpp"
 
 namespace waymark::fusion {
+namespace {
+
+/// σ of roll and pitch at the start [rad]: the robot may stand on a slope.
+constexpr double kTiltSigma = 0.17;
+
+}  // namespace
 
 namespace {
 
@@ -109,6 +115,11 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
     start.prior.P(k, k) = state.initial_sigma * state.initial_sigma;
   }
   estimation::ekf::release(start.prior, layout_, settings_.velocity_sigma, settings_.rate_sigma);
+  // Gravity, not the choice of the map, defines roll and pitch: with no variance they would stay upright for long.
+  for (const int axis : {3, 4}) {
+    const int k = layout_.active(axis);
+    if (k >= 0) start.prior.P(k, k) = kTiltSigma * kTiltSigma;
+  }
 
   // Without a fused absolute sensor the start pose is the map's gauge and has zero covariance. In a prior map it has
   // the given covariance, and stays a Gaussian until the first match: each particle then searches all of it.

@@ -59,6 +59,15 @@ void Startup::search_again(Start last_pose, Duration patience, bool has_maps) {
   last_pose_ = {std::move(last_pose), patience, has_maps};
 }
 
+void Startup::give(const GivenPose& pose) {
+  settings_.position = pose.position;
+  settings_.position_sigma = pose.position_sigma;
+  settings_.yaw = pose.yaw;
+  settings_.yaw_sigma = pose.yaw_sigma;
+  finder_.restart(settings_, sources_);
+  start_.reset();
+}
+
 std::string Startup::missing() const {
   if (!start_) return finder_.missing();
   return motion_from_maps_ ? "no map has received a measurement" : "no motion sensor has delivered a measurement";

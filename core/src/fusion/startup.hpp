@@ -8,6 +8,7 @@
 
 #include "fusion/sensor_record.hpp"
 #include "fusion/start_finder.hpp"
+#include "waymark/host/fusion.hpp"
 
 namespace waymark::fusion {
 
@@ -27,10 +28,12 @@ class Startup {
   /// Adds the next measurement, with its sensor's hint. Returns the start of the filter once it is known.
   std::optional<Start> process(const Measurement& m, const std::optional<StartHint>& hint,
                                const std::vector<SensorRecord>& sensors);
-  /// The pose was lost: position and heading are searched with absolute sensors, whatever the YAML says of the start.
+  /// The pose was lost: position and heading are searched with absolute sensors, whatever start the YAML gives.
   /// Without one, nothing can find them: then, and after `patience` without a position, or without both where there are
   /// maps, the filter goes on from `last_pose`.
   void search_again(Start last_pose, Duration patience, bool has_maps);
+  /// The start pose, in place of one that was found already.
+  void give(const GivenPose& pose);
   /// False once the start pose is found.
   bool needs_pose() const { return !start_; }
   /// Returns the buffered measurements, in the total order, and clears the buffer.

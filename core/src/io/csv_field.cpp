@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "waymark/io/csv_field.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 namespace waymark {
 
 std::string csv_field(std::string_view text) {
@@ -11,6 +15,10 @@ std::string csv_field(std::string_view text) {
     quoted += c;
   }
   return quoted + '"';
+}
+
+std::string csv_field(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string();
 }
 
 }  // namespace waymark

@@ -2,8 +2,11 @@
 #include "waymark/io/file_stems.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 namespace waymark {
+
+FileStems FileStems::of_results() { return FileStems({std::filesystem::path(kEffectiveConfigFile).stem().string()}); }
 
 std::string FileStems::of(const std::string& name) {
   std::string stem = name;

@@ -20,7 +20,7 @@ constexpr std::size_t kBufferSize = std::size_t{1} << 16;
 
 std::filesystem::path partial_of(const std::filesystem::path& path) {
   std::filesystem::path partial = path;
-  partial += ".partial";
+  partial += kPartialSuffix;
   return partial;
 }
 

@@ -30,7 +30,7 @@ std::optional<std::string> ClockMonitor::fault(const Measurement& m) {
   if (is_stamp(m.stamp) && is_stamp(m.arrival)) {
     found = find_fault(m, sensor);
   } else {
-    found = "stamp or arrival lies more than 146 years from the epoch: it is no time";
+    found = "stamp or arrival lies more than 146 years from the epoch: it is not a valid time";
   }
   if (found) {
     ++sensor.mistimed;

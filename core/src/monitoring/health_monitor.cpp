@@ -56,7 +56,7 @@ void HealthMonitor::start(Time stamp) {
 
 void HealthMonitor::search() {
   searching_ = true;
-  // The gap is no interval between two measurements of a sensor.
+  // The gap is not an interval between two measurements of a sensor.
   for (Track& track : sensors_) {
     track.last.reset();
     track.last_good.reset();

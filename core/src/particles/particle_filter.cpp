@@ -160,26 +160,38 @@ void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
   mixture_is_current_ = false;
 }
 
-void ParticleFilter::inflate_pose(double position_variance, double yaw_variance) {
+void ParticleFilter::inflate_pose(const ekf::PoseVariance& variance) {
   mixture_is_current_ = false;
   // With a georeference only the position is inflated: a rotation about the map's origin would displace a distant
   // robot.
   for (Particle& particle : set_) {
     if (georeference_) {
-      georeference_->inflate(particle.belief, position_variance, 0.0);
+      georeference_->inflate(particle.belief, variance.position, 0.0);
     } else {
-      ekf::inflate_pose(particle.belief, layout(), position_variance, yaw_variance);
+      ekf::inflate_pose(particle.belief, layout(), variance);
     }
   }
 }
 
 void ParticleFilter::record_path() {
   for (Particle& particle : set_) particle.path.append(particle.belief.stamp, particle.belief.mean.T_map_base);
+  bound_paths();
 }
 
 void ParticleFilter::record_tentative_path() {
   for (Particle& particle : set_)
     particle.path.append_tentative(particle.belief.stamp, particle.belief.mean.T_map_base);
+  bound_paths();
+}
+
+void ParticleFilter::bound_paths() {
+  const auto is_long = [this](const Particle& particle) { return particle.path.size() > settings_.path_poses; };
+  if (std::ranges::none_of(set_.all(), is_long)) return;
+  std::vector<Path*> paths;
+  for (Particle& particle : set_) {
+    if (particle.path.size() > settings_.path_poses / 2) paths.push_back(&particle.path);
+  }
+  Path::thin(paths, settings_.path_poses / 2);
 }
 
 void ParticleFilter::resample_if_needed(std::uint32_t sensor) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "estimation/ekf.hpp"
 #include "estimation/georeference.hpp"
 #include "estimation/new_start.hpp"
 #include "estimation/process_model.hpp"
@@ -82,9 +83,9 @@ class WAYMARK_API ParticleFilter {
   void stop();
   /// Gives velocity and rate a new, uncorrelated covariance.
   void release(double velocity_sigma, double rate_sigma);
-  /// Inflates x, y and yaw of every particle, so that measurements can correct a wrong filter. With a georeference it
-  /// inflates the map's place on the Earth instead, since the particles are localized in the map.
-  void inflate_pose(double position_variance, double yaw_variance);
+  /// Inflates the pose of every particle, so that measurements can correct a wrong filter. With a georeference it
+  /// inflates the position of the map on the Earth instead, since the particles are localized in the map.
+  void inflate_pose(const estimation::ekf::PoseVariance& variance);
   /// Appends the present poses to the paths, for hosts without maps.
   void record_path();
   /// Appends the present poses as dead reckoning, which the next mapping step corrects.
@@ -131,6 +132,9 @@ class WAYMARK_API ParticleFilter {
  private:
   template <class Archive>
   void serialize_rest(Archive& archive);
+
+  /// Thins the older half of paths that have grown too long.
+  void bound_paths();
 
   class Present;
 

@@ -22,7 +22,7 @@ class WAYMARK_API PastBeliefs {
   explicit PastBeliefs(Duration span) : span_(span), spacing_(std::max(span / 20, kLeastSpacing)) {}
 
   /// True if a record is due.
-  bool wants(Time now) const {
+  bool is_due(Time now) const {
     return span_ > Duration::zero() && (records_.empty() || now - records_.back().stamp >= spacing_);
   }
   /// Adds a record at `now`, to be filled by the caller, one belief per slot. Older records that the span does not need

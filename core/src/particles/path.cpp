@@ -57,6 +57,21 @@ void Path::distribute_correction(const Pose& predicted, const Pose& found) {
   tentative_.clear();
 }
 
+void Path::thin(std::span<Path* const> paths, std::size_t count) {
+  std::vector<Lineage<StampedPose>*> lineages;
+  lineages.reserve(paths.size());
+  for (Path* path : paths) {
+    std::size_t place = path->poses_.size();
+    std::erase_if(path->tentative_, [&place, count](const StampedPose&) {
+      const bool goes = place < count && place % 2 != 0;
+      ++place;
+      return goes;
+    });
+    lineages.push_back(&path->poses_);
+  }
+  Lineage<StampedPose>::thin(lineages, count);
+}
+
 std::vector<StampedPose> Path::poses() const {
   std::vector<StampedPose> all = poses_.items();
   all.insert(all.end(), tentative_.begin(), tentative_.end());

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "particles/stay.hpp"
@@ -28,6 +30,11 @@ class WAYMARK_API Path {
   /// All poses, in order.
   std::vector<StampedPose> poses() const;
   bool empty() const { return poses_.empty() && tentative_.empty(); }
+  /// Number of poses.
+  std::size_t size() const { return poses_.size() + tentative_.size(); }
+  /// Removes every second one of the first `count` poses of each path, fewer than any of them has. What paths share
+  /// stays shared.
+  static void thin(std::span<Path* const> paths, std::size_t count);
 
   template <class Archive>
   void serialize(Archive& archive) {

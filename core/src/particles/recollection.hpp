@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "estimation/past_belief.hpp"
 #include "estimation/process_model.hpp"
 #include "particles/instant.hpp"
 #include "particles/mixture_moments.hpp"
@@ -37,20 +38,13 @@ class Recollection final : public Instant {
   void conclude_mapping(std::uint32_t /*sensor*/) override {}
 
  private:
-  struct Recalled {          // per slot, kept between calls so that warm steps do not allocate
-    Belief past;             // at the recalled time
-    Belief predicted;        // from there to now, without the measurements in between
-    ErrorMatrix P_now_past;  // Cov(present state, past state), given all measurements in between
-  };
-  void recall(const Belief& now, const Belief& record, Time stamp, Recalled& out) const;
-
   const estimation::ProcessModel& process_;
   const ParticleSet& particles_;
   MixtureMoments& moments_;
   Workers& workers_;
   PastBeliefs past_;
-  std::vector<Recalled> recalled_;
-  std::vector<const Belief*> beliefs_;  // scratch: one per slot
+  std::vector<estimation::PastBelief> recalled_;  // one per slot
+  std::vector<const Belief*> beliefs_;            // scratch: one per slot
   Belief mixture_;
 };
 

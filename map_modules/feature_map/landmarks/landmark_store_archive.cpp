@@ -23,21 +23,28 @@ void check(bool is_right, const char* what) {
   if (!is_right) throw DataError(std::string("checkpoint: landmarks: ") + what);
 }
 
+template <class Archive>
+void serialize_landmark(Archive& archive, Landmark& landmark) {
+  archive(landmark.mean, landmark.P, landmark.P_floor);
+  auto bins = static_cast<std::uint32_t>(landmark.signature.size());
+  archive(bins);
+  if constexpr (Archive::kReads) {
+    check(bins <= Signature::kMaxBins, "a signature with too many bins");
+    if (bins > 0) landmark.signature = Signature::uniform(bins);
+  }
+  for (float& bin : landmark.signature) archive.within(bin, 0.0f, std::numeric_limits<float>::max());
+  archive.within(landmark.signature_views, 0, kMostCounted);
+  archive(landmark.identity, landmark.log_odds);
+  archive.within(landmark.sightings, 0, kMostCounted);
+  archive(landmark.id);
+}
+
 void save_leaf(const LandmarkLeaf& leaf, OutArchive& out) {
   out.value(leaf.used);
   for (int place = 0; place < LandmarkLeaf::kSize; ++place) {
     if (!leaf.has(place)) continue;
-    const Landmark landmark = leaf.get(place);
-    out.value(landmark.mean);
-    out.value(landmark.P);
-    out.value(landmark.P_floor);
-    out.value(static_cast<std::uint32_t>(landmark.signature.size()));
-    for (const float bin : landmark.signature) out.value(bin);
-    out.value(landmark.signature_views);
-    out.value(landmark.identity);
-    out.value(landmark.log_odds);
-    out.value(landmark.sightings);
-    out.value(landmark.id);
+    Landmark landmark = leaf.get(place);
+    serialize_landmark(out, landmark);
   }
 }
 
@@ -48,19 +55,7 @@ void load_leaf(InArchive& in, std::int64_t next_id, LandmarkLeaf& leaf) {
   for (int place = 0; place < LandmarkLeaf::kSize; ++place) {
     if (((used >> static_cast<unsigned>(place)) & 1u) == 0) continue;
     Landmark landmark;
-    in.value(landmark.mean);
-    in.value(landmark.P);
-    in.value(landmark.P_floor);
-    std::uint32_t bins = 0;
-    in.value(bins);
-    check(bins <= Signature::kMaxBins, "a signature with too many bins");
-    if (bins > 0) landmark.signature = Signature::uniform(bins);
-    for (float& bin : landmark.signature) in.within(bin, 0.0f, std::numeric_limits<float>::max());
-    in.within(landmark.signature_views, 0, kMostCounted);
-    in.value(landmark.identity);
-    in.value(landmark.log_odds);
-    in.within(landmark.sightings, 0, kMostCounted);
-    in.value(landmark.id);
+    serialize_landmark(in, landmark);
     check(landmark.mean.cwiseAbs().maxCoeff() <= kFarthest, "a landmark at no place");
     check((landmark.P.diagonal().array() >= 0.0).all(), "a landmark of negative variance");
     check(landmark.id >= 0 && landmark.id < next_id, "an id that was never given");

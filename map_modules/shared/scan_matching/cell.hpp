@@ -35,12 +35,20 @@ struct TileRect {
   int height() const { return high.y - low.y + 1; }
   std::size_t size() const { return static_cast<std::size_t>(width()) * static_cast<std::size_t>(height()); }
 
-  /// All tiles with sides of `side` [m] from `low` to `high` [m]. Throws Error if that is no place for cells of 32
+  /// All tiles with sides of `side` [m] from `low` to `high` [m]. Throws Error if that is not a place for cells of 32
   /// bits.
   static TileRect around(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double side);
 };
 
 /// Throws DataError if the cells of a checkpoint's map have another size than `resolution_m` [m].
 void require_resolution(double found, double expected);
+
+/// Writes the size of the cells [m], or reads one and requires it to be equal.
+template <class Archive>
+void serialize_resolution(Archive& archive, double resolution) {
+  double stored = resolution;
+  archive(stored);
+  if constexpr (Archive::kReads) require_resolution(stored, resolution);
+}
 
 }  // namespace waymark::scan_matching

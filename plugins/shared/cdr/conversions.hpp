@@ -55,7 +55,8 @@ class IncrementsOfPoses {
     std::shared_ptr<PoseIncrement> payload;  ///< never null
   };
 
-  /// Nothing for the first pose. Throws Unusable if the stamp does not lie after the last one, and for what is no pose.
+  /// Nothing for the first pose. Throws Unusable if the stamp does not lie after the last one, and for what is not a
+  /// pose.
   std::optional<Increment> add(Time stamp, const geometry_msgs::Pose& pose);
 
  private:

@@ -76,7 +76,7 @@ class Definition::Parser {
     if (line.empty()) return std::nullopt;
     const std::size_t space = line.find_first_of(" \t");
     if (space == std::string_view::npos)
-      throw Unusable(fmt::format("\"{}\" is no field of a definition", line.substr(0, 60)));
+      throw Unusable(fmt::format("\"{}\" is not a field of a definition", line.substr(0, 60)));
     const std::string_view rest = trim(line.substr(space));
     const std::string_view name = rest.substr(0, rest.find_first_of(" \t="));
     const std::string_view behind = trim(rest.substr(name.size()));
@@ -131,7 +131,7 @@ class Definition::Parser {
         const auto [end, error] = std::from_chars(inside.data(), inside.data() + inside.size(), count);
         const bool whole = error == std::errc() && end == inside.data() + inside.size();
         if (!whole || count == 0 || count > kLongestArray)
-          throw Unusable(fmt::format("\"{}\" is no type of a field", line.type.substr(0, 60)));
+          throw Unusable(fmt::format("\"{}\" is not a type of a field", line.type.substr(0, 60)));
       }
       type = type.substr(0, bracket);
     }

@@ -19,16 +19,16 @@ namespace waymark::ros {
 
 /// What a message holds.
 struct Decoded {
-  std::optional<Time> stamp;  ///< of its header; nothing: it has none (zero)
-  Duration before{};          ///< how long before its stamp the payload is valid: the interval of an increment
-  std::shared_ptr<const Payload> payload;  ///< null: none yet, as of the first pose of an odometry
+  std::optional<Time> stamp;         ///< of its header; nothing: it has none (zero)
+  Duration before{};                 ///< how long before its stamp the payload is valid: the interval of an increment
+  std::shared_ptr<Payload> payload;  ///< null: none yet, as of the first pose of an odometry
 };
 
 /// Makes payloads of the messages of one topic, in their order. Throws Unusable for a message that does not hold what
 /// its type defines, or values that are not finite.
 using Decoder = std::function<Decoded(WireReader)>;
 
-/// What the YAML says about how messages become payloads.
+/// How messages become payloads, from the YAML.
 struct DecoderSettings {
   WheelJoints wheels;
 };

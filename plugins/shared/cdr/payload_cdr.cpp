@@ -174,7 +174,7 @@ class PayloadDecoder final : public FieldEditor {
   void set_word(const FieldInfo& info, const WordSlot& word) {
     const auto number = in_.value<std::int32_t>();
     if (number < 0 || static_cast<std::size_t>(number) >= info.words.size())
-      throw Unusable(fmt::format("{} is no value of \"{}\"", number, info.name()));
+      throw Unusable(fmt::format("{} is not a value of \"{}\"", number, info.name()));
     word.assign(word.value, number);
   }
   void read_points(std::vector<Eigen::Vector3f>& points) {

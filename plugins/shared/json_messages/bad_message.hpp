@@ -7,7 +7,7 @@
 
 namespace waymark::json_messages {
 
-/// Why a line is no message. The text is printable, and not long, whatever the line holds.
+/// Why a line is not a message. The text is printable, and not long, whatever the line holds.
 class BadMessage : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -13,7 +13,7 @@ namespace waymark::json_messages {
 /// Base64 with padding (RFC 4648, section 4).
 std::string to_base64(std::span<const std::uint8_t> bytes);
 
-/// The bytes; nothing if the text is no base64. The padding may be missing; line breaks are not allowed.
+/// The bytes; nothing if the text is not base64. The padding may be missing; line breaks are not allowed.
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);
 
 }  // namespace waymark::json_messages

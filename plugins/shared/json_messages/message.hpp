@@ -14,7 +14,7 @@
 
 namespace waymark::json_messages {
 
-/// A value that is no list. Null is `std::monostate`.
+/// A value that is not a list. Null is `std::monostate`.
 using Scalar = std::variant<std::monostate, bool, std::int64_t, double, std::string>;
 /// An element of a list with fields of its own.
 using Element = std::vector<std::pair<std::string, Scalar>>;

@@ -165,11 +165,11 @@ class Builder final : public nlohmann::json_sax<json> {
   bool take_reserved(Scalar& value) {
     if (!is_reserved()) return false;
     if (key_ == "sensor") {
-      if (!std::holds_alternative<std::string>(value)) throw BadMessage("\"sensor\" is no text");
+      if (!std::holds_alternative<std::string>(value)) throw BadMessage("\"sensor\" is not text");
       message_.sensor = std::move(std::get<std::string>(value));
       has_sensor_ = true;
     } else if (!std::holds_alternative<std::monostate>(value)) {
-      throw BadMessage(fmt::format("{} is no {}", key_, key_ == "stamp" ? "number" : "integer"));
+      throw BadMessage(fmt::format("{} is not {}", key_, key_ == "stamp" ? "a number" : "an integer"));
     }
     return true;
   }
@@ -178,7 +178,7 @@ class Builder final : public nlohmann::json_sax<json> {
     if (const auto* number = std::get_if<double>(&value)) return *number;
     if (const auto* number = std::get_if<std::int64_t>(&value)) return static_cast<double>(*number);
     if (std::holds_alternative<std::monostate>(value)) return std::numeric_limits<double>::quiet_NaN();
-    throw BadMessage(fmt::format("an element of \"{}\" is no number", printable(message_.fields.back().first)));
+    throw BadMessage(fmt::format("an element of \"{}\" is not a number", printable(message_.fields.back().first)));
   }
 
   Message message_;

@@ -20,7 +20,7 @@ std::shared_ptr<const Payload> read_payload(const Message& message, std::string_
 /// required and not known are left out. Doubles are written so that they are read back to the bit.
 std::string write_message(std::string_view sensor, std::optional<Time> stamp, const Payload& payload);
 
-/// A text as JSON, with quotes; bytes that are no UTF-8 are replaced.
+/// A text as JSON, with quotes; bytes that are not UTF-8 are replaced.
 std::string json_text(std::string_view text);
 
 }  // namespace waymark::json_messages

@@ -40,7 +40,7 @@ class Fill final : public FieldEditor {
     } else if (auto* const* bytes = std::get_if<std::vector<std::uint8_t>*>(&slot)) {
       const auto* text = std::get_if<std::string>(value);
       auto decoded = text != nullptr ? from_base64(*text) : std::nullopt;
-      if (!decoded) fail(info, "is no base64");
+      if (!decoded) fail(info, "is not base64");
       **bytes = std::move(*decoded);
     }
   }
@@ -49,7 +49,7 @@ class Fill final : public FieldEditor {
     elements_ = nullptr;
     const List* list = list_of(info);
     if (list == nullptr) return 0;
-    if (!list->numbers.empty()) fail(info, "is no list of objects");
+    if (!list->numbers.empty()) fail(info, "is not a list of objects");
     elements_ = &list->elements;
     return elements_->size();
   }
@@ -95,7 +95,7 @@ class Fill final : public FieldEditor {
     return found == message_.fields.end() ? nullptr : &found->second;
   }
 
-  /// The value of a field that is no list; null if it is not there.
+  /// The value of a field that is not a list; null if it is not there.
   const Scalar* scalar(std::string_view name) {
     if (element_ != nullptr) {
       names_of_element_.emplace_back(name);
@@ -112,7 +112,7 @@ class Fill final : public FieldEditor {
   const List* list_of(const FieldInfo& info) {
     const Message::Value* value = find_at_top(info.name());
     const auto* single = value != nullptr ? std::get_if<Scalar>(value) : nullptr;
-    if (single != nullptr && !is_null(*single)) fail(info, "is no list");
+    if (single != nullptr && !is_null(*single)) fail(info, "is not a list");
     if (value == nullptr || single != nullptr) {
       require(info, info.name(), false);
       return nullptr;
@@ -123,7 +123,7 @@ class Fill final : public FieldEditor {
   static double number_of(std::string_view name, const Scalar& value) {
     if (const auto* number = std::get_if<double>(&value)) return *number;
     if (const auto* number = std::get_if<std::int64_t>(&value)) return static_cast<double>(*number);
-    throw BadMessage(fmt::format("{} is no number", name));
+    throw BadMessage(fmt::format("{} is not a number", name));
   }
 
   void fill_numbers(const FieldInfo& info, std::span<double> numbers) {
@@ -146,7 +146,7 @@ class Fill final : public FieldEditor {
     if (std::ranges::all_of(q, [](double v) { return std::isnan(v); })) return;
     const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(std::abs(norm - 1.0) < kLoose))
-      throw BadMessage(fmt::format("{} to {} are no unit quaternion: their norm is {:.4g}", info.names.front(),
+      throw BadMessage(fmt::format("{} to {} are not a unit quaternion: their norm is {:.4g}", info.names.front(),
                                    info.names.back(), norm));
     if (std::abs(norm - 1.0) < kTight) return;
     for (double& v : q) v /= norm;
@@ -164,7 +164,7 @@ class Fill final : public FieldEditor {
   void fill_floats(const FieldInfo& info, std::vector<float>& floats) {
     const List* list = list_of(info);
     if (list == nullptr) return;
-    if (list->holds_points || !list->elements.empty()) fail(info, "is no list of numbers");
+    if (list->holds_points || !list->elements.empty()) fail(info, "is not a list of numbers");
     floats.reserve(list->numbers.size());
     for (const double number : list->numbers) floats.push_back(float_of(info, number));
   }
@@ -172,7 +172,8 @@ class Fill final : public FieldEditor {
   void fill_points(const FieldInfo& info, std::vector<Eigen::Vector3f>& points) {
     const List* list = list_of(info);
     if (list == nullptr) return;
-    if ((!list->holds_points && !list->numbers.empty()) || !list->elements.empty()) fail(info, "is no list of points");
+    if ((!list->holds_points && !list->numbers.empty()) || !list->elements.empty())
+      fail(info, "is not a list of points");
     points.reserve(list->numbers.size() / 3);
     for (std::size_t i = 0; i + 2 < list->numbers.size(); i += 3)
       points.emplace_back(float_of(info, list->numbers[i]), float_of(info, list->numbers[i + 1]),
@@ -181,7 +182,7 @@ class Fill final : public FieldEditor {
 
   static int integer_of(const FieldInfo& info, const Scalar& value) {
     const auto* number = std::get_if<std::int64_t>(&value);
-    if (number == nullptr) fail(info, "is no integer");
+    if (number == nullptr) fail(info, "is not an integer");
     if (*number < std::numeric_limits<int>::min() || *number > std::numeric_limits<int>::max())
       fail(info, "is too large");
     return static_cast<int>(*number);

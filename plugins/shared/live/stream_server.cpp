@@ -28,7 +28,7 @@ bool may_pass(const boost::system::error_code& error) {
 void remove_stale(const std::filesystem::path& path) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return;
-  if (!S_ISSOCK(status.st_mode)) throw Error(fmt::format("unix {}: the file is no socket", path.string()));
+  if (!S_ISSOCK(status.st_mode)) throw Error(fmt::format("unix {}: the file is not a socket", path.string()));
   asio::io_context context;
   asio::local::stream_protocol::socket probe(context);
   boost::system::error_code error;

@@ -31,7 +31,7 @@ class StreamServer {
 
   /// Begins to listen; a Unix socket is for its owner only (mode 0600). While the network is not there it tries again
   /// and again, and reports that. Throws Error if the place cannot be used: it belongs to another program, or to a file
-  /// that is no socket.
+  /// that is not a socket.
   void open();
 
  private:

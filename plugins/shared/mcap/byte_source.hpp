@@ -21,7 +21,7 @@ class ByteSource {
 /// A file. Small pieces are read from a window, so that a walk from record to record takes few calls of the system.
 class FileBytes final : public ByteSource {
  public:
-  /// Throws DataError if it cannot be opened or is no regular file.
+  /// Throws DataError if it cannot be opened or is not a regular file.
   explicit FileBytes(std::filesystem::path file);
   ~FileBytes() override;
   FileBytes(const FileBytes&) = delete;

@@ -60,14 +60,14 @@ struct ChunkVisitor {
 /// Goes through the uncompressed bytes of a chunk. Returns why it stopped before the end, or an empty text.
 std::string read_chunk(Bytes chunk, const ChunkVisitor& visitor);
 
-/// Time of a record, of its 64 bits.
+/// Time of a record, of its 64 bits: those before 1970, which a flight record may have, come back as they were.
 Time to_time(std::uint64_t nanoseconds);
 
 /// An MCAP file. Its records are walked through once, without reading the chunks, so that a file that was never closed
 /// is as good as any other; a chunk without an index is looked into.
 class McapFile {
  public:
-  /// `name` is for messages. Throws DataError ("file:byte n: …") if the bytes cannot be read or are no MCAP file.
+  /// `name` is for messages. Throws DataError ("file:byte n: …") if the bytes cannot be read or are not an MCAP file.
   McapFile(std::unique_ptr<ByteSource> bytes, std::string name);
   explicit McapFile(const std::filesystem::path& file);
 

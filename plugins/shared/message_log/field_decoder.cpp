@@ -113,7 +113,7 @@ std::optional<Time> stamp_of(double seconds, double nanoseconds) {
   constexpr double kLastSecond = 4294967296.0;  // of 32 bits, which count as unsigned
   constexpr double kSecond = 1e9;
   if (!(seconds >= -2147483648.0 && seconds < kLastSecond && nanoseconds >= 0.0 && nanoseconds < kSecond))
-    throw ros::Unusable(fmt::format("its stamp of {} s and {} ns is no time", seconds, nanoseconds));
+    throw ros::Unusable(fmt::format("its stamp of {} s and {} ns is not a time", seconds, nanoseconds));
   return ros::to_time(
       {static_cast<std::int32_t>(static_cast<std::int64_t>(seconds)), static_cast<std::uint32_t>(nanoseconds)});
 }

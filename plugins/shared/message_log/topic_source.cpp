@@ -13,6 +13,7 @@
 #include "plugins/shared/cdr/definition_text.hpp"
 #include "plugins/shared/cdr/payload_cdr.hpp"
 #include "plugins/shared/message_log/field_decoder.hpp"
+#include "plugins/shared/message_log/negation.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
@@ -101,6 +102,11 @@ TopicSource::TopicSource(const Config& config, const Rig& rig, const LogFormat& 
                                                      "message may have been recorded and still be put in order"},
                                                     0.0, 3600.0, 1.0));
   }
+  max_ahead_ = from_seconds(config.number_in(
+      {"max_ahead_s", "s",
+       "a stamp may lie this long after the time of recording, as clocks of two computers differ; the host has its own "
+       "limit (`clock`)"},
+      0.0, 3600.0, 0.1));
   const std::vector<std::string> names = config.texts({"file", format.file_key});
   if (names.empty()) config.fail("file", fmt::format("the list is empty, at least one file is expected"));
   const std::vector<Config> entries = config.items({"channels", "which sensor gets which topic"});
@@ -187,7 +193,7 @@ void TopicSource::choose_decoder(Route& route, const Topic& topic, const Config&
     if (!route.payload.empty() && !is_asked(topic.payload))
       entry.fail("payload", fmt::format("\"{}\" carries {}", topic.name, topic.payload));
     if (!make_payload(topic.payload))
-      entry.fail("topic", fmt::format("\"{}\" carries {}, which is no payload of core", topic.name, topic.payload));
+      entry.fail("topic", fmt::format("\"{}\" carries {}, which is not a payload of core", topic.name, topic.payload));
     require_layout(ros::payload_definition(topic.payload), topic, entry);
     route.payload_type = topic.payload;
     route.decode = payload_decoder(topic.payload);
@@ -239,11 +245,17 @@ TopicSource::Route TopicSource::read_route(const Config& entry) {
                         "of ROS 2, for messages that are not in the list below: numbers of the payload, each with that "
                         "of the message (`v_x_mps: velocity.x`, also `-velocity.y`) or a value"});
   route.has_fields = entry.has("fields");
+  route.negate =
+      entry.texts({"negate",
+                   "numbers of the payload whose sign is turned, by their names (`w_z_radps`, `yaw_rad`): for "
+                   "axes that point the other way"},
+                  std::vector<std::string>{});
   return route;
 }
 
 void TopicSource::add_route(Route route, const Config& entry, const Rig& rig) {
   choose_decoder(route, find_topic(entry, route.topic), entry);
+  if (!route.negate.empty()) route.decode = negated(std::move(route.decode), route.payload_type, route.negate, entry);
   const Channel wanted = channel_to_sensor(entry, rig, route.payload_type, route.topic);
   for (const Route& other : routes_) {
     if (other.topic == route.topic && other.payload_type == route.payload_type && !route.has_fields) {
@@ -292,11 +304,11 @@ std::optional<Measurement> TopicSource::measure(const Route& route, const Messag
   // What is valid from before its stamp on, an increment, becomes known at its end.
   measurement.arrival = arrival_recorded_ ? message.recorded : measurement.stamp;
   measurement.stamp -= decoded.before;
-  if (measurement.stamp > measurement.arrival) {
-    throw Unusable(
-        fmt::format("its stamp lies {:.6f} s after it was recorded; with clocks that differ `stamp: recorded` or a "
-                    "negative stamp_offset_s helps",
-                    to_seconds(measurement.stamp - measurement.arrival)));
+  if (measurement.stamp - measurement.arrival > max_ahead_) {
+    throw Unusable(fmt::format(
+        "its stamp lies {:.6f} s after it was recorded; max_ahead_s is {:g}; with clocks that differ `stamp: "
+        "recorded` or a negative stamp_offset_s helps",
+        to_seconds(measurement.stamp - measurement.arrival), to_seconds(max_ahead_)));
   }
   measurement.sensor = route.channel;
   measurement.payload = decoded.payload;

@@ -46,6 +46,7 @@ class TopicSource : public Source {
     std::string payload;       // that is asked for; empty: the usual one
     std::string payload_type;  // that is made
     bool has_fields = false;
+    std::vector<std::string> negate;
     ros::DecoderSettings settings;
     ros::Decoder decode;
     std::uint32_t channel = 0;
@@ -75,6 +76,7 @@ class TopicSource : public Source {
   BadRecordList bad_;
   bool arrival_recorded_ = true;
   Duration reorder_window_{};
+  Duration max_ahead_{};
 
   std::priority_queue<Measurement, std::vector<Measurement>, LaterArrival> ready_;
   Time newest_recorded_ = Time::min();   // of the messages that were taken

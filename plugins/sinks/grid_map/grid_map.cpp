@@ -6,7 +6,7 @@
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::grid_map {
 namespace {
 
 /// The best particle's dense maps as map_server of ROS reads them, at the end of the run.
@@ -19,7 +19,7 @@ class GridMap : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    FileStems stems({"config"});  // config.yaml is the run's own
+    FileStems stems = FileStems::of_results();
     for (const MapDescription& map : last->best_maps(MapDetail::with_grids)) {
       const std::string stem = stems.of(map.module);
       if (!map.grid) continue;
@@ -33,6 +33,6 @@ class GridMap : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::grid_map
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::GridMap, "grid_map", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::grid_map::GridMap, "grid_map", "1.0.0")

@@ -15,9 +15,8 @@ namespace {
 
 constexpr std::string_view kHeader = "t_s,sensor,x_m,y_m,z_m,latitude_deg,longitude_deg,height_m\n";
 
-std::string metres(double value) { return std::isfinite(value) ? fmt::format("{:.6f}", value) : std::string(); }
-/// Ten decimals of a degree are 0.01 mm.
-std::string degrees(double value) { return std::isfinite(value) ? fmt::format("{:.10f}", value) : std::string(); }
+constexpr int kDecimals = 6;
+constexpr int kDegreeDecimals = 10;  // 0.01 mm
 
 /// The GNSS fixes that the YAML keeps out of the filter, as CSV, for scoring.
 class HeldOut : public Sink {
@@ -40,12 +39,14 @@ class HeldOut : public Sink {
     }
     const auto& fix = measurement.as<GnssFix>();
     const Eigen::Vector3d& p = fix.p_map_antenna;
-    // A geodetic fix stays geodetic: the datum is the filter's business.
+    // A geodetic fix stays geodetic: the datum belongs to the filter.
     const bool local = std::isfinite(p.x()) && std::isfinite(p.y());
-    file_->write(fmt::format("{},{},{},{},{},{},{},{}\n", format_time(measurement.stamp),
-                             sensor_name(measurement.sensor), local ? metres(p.x()) : "", local ? metres(p.y()) : "",
-                             local ? metres(p.z()) : "", local ? "" : degrees(fix.latitude_deg),
-                             local ? "" : degrees(fix.longitude_deg), local ? "" : metres(fix.height_m)));
+    const std::string position =
+        local ? fmt::format("{},{},{},,,", csv_field(p.x(), kDecimals), csv_field(p.y(), kDecimals),
+                            csv_field(p.z(), kDecimals))
+              : fmt::format(",,,{},{},{}", csv_field(fix.latitude_deg, kDegreeDecimals),
+                            csv_field(fix.longitude_deg, kDegreeDecimals), csv_field(fix.height_m, kDecimals));
+    file_->write(fmt::format("{},{},{}\n", format_time(measurement.stamp), sensor_name(measurement.sensor), position));
   }
 
   void finish(const Snapshot*, const RunReport&) override {

@@ -16,17 +16,17 @@ constexpr std::string_view kHeader =
     "confirmed\n";
 constexpr std::string_view kReferenceHeader = "name,x_m,y_m,radius_m\n";
 
-/// Six decimals; an unknown number is an empty field.
-std::string metres(double value) { return std::isfinite(value) ? fmt::format("{:.6f}", value) : std::string(); }
+constexpr int kDecimals = 6;
+/// An unknown number is an empty field.
 std::string squared(double value) { return std::isfinite(value) ? fmt::format("{:.6e}", value) : std::string(); }
 
 std::string row(std::string_view map, const LandmarkView& landmark) {
   const bool has_radius = std::isfinite(landmark.radius_m);
   return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d}\n", csv_field(map), landmark.id,
-                     metres(landmark.p_map.x()), metres(landmark.p_map.y()), metres(landmark.radius_m),
-                     squared(landmark.P(0, 0)), squared(landmark.P(1, 1)), squared(landmark.P(0, 1)),
-                     has_radius ? squared(landmark.P(2, 2)) : std::string(), landmark.existence, landmark.sightings,
-                     landmark.confirmed);
+                     csv_field(landmark.p_map.x(), kDecimals), csv_field(landmark.p_map.y(), kDecimals),
+                     csv_field(landmark.radius_m, kDecimals), squared(landmark.P(0, 0)), squared(landmark.P(1, 1)),
+                     squared(landmark.P(0, 1)), has_radius ? squared(landmark.P(2, 2)) : std::string(),
+                     landmark.existence, landmark.sightings, landmark.confirmed);
 }
 
 /// The landmarks of the best particle's maps as CSV, at the end of the run.
@@ -43,8 +43,8 @@ class Landmarks : public Sink {
     if (!info.reference || info.reference->landmarks.empty()) return;
     std::string text(kReferenceHeader);
     for (const Reference::Landmark& landmark : info.reference->landmarks) {
-      text += fmt::format("{},{},{},{}\n", csv_field(landmark.name), metres(landmark.p_map.x()),
-                          metres(landmark.p_map.y()), metres(landmark.radius_m));
+      text += fmt::format("{},{},{},{}\n", csv_field(landmark.name), csv_field(landmark.p_map.x(), kDecimals),
+                          csv_field(landmark.p_map.y(), kDecimals), csv_field(landmark.radius_m, kDecimals));
     }
     write_file(out_dir_ / reference_name_, text);
   }

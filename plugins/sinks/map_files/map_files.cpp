@@ -5,7 +5,7 @@
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/sink.hpp"
 
-namespace waymark {
+namespace waymark::map_files {
 namespace {
 
 /// The best particle's maps in the formats of their own modules, at the end of the run.
@@ -18,7 +18,7 @@ class MapFiles : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    FileStems stems({"config"});  // config.yaml is the run's own
+    FileStems stems = FileStems::of_results();
     for (const MapDescription& map : last->best_maps(MapDetail::with_files)) {
       const std::string stem = stems.of(map.module);
       for (const MapFile& file : map.files) write_file(out_dir_ / (stem + file.extension), file.content);
@@ -30,6 +30,6 @@ class MapFiles : public Sink {
 };
 
 }  // namespace
-}  // namespace waymark
+}  // namespace waymark::map_files
 
-WAYMARK_PLUGIN(waymark::Sink, waymark::MapFiles, "map_files", "1.0.0")
+WAYMARK_PLUGIN(waymark::Sink, waymark::map_files::MapFiles, "map_files", "1.0.0")

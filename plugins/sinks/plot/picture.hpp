@@ -11,7 +11,7 @@
 
 namespace waymark::plot {
 
-/// What the YAML settles about the picture.
+/// Settings of the picture in the YAML.
 struct Style {
   enum class Labels { automatic, on, off };
   int width_px = 1600;

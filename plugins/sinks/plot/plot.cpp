@@ -75,8 +75,8 @@ class Plot : public Sink {
     style_.ellipses = config.boolean({"ellipses", "false: no ellipses along the estimate"}, style_.ellipses);
     style_.disagreement =
         config.boolean({"disagreement",
-                        "true: of dense maps, all particles' together are drawn (also where the best one knows "
-                        "nothing); cells that some take for occupied and others for free are orange"},
+                        "true: of dense maps, all particles' together are drawn (also where that of the "
+                        "best one is unknown); cells that some take for occupied and others for free are orange"},
                        style_.disagreement);
     if (config.has("window_m")) style_.window = read_window(config);
     if (config.has("utm_origin_deg")) origin_ = read_origin(config);

@@ -46,7 +46,7 @@ class Recorder final : public Sink {
     encoder.add_metadata("waymark", {{"version", WAYMARK_VERSION},
                                      {"plugin_abi", std::to_string(kPluginAbi)},
                                      {"config_file", config_file_.string()}});
-    encoder.add_attachment("config.yaml", "application/yaml", info.config);
+    encoder.add_attachment(std::string(kEffectiveConfigFile), "application/yaml", info.config);
     recording_ = std::make_unique<Recording>(info.out_dir / file_name_, std::move(encoder), queue_bytes_);
   }
 

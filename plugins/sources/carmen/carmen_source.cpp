@@ -207,7 +207,7 @@ void CarmenSource::report(const Recording& recording, const OdometrySteps& odome
   compare_offset(recording);
 }
 
-/// Says so if the log and the YAML differ on where the front laser is.
+/// Reports it if the log and the YAML differ on where the front laser is.
 void CarmenSource::compare_offset(const Recording& recording) {
   const auto found = recording.parameters.find(kFrontOffset);
   if (found == recording.parameters.end() || front_sensor_.empty()) return;

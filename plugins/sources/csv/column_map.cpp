@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "bad_row.hpp"
 #include "number_text.hpp"
+#include "units.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
 
@@ -14,25 +16,6 @@ namespace waymark::csv {
 namespace {
 
 constexpr std::size_t kMostColumns = 1'000'000;
-
-[[noreturn]] void reject(std::string_view field, const std::string& label, NumberText text) {
-  switch (text) {
-    case NumberText::empty:
-      throw BadRow(label + " is empty, a number is expected");
-    case NumberText::out_of_range:
-      throw BadRow(in_quotes(field) + " in " + label + " is out of range");
-    default:
-      throw BadRow(in_quotes(field) + " in " + label + " is not a number");
-  }
-}
-
-double finite_number(std::string_view field, const std::string& label) {
-  double value = 0.0;
-  const NumberText text = parse_number(field, value);
-  if (text != NumberText::ok) reject(field, label, text);
-  if (!std::isfinite(value)) throw BadRow(in_quotes(field) + " in " + label + " is not finite");
-  return value;
-}
 
 /// The key `column` of a mapping that describes one.
 Column read_column(const Config& settings, std::string_view field, ColumnFinder& finder) {
@@ -46,17 +29,18 @@ double non_zero_scale(const Config& config) {
   return scale;
 }
 
-double read_offset(const Config& config) { return config.number({"offset", "value = raw · scale + offset"}, 0.0); }
-
-std::optional<int> power_of_ten(double value) {
-  for (int exponent = -12; exponent <= 6; ++exponent) {
-    const std::string text = "1e" + std::to_string(exponent);
-    double power = 0.0;
-    std::from_chars(text.data(), text.data() + text.size(), power);
-    if (value == power) return exponent;
-  }
-  return std::nullopt;
+Config::Key unit_key() {
+  return {"unit", "", "of value = raw · scale + offset, which is then converted: deg/s, mm, km/h", "the field's"};
 }
+
+/// Throws ConfigError if the key does not state a unit.
+void require_unit(const Config& columns, const GivenKey& given, const Config::Key& key) {
+  if (given.states_unit) return;
+  columns.fail(given.key, "its unit is missing: " + std::string(key.name) + ", or { column: …, unit: " +
+                              std::string(key.unit) + " }, with one of " + units_like(key.unit));
+}
+
+double read_offset(const Config& config) { return config.number({"offset", "value = raw · scale + offset"}, 0.0); }
 
 }  // namespace
 
@@ -89,6 +73,8 @@ void ColumnFinder::use(std::size_t first, std::size_t count, std::string_view fi
   used_.push_back(std::string(field) + "=" + std::to_string(first) + "+" + std::to_string(count));
 }
 
+void ColumnFinder::note(std::string what) { used_.push_back(std::move(what)); }
+
 std::string ColumnFinder::signature() const {
   std::vector<std::string> sorted = used_;
   std::ranges::sort(sorted);
@@ -99,22 +85,63 @@ std::string ColumnFinder::signature() const {
 
 NumberColumn::NumberColumn(const Config& columns, const Config::Key& key, ColumnFinder& finder)
     : may_be_empty_(finder.keeps_invalid()) {
-  if (columns.is_mapping(key)) {
-    const Config settings = columns.child(key);
-    column_ = read_column(settings, key.name, finder);
-    scale_ = non_zero_scale(settings);
-    offset_ = read_offset(settings);
+  const GivenKey given = given_key(columns, {key.name, key.unit}).value_or(GivenKey{std::string(key.name)});
+  const Config::Key used(given.key, key.unit, key.meaning, key.fallback);
+  double factor = given.factor;
+  if (columns.is_mapping(used)) {
+    const Config settings = columns.child(used);
+    if (settings.has("constant")) {
+      constant_ = settings.number({"constant", "the value of all rows, instead of a column"});
+    } else {
+      column_ = read_column(settings, given.key, finder);
+      scale_ = non_zero_scale(settings);
+      offset_ = read_offset(settings);
+    }
+    if (settings.has("unit")) {
+      if (given.states_unit && !given.is_own_name) settings.fail("unit", given.key + " names the unit already");
+      factor = unit_factor(settings, unit_key(), key.unit);
+    } else {
+      require_unit(columns, given, key);
+    }
   } else {
-    column_ = finder.find(columns, key, key.name);
+    require_unit(columns, given, key);
+    column_ = finder.find(columns, used, given.key);
   }
+  scale_ *= factor;
+  offset_ *= factor;
+  if (constant_) {
+    constant_ = *constant_ * factor;
+    column_.label = "the constant " + given.key;
+    finder.note(given.key + "=" + std::to_string(*constant_));
+  }
+  is_plain_ = !constant_ && !may_be_empty_;
+}
+
+std::string NumberColumn::text(Row row) const {
+  if (!constant_) return in_quotes(row[column_.index]);
+  std::string number = std::to_string(*constant_);
+  number.erase(number.find_last_not_of('0') + 1);
+  if (number.back() == '.') number.pop_back();
+  return number;
 }
 
 double NumberColumn::read(Row row) const {
-  if (is_unknown(row)) return std::numeric_limits<double>::quiet_NaN();
+  if (!is_plain_) {
+    if (constant_) return *constant_;
+    if (is_unknown(row)) return std::numeric_limits<double>::quiet_NaN();
+  }
   double value = finite_number(row[column_.index], column_.label) * scale_;
   if (offset_ != 0.0) value += offset_;  // -0 + 0 would lose its sign
-  if (!std::isfinite(value)) throw BadRow(in_quotes(row[column_.index]) + " in " + column_.label + " is out of range");
+  if (!std::isfinite(value)) throw BadRow(text(row) + " in " + column_.label + " is out of range");
   return value;
+}
+
+double NumberColumn::read_any(Row row) const {
+  if (constant_) return *constant_;
+  double value = 0.0;
+  const NumberText text = parse_number(row[column_.index], value);
+  if (text != NumberText::ok) reject(row[column_.index], column_.label, text);
+  return value * scale_ + offset_;
 }
 
 double NumberColumn::growth(double before, double after, double wraps_at) const {
@@ -125,21 +152,23 @@ double NumberColumn::growth(double before, double after, double wraps_at) const 
 int NumberColumn::read_integer(Row row) const {
   const double value = read(row);
   if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
-    throw BadRow(in_quotes(row[column_.index]) + " in " + column_.label + " is not a whole number");
+    throw BadRow(text(row) + " in " + column_.label + " is not a whole number");
   }
   return static_cast<int>(value);
 }
 
 std::optional<NumberColumn> optional_number_column(const Config& columns, const Config::Key& key,
                                                    ColumnFinder& finder) {
-  if (!columns.has(key)) return std::nullopt;
+  if (!columns.has(key) && !given_key(columns, {key.name, key.unit})) return std::nullopt;
   NumberColumn column(columns, key, finder);
   if (finder.allows_empty()) column.allow_empty();
   return column;
 }
 
-ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder) : field_(key.name) {
-  const Config settings = columns.child(key);
+ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder) {
+  const GivenKey given = given_key(columns, {key.name, key.unit}).value_or(GivenKey{std::string(key.name)});
+  field_ = given.key;
+  const Config settings = columns.child(Config::Key(given.key, key.unit, key.meaning, key.fallback));
   first_ = finder.find(settings, {"first", "first column: a number, counted from 0, or a name from the header"}, field_)
                .index;
   if (settings.has("count") == settings.has("last")) settings.fail("give either count or last");
@@ -155,8 +184,15 @@ ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFi
     count_ = last - first_ + 1;
   }
   finder.use(first_, count_, field_);
-  scale_ = non_zero_scale(settings);
-  offset_ = read_offset(settings);
+  double factor = given.factor;
+  if (settings.has("unit")) {
+    if (given.states_unit && !given.is_own_name) settings.fail("unit", given.key + " names the unit already");
+    factor = unit_factor(settings, unit_key(), key.unit);
+  } else {
+    require_unit(columns, given, key);
+  }
+  scale_ = factor * non_zero_scale(settings);
+  offset_ = factor * read_offset(settings);
 }
 
 std::string ColumnRange::label(std::size_t beam) const {
@@ -180,82 +216,6 @@ void ColumnRange::read(Row row, std::vector<float>& values, std::optional<float>
   }
 }
 
-TimeColumn::TimeColumn(const Config& config, const Config::Key& key, ColumnFinder& finder) {
-  if (!config.is_mapping(key)) {
-    column_ = finder.find(config, key, key.name);
-    exponent_ = 0;
-    return;
-  }
-  const Config settings = config.child(key);
-  column_ = read_column(settings, key.name, finder);
-  scale_ = settings.positive({"scale",
-                              "turns the column into seconds: `1e-3` for milliseconds, `1e-9` for nanoseconds; with a "
-                              "power of ten every decimal digit is kept down to the nanosecond"},
-                             1.0);
-  exponent_ = power_of_ten(scale_);
-  const std::string offset = settings.text({"offset_s", "s", "is added"}, "0");
-  if (parse_nanoseconds(offset, 0, offset_ns_) != NumberText::ok) {
-    settings.fail("offset_s", in_quotes(offset) + " is not a number of seconds");
-  }
-}
-
-Time TimeColumn::read(Row row) const {
-  const std::string_view field = row[column_.index];
-  std::int64_t nanoseconds = 0;
-  if (exponent_) {
-    const NumberText text = parse_nanoseconds(field, *exponent_, nanoseconds);
-    if (text != NumberText::ok) {
-      finite_number(field, column_.label);  // names NaN and infinity as such
-      reject(field, column_.label, text);
-    }
-  } else {
-    const long double value = std::round(static_cast<long double>(finite_number(field, column_.label)) * scale_ * 1e9L);
-    if (!(std::abs(value) < 9.2e18L)) reject(field, column_.label, NumberText::out_of_range);
-    nanoseconds = static_cast<std::int64_t>(value);
-  }
-  const auto stamp = moved(Time{Duration{nanoseconds}}, Duration{offset_ns_});
-  if (!stamp) reject(field, column_.label, NumberText::out_of_range);
-  return *stamp;
-}
-
-RowFilter::RowFilter(const Config& config, ColumnFinder& finder) {
-  const std::vector<Config> items = config.items_or_empty(
-      {"where", "conditions that a row must satisfy, all of them; other rows are passed over without being bad"});
-  for (const Config& item : items) {
-    Condition condition;
-    condition.column = read_column(item, "where", finder);
-    if (item.has("equals"))
-      condition.in = {item.number({"equals", "", "the number in the column; instead of `in`", "any"})};
-    if (item.has("in")) {
-      if (condition.in) item.fail("in", "give either equals or in");
-      condition.in = item.numbers({"in", "", "the number in the column is one of these", "any"});
-    }
-    if (item.has("not_in"))
-      condition.not_in = item.numbers({"not_in", "", "the number in the column is none of these", "none"});
-    if (item.has("min")) condition.min = item.number({"min", "", "the number in the column is not below this", "none"});
-    if (item.has("max")) condition.max = item.number({"max", "", "the number in the column is not above this", "none"});
-    const bool says_something = condition.in || !condition.not_in.empty() || item.has("min") || item.has("max");
-    if (!says_something) item.fail("a condition needs equals, in, not_in, min or max");
-
-    signature_ += std::to_string(condition.column.index) + ":";
-    if (condition.in) {
-      for (const double value : *condition.in) signature_ += "=" + std::to_string(value);
-    }
-    for (const double value : condition.not_in) signature_ += "!" + std::to_string(value);
-    signature_ += "[" + std::to_string(condition.min) + "," + std::to_string(condition.max) + "]";
-    conditions_.push_back(std::move(condition));
-  }
-}
-
-bool RowFilter::keeps(Row row) const {
-  return std::ranges::all_of(conditions_, [row](const Condition& condition) {
-    const double value = finite_number(row[condition.column.index], condition.column.label);
-    return (!condition.in || std::ranges::find(*condition.in, value) != condition.in->end()) &&
-           std::ranges::find(condition.not_in, value) == condition.not_in.end() && value >= condition.min &&
-           value <= condition.max;
-  });
-}
-
 std::string suggestion(std::string_view name, const std::vector<std::string_view>& names) {
   if (names.empty()) return "";
   std::vector<std::string_view> ranked = names;
@@ -270,15 +230,21 @@ std::string suggestion(std::string_view name, const std::vector<std::string_view
   return result + (names.size() > kShown ? ", …)" : ")");
 }
 
-void check_fields(const Config& columns, const std::vector<std::string_view>& valid,
+void check_fields(const Config& columns, const std::vector<FieldName>& valid,
                   const std::vector<std::string_view>& required, std::string_view owner) {
+  std::vector<std::string_view> names;
+  for (const FieldName& field : valid) names.push_back(field.name);
   for (const std::string& key : columns.keys()) {
-    if (std::ranges::find(valid, key) == valid.end()) {
-      columns.fail(key, std::string(owner) + " has no field " + in_quotes(key) + suggestion(key, valid));
-    }
+    if (std::ranges::any_of(valid, [&](const FieldName& field) { return names_field(key, field); })) continue;
+    columns.fail(key, std::string(owner) + " has no field " + in_quotes(key) + suggestion(key, names));
   }
-  for (const std::string_view key : required) {
-    if (!columns.has(key)) columns.fail(std::string(owner) + " needs the column " + in_quotes(key));
+  for (const FieldName& field : valid) {
+    // `has` lets the reference pages know of the key.
+    if (std::ranges::find(required, field.name) == required.end() || columns.has(field.name)) continue;
+    if (given_key(columns, field)) continue;
+    const bool may_be_constant = !field.unit.empty() && field.name != "time";
+    columns.fail(std::string(owner) + " needs the column " + in_quotes(field.name) +
+                 (may_be_constant ? ", or { constant: … } where the file has none" : ""));
   }
 }
 

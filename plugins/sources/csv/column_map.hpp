@@ -2,27 +2,17 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <initializer_list>
-#include <limits>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "delimited_reader.hpp"
-#include "waymark/base/time.hpp"
+#include "units.hpp"
 #include "waymark/config/config.hpp"
 
 namespace waymark::csv {
-
-/// Why a row cannot be used. Caught where rows are read; never leaves the plugin.
-class BadRow : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// One column of a file.
 struct Column {
@@ -41,6 +31,8 @@ class ColumnFinder {
   Column find(const Config& config, std::string_view key, const std::string& name, std::string_view field);
   /// Counts `count` columns from `first` as used by `field`.
   void use(std::size_t first, std::size_t count, std::string_view field);
+  /// Counts what else tells two entries on the same columns apart.
+  void note(std::string what);
 
   /// A row with fewer fields is a bad row.
   std::size_t needed_fields() const { return needed_; }
@@ -62,20 +54,31 @@ class ColumnFinder {
   bool keeps_invalid_ = false;
 };
 
-/// A number: raw · scale + offset.
+/// A number: raw · scale + offset in the unit that the YAML names, converted to the field's; or the same in all rows.
 class NumberColumn {
  public:
-  /// Reads `key` of `columns`: a column, or {column, scale, offset}. Throws ConfigError.
+  /// Reads the field `key` of `columns`, in any unit of its kind: a column, {column, scale, offset, unit}, or
+  /// {constant} instead of a column. Throws ConfigError.
   NumberColumn(const Config& columns, const Config::Key& key, ColumnFinder& finder);
 
   /// Throws BadRow if the field is not a finite number. NaN if it is unknown.
   double read(Row row) const;
+  /// NaN and infinity are values, too. Throws BadRow if the field is no number.
+  double read_any(Row row) const;
   /// Throws BadRow if the value is not a whole number within int. Not to be asked for an unknown one.
   int read_integer(Row row) const;
   /// True if the field is empty and may be.
-  bool is_unknown(Row row) const { return may_be_empty_ && row[column_.index].empty(); }
-  void allow_empty() { may_be_empty_ = true; }
-  const Column& column() const { return column_; }
+  bool is_unknown(Row row) const { return may_be_empty_ && is_empty(row); }
+  bool is_empty(Row row) const { return !constant_ && row[column_.index].empty(); }
+  void allow_empty() {
+    may_be_empty_ = true;
+    is_plain_ = false;
+  }
+  /// The value of all rows, if there is no column.
+  std::optional<double> constant() const { return constant_; }
+  /// For messages: where the value comes from, and what stands there.
+  const std::string& label() const { return column_.label; }
+  std::string text(Row row) const;
   /// From `before` to `after`, two values of `read`. If raw numbers start over at `wraps_at` (0: they do not), it is
   /// less than half of that.
   double growth(double before, double after, double wraps_at) const;
@@ -83,8 +86,10 @@ class NumberColumn {
  private:
   Column column_;
   bool may_be_empty_ = false;
-  double scale_ = 1.0;
+  bool is_plain_ = true;  // always a column with a number in it
+  double scale_ = 1.0;    // with the unit's factor, as the offset
   double offset_ = 0.0;
+  std::optional<double> constant_;
 };
 
 /// Reads `key` if it is there; its fields may be empty if the finder allows that.
@@ -93,7 +98,8 @@ std::optional<NumberColumn> optional_number_column(const Config& columns, const 
 /// Neighbouring columns that form one list.
 class ColumnRange {
  public:
-  /// Reads `key` of `columns`: {first, count or last, scale, offset}. Throws ConfigError.
+  /// Reads the field `key` of `columns`, in any unit of its kind: {first, count or last, scale, offset, unit}. Throws
+  /// ConfigError.
   ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder);
 
   std::size_t count() const { return count_; }
@@ -111,49 +117,9 @@ class ColumnRange {
   double offset_ = 0.0;
 };
 
-/// A stamp. Decimal digits reach int64 nanoseconds exactly if the scale is a power of ten.
-class TimeColumn {
- public:
-  /// Reads `key`: a column in seconds, or {column, scale, offset_s}. Throws ConfigError.
-  TimeColumn(const Config& config, const Config::Key& key, ColumnFinder& finder);
-
-  /// Throws BadRow if the field is not a time.
-  Time read(Row row) const;
-
- private:
-  Column column_;
-  std::optional<int> exponent_;  // of the scale, if that is a power of ten
-  double scale_ = 1.0;
-  std::int64_t offset_ns_ = 0;
-};
-
-/// Keeps the rows that satisfy all conditions of the list `where`.
-class RowFilter {
- public:
-  /// Throws ConfigError.
-  RowFilter(const Config& config, ColumnFinder& finder);
-
-  /// Throws BadRow if a field is not a finite number.
-  bool keeps(Row row) const;
-  /// Equal for equal conditions.
-  const std::string& signature() const { return signature_; }
-
- private:
-  struct Condition {
-    Column column;
-    std::optional<std::vector<double>> in;
-    std::vector<double> not_in;
-    double min = -std::numeric_limits<double>::infinity();
-    double max = std::numeric_limits<double>::infinity();
-  };
-
-  std::vector<Condition> conditions_;
-  std::string signature_;
-};
-
 /// Throws ConfigError for a key of `columns` that is not in `valid`, with the nearest valid one, and for a missing key
 /// of `required`.
-void check_fields(const Config& columns, const std::vector<std::string_view>& valid,
+void check_fields(const Config& columns, const std::vector<FieldName>& valid,
                   const std::vector<std::string_view>& required, std::string_view owner);
 
 /// "; did you mean "x"? (valid: x, y)", for messages about a name that is not in `names`.

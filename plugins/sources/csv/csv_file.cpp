@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csv_file.hpp"
 
+#include <initializer_list>
 #include <utility>
+
+#include "bad_row.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -35,18 +38,21 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
       type_(csv::payload_type(entry)),
       reader_(text_file(entry), read_format(entry)),
       finder_(make_finder(entry, reader_.header())),
-      time_(entry,
-            {"time", "s", "when the measurement was true: a column in seconds, or `{ column, scale, offset_s }`"},
-            finder_),
+      time_(
+          entry,
+          {"time", "s",
+           "when the measurement was true: a column in seconds or of dates, or `{ column, unit or scale, offset_s }`"},
+          finder_),
       filter_(entry, finder_),
       builder_(make_payload_builder(type_, entry, finder_)),
-      group_by_time_(entry.boolean(
-          {"group_by_time",
-           "`LandmarkObservations` only: rows of equal stamp form one observation set; otherwise each row is a set"},
-          false)),
+      group_by_time_(entry.boolean({"group_by_time",
+                                    "rows of equal stamp form one observation set of `LandmarkObservations`, where "
+                                    "otherwise each row is a set; or "
+                                    "one `LaserScan` of which each row is a beam"},
+                                   false)),
       max_time_jump_(max_time_jump),
       max_ahead_(max_ahead) {
-  if (entry.has("arrival")) {
+  if (entry.has("arrival") || given_key(entry, {"arrival", "s"})) {
     const Config::Key key("arrival", "s",
                           "when it became known, same shape; it orders the file instead of `time`, and may not be "
                           "earlier than that by more than `max_ahead_s`",
@@ -54,8 +60,12 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
     arrival_.emplace(entry, key, finder_);
   }
   if (group_by_time_ && !builder_->can_append()) {
-    entry.fail("group_by_time", "rows of this payload form no set; only those of LandmarkObservations do");
+    entry.fail("group_by_time",
+               "rows of this payload form no set; only those of LandmarkObservations do, and of LaserScan with range_m "
+               "and bearing_rad");
   }
+  if (!group_by_time_ && builder_->wants_sets())
+    entry.fail("group_by_time", "a row is one beam of a scan here: true is expected");
   min_step_ = from_seconds(entry.non_negative(
       {"min_step_s", "s",
        "thins out a file: a row whose stamp lies less than this after the last one taken is passed over"},
@@ -73,6 +83,16 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
   if (is_cumulative_) wraps_at_ = totals_wrap_at(entry);
   if (is_cumulative_ && builder_->totals() == PayloadBuilder::Totals::none) {
     entry.fail("cumulative", "this payload has no totals; only WheelSpeeds, BodyTwist and PoseIncrement have");
+  }
+  ends_interval_ = csv::ends_interval(entry);
+  if (ends_interval_) {
+    if (!builder_->has_interval())
+      entry.fail("end_of_interval",
+                 "rows of this payload describe an instant; only speeds, rates, PoseIncrement and "
+                 "LaserScan may describe an interval");
+    for (const std::string_view key : {"cumulative", "min_step_s"}) {
+      if (entry.has(key)) entry.fail("end_of_interval", "cannot be combined with " + std::string(key));
+    }
   }
   entry.reject_unread();
 }
@@ -101,12 +121,18 @@ std::optional<Measurement> CsvFile::next(BadRecordList& bad_rows) {
 /// The set that waits for further rows, if there is one.
 std::optional<Measurement> CsvFile::rest_of_group() {
   if (!group_set_) return std::nullopt;
-  group_set_.reset();
-  return std::exchange(group_, {});
+  Measurement done = std::exchange(group_, {});
+  const std::shared_ptr<Payload> set = std::exchange(group_set_, nullptr);
+  if (ends_interval_) {
+    const auto before = builder_->stamp_before_end(*set, std::nullopt);
+    done.stamp = moved(done.stamp, -before.value_or(Duration{})).value_or(done.stamp);
+  }
+  return done;
 }
 
 std::optional<Measurement> CsvFile::take_row() {
   const Row row = reader_.row();
+  if (!filter_.keeps(row)) return std::nullopt;
   if (fields_of_first_row_ == 0) fields_of_first_row_ = row.size();
   if (builder_->wants_equal_rows() && row.size() != fields_of_first_row_) {
     throw BadRow(std::to_string(row.size()) + " fields, but the first row of this file has " +
@@ -116,7 +142,6 @@ std::optional<Measurement> CsvFile::take_row() {
     throw BadRow("too few columns: " + std::to_string(row.size()) + ", at least " +
                  std::to_string(finder_.needed_fields()) + " are expected");
   }
-  if (!filter_.keeps(row)) return std::nullopt;
 
   Measurement read;
   read.stamp = time_.read(row);
@@ -139,8 +164,10 @@ std::optional<Measurement> CsvFile::take_row() {
     newest_ = read.arrival;
     return std::nullopt;
   }
+  const std::optional<Time> last_end = std::exchange(last_end_, read.stamp);  // also of a bad row
   std::shared_ptr<Payload> payload = builder_->build(row);
-  if (!is_cumulative_) check_values(*payload);
+  const bool is_placed = !ends_interval_ || group_by_time_ || place_interval(last_end, read, *payload);
+  if (!is_cumulative_ && is_placed) check_values(*payload);
   newest_ = read.arrival;
   last_values_ = std::move(changing);  // not of a bad row: the next one may hold the same, and well
   last_taken_ = read.stamp;
@@ -149,11 +176,12 @@ std::optional<Measurement> CsvFile::take_row() {
     if (!make_growth(read)) return std::nullopt;
     check_values(*read.payload);
   }
+  if (!is_placed) return std::nullopt;
   if (!group_by_time_) return read;
-  std::swap(read, group_);
-  std::swap(payload, group_set_);
-  if (!read.payload) return std::nullopt;
-  return read;
+  auto done = rest_of_group();
+  group_ = std::move(read);
+  group_set_ = std::move(payload);
+  return done;
 }
 
 /// Throws BadRow if the values break a rule of the payload, unless the host is to refuse them.
@@ -175,6 +203,21 @@ bool CsvFile::make_growth(Measurement& read) {
   const Measurement before = std::exchange(total_, read);
   read.payload = builder_->growth(*before.payload, *total_.payload, to_seconds(passed), wraps_at_);
   read.stamp = builder_->totals() == PayloadBuilder::Totals::speed ? before.stamp + passed / 2 : before.stamp;
+  return true;
+}
+
+/// Moves the stamp from the end of the row's interval to where its payload is true. False if that takes the row before,
+/// which ended at `last_end`, and there is none.
+bool CsvFile::place_interval(std::optional<Time> last_end, Measurement& read, Payload& payload) const {
+  std::optional<Duration> since_last;
+  if (last_end) since_last = read.stamp - *last_end;
+  if (since_last && *since_last <= Duration{})
+    throw BadRow("no time has passed since the row before: its interval has no length");
+  const auto before = builder_->stamp_before_end(payload, since_last);
+  if (!before) return false;
+  const auto begin = moved(read.stamp, -*before);
+  if (!begin) throw BadRow("its interval begins more than 146 years from the epoch");
+  read.stamp = *begin;
   return true;
 }
 

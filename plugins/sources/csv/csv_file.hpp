@@ -11,6 +11,8 @@
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
 #include "payload_builders.hpp"
+#include "row_filter.hpp"
+#include "time_column.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/io/bad_record_list.hpp"
@@ -43,6 +45,7 @@ class CsvFile {
   std::string changing_values(Row row) const;
   void check_values(const Payload& payload) const;
   bool make_growth(Measurement& read);
+  bool place_interval(std::optional<Time> last_end, Measurement& read, Payload& payload) const;
 
   std::string sensor_;
   std::string_view type_;
@@ -62,6 +65,8 @@ class CsvFile {
   std::optional<Time> last_taken_;  // stamp of the last measurement, for min_step_
   std::string last_values_;         // of the changing columns
   std::size_t fields_of_first_row_ = 0;
+  bool ends_interval_ = false;
+  std::optional<Time> last_end_;  // of the interval of the row before
   bool is_cumulative_ = false;
   double wraps_at_ = 0.0;
   Measurement total_;                   // of `cumulative`, the row before; no payload: none

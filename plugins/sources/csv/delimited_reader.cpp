@@ -121,13 +121,13 @@ bool LineReader::next_raw(std::string_view& line) {
 
 DelimitedReader::DelimitedReader(std::filesystem::path file, Format format)
     : file_(std::move(file)), format_(std::move(format)) {
-  settle_layout();
+  determine_layout();
   lines_ = std::make_unique<LineReader>(file_, format_.comment);
   std::string_view line;
   for (int i = 0; i < header_rows_; ++i) lines_->next(line);
 }
 
-void DelimitedReader::settle_layout() {
+void DelimitedReader::determine_layout() {
   LineReader lines(file_, format_.comment);
   const int stated_header_rows = format_.header_rows.value_or(1);
   std::vector<std::string> head;  // as many rows as a header may have, and the one after

@@ -54,7 +54,7 @@ class LineReader {
 /// The data rows of a delimited text file, one after the other.
 class DelimitedReader {
  public:
-  /// Settles the layout from the first rows. Throws DataError if the file cannot be opened or has no data row.
+  /// Determines the layout from the first rows. Throws DataError if the file cannot be opened or has no data row.
   DelimitedReader(std::filesystem::path file, Format format);
 
   /// Moves to the next data row; false at the end. Throws DataError as LineReader does.
@@ -67,7 +67,7 @@ class DelimitedReader {
   const ByteStream& bytes() const { return lines_->bytes(); }
 
  private:
-  void settle_layout();
+  void determine_layout();
 
   std::filesystem::path file_;
   Format format_;

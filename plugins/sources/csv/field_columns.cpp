@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bad_row.hpp"
 #include "number_text.hpp"
 
 namespace waymark::csv {
@@ -15,19 +16,31 @@ std::string listed(std::span<const std::string_view> words) {
   return list;
 }
 
-const Config& with_map(const Config& columns, std::string_view key) {
-  if (!columns.is_mapping(key)) columns.fail(key, "expected {column, map: {number: word}}");
-  return columns;
+/// The place of the word that `key` of `config` is. Throws ConfigError.
+int place_of_word(const Config& config, const Config::Key& key, std::span<const std::string_view> words) {
+  const std::string word = config.text(key);
+  const auto found = std::ranges::find(words, word);
+  if (found == words.end()) config.fail(key.name, in_quotes(word) + " is not one of: " + listed(words));
+  return static_cast<int>(found - words.begin());
+}
+
+/// What the value is, for a message that says what it may be.
+std::string limit_text(const FieldInfo& info) {
+  const std::string_view quantity = info.name().substr(0, info.name().rfind('_'));  // without its unit
+  const std::string limit = std::to_string(std::lround(info.limit));
+  return " is not a " + std::string(quantity) + " (-" + limit + " to " + limit + " " + std::string(info.unit) + ")";
 }
 
 }  // namespace
 
-void check_limit(Row row, const Column& column, const FieldInfo& info, double value) {
+void check_limit(Row row, const NumberColumn& column, const FieldInfo& info, double value) {
   if (info.limit == 0.0 || !(std::abs(value) > info.limit)) return;
-  const std::string_view quantity = info.name().substr(0, info.name().rfind('_'));  // without its unit
-  const std::string limit = std::to_string(std::lround(info.limit));
-  throw BadRow(in_quotes(row[column.index]) + " in " + column.label + " is not a " + std::string(quantity) + " (-" +
-               limit + " to " + limit + " " + std::string(info.unit) + ")");
+  throw BadRow(column.text(row) + " in " + column.label() + limit_text(info));
+}
+
+void check_constant(const Config& columns, const NumberColumn& column, const FieldInfo& info) {
+  if (!column.constant() || info.limit == 0.0 || !(std::abs(*column.constant()) > info.limit)) return;
+  columns.fail(column.text({}) + limit_text(info));
 }
 
 std::optional<Eigen::Quaterniond> read_quaternion(Row row, const std::vector<NumberColumn>& wxyz,
@@ -82,31 +95,37 @@ bool FlagColumn::read(Row row) const {
   if (!column_) return always_;
   const double value = column_->read(row);
   if (value != 0.0 && value != 1.0) {
-    const Column& column = column_->column();
-    throw BadRow(in_quotes(row[column.index]) + " in " + column.label + " is neither 0 nor 1");
+    throw BadRow(column_->text(row) + " in " + column_->label() + " is neither 0 nor 1");
   }
   return value == 1.0;
 }
 
-WordColumn::WordColumn(const Config& columns, const FieldInfo& info, ColumnFinder& finder)
-    : column_(with_map(columns, info.name()), key_of(info, info.name()), finder) {
-  const std::string meaning =
+WordColumn::WordColumn(const Config& columns, const FieldInfo& info, ColumnFinder& finder) {
+  if (!columns.is_mapping(info.name()))
+    columns.fail(info.name(), "expected {column, map: {number: word}} or {constant: word}");
+  const Config settings = columns.child(key_of(info, info.name()));
+  const std::string meaning = "instead of a column: the word of all rows, one of " + listed(info.words);
+  if (settings.has("constant")) {
+    constant_ = place_of_word(settings, {"constant", meaning}, info.words);
+    finder.note(std::string(info.name()) + "=" + std::to_string(*constant_));
+    return;
+  }
+  column_.emplace(columns, key_of(info, info.name()), finder);
+  const std::string map_meaning =
       "the word for each number, one of " + listed(info.words) + "; other numbers count as unknown";
-  const Config map = columns.child(info.name()).child({"map", meaning});
+  const Config map = settings.child({"map", map_meaning});
   for (const std::string& key : map.keys()) {
     double code = 0.0;
     if (parse_number(key, code) != NumberText::ok || code != std::floor(code) || std::abs(code) > 1e6) {
       map.fail(key, in_quotes(key) + " is not a whole number");
     }
-    const std::string word = map.text(key);
-    const auto found = std::ranges::find(info.words, word);
-    if (found == info.words.end()) map.fail(key, in_quotes(word) + " is not one of: " + listed(info.words));
-    words_.emplace_back(static_cast<int>(code), static_cast<int>(found - info.words.begin()));
+    words_.emplace_back(static_cast<int>(code), place_of_word(map, key, info.words));
   }
 }
 
 std::optional<int> WordColumn::read(Row row) const {
-  const int code = column_.read_integer(row);
+  if (!column_) return constant_;
+  const int code = column_->read_integer(row);
   std::optional<int> place;
   for (const auto& [number, word] : words_) {
     if (number == code) place = word;

@@ -23,7 +23,10 @@ inline Config::Key key_of(const FieldInfo& info, std::string_view name) {
 }
 
 /// Throws BadRow if the value is beyond what the field allows.
-void check_limit(Row row, const Column& column, const FieldInfo& info, double value);
+void check_limit(Row row, const NumberColumn& column, const FieldInfo& info, double value);
+
+/// Throws ConfigError if the column is a constant beyond what the field allows.
+void check_constant(const Config& columns, const NumberColumn& column, const FieldInfo& info);
 
 /// A quaternion out of its columns w, x, y, z. Nothing if all are unknown or zero. Throws BadRow if its norm is not 1.
 std::optional<Eigen::Quaterniond> read_quaternion(Row row, const std::vector<NumberColumn>& wxyz,
@@ -46,7 +49,7 @@ class FlagColumn {
   std::optional<NumberColumn> column_;
 };
 
-/// A column of numbers, for each of which the YAML has a word.
+/// A column of numbers, for each of which the YAML has a word; or the same word for all rows.
 class WordColumn {
  public:
   /// `info.words` are the words. Throws ConfigError.
@@ -55,7 +58,8 @@ class WordColumn {
   std::optional<int> read(Row row) const;
 
  private:
-  NumberColumn column_;
+  std::optional<NumberColumn> column_;  // none: always the same
+  std::optional<int> constant_;
   std::vector<std::pair<int, int>> words_;  // number in the file, place of its word
 };
 
@@ -64,9 +68,10 @@ template <HasFields T>
 class FieldColumns {
  public:
   /// Throws ConfigError for a column that T has no field for, and for a required field without a column; `owner` is
-  /// what such messages call T.
-  FieldColumns(const Config& columns, std::string_view owner, ColumnFinder& finder) {
-    check_names(columns, owner);
+  /// what such messages call T. A required field `but` may be left out: the caller fills it.
+  FieldColumns(const Config& columns, std::string_view owner, ColumnFinder& finder, std::string_view but = {})
+      : but_(but) {
+    check_names(columns, owner, but);
     // Numbers first, so that the first fault of a row is one of theirs.
     for (const bool numbers : {true, false}) {
       T::fields([&](auto member, const FieldInfo& info) {
@@ -79,14 +84,14 @@ class FieldColumns {
   }
 
   /// Throws ConfigError as the constructor does, without looking for columns.
-  static void check_names(const Config& columns, std::string_view owner) {
-    std::vector<std::string_view> valid;
+  static void check_names(const Config& columns, std::string_view owner, std::string_view but = {}) {
+    std::vector<FieldName> valid;
     std::vector<std::string_view> required;
     T::fields([&](auto, const FieldInfo& info) {
       for (const std::string_view name : info.names) {
         if (name.empty()) continue;
-        valid.push_back(name);
-        if (info.required) required.push_back(name);
+        valid.push_back({name, info.unit});
+        if (info.required && name != but) required.push_back(name);
       }
     });
     check_fields(columns, valid, required, owner);
@@ -101,7 +106,7 @@ class FieldColumns {
   bool required_are_empty(Row row) const {
     for (const Field& field : fields_) {
       const auto* number = std::get_if<Number>(&field);
-      if (number != nullptr && number->info.required && !row[number->column.column().index].empty()) return false;
+      if (number != nullptr && number->info.required && !number->column.is_empty(row)) return false;
     }
     return true;
   }
@@ -143,15 +148,17 @@ class FieldColumns {
   };
   using Field = std::variant<Number, Vector, Quaternion, Integer, Flag, Word>;
 
-  static std::optional<NumberColumn> column(const Config& columns, const FieldInfo& info, std::string_view name,
-                                            ColumnFinder& finder) {
-    return info.required ? NumberColumn(columns, key_of(info, name), finder)
-                         : optional_number_column(columns, key_of(info, name), finder);
+  std::optional<NumberColumn> column(const Config& columns, const FieldInfo& info, std::string_view name,
+                                     ColumnFinder& finder) const {
+    return info.required && name != but_ ? NumberColumn(columns, key_of(info, name), finder)
+                                         : optional_number_column(columns, key_of(info, name), finder);
   }
 
   void add(const Config& columns, std::string_view, double T::*member, const FieldInfo& info, ColumnFinder& finder) {
-    if (auto found = column(columns, info, info.name(), finder))
-      fields_.push_back(Number{member, std::move(*found), info});
+    auto found = column(columns, info, info.name(), finder);
+    if (!found) return;
+    check_constant(columns, *found, info);
+    fields_.push_back(Number{member, std::move(*found), info});
   }
   void add(const Config& columns, std::string_view owner, Eigen::Vector3d T::*member, const FieldInfo& info,
            ColumnFinder& finder) {
@@ -193,7 +200,7 @@ class FieldColumns {
   void read(Row row, const Number& field, T& out) const {
     if (!field.info.required && field.column.is_unknown(row)) return;
     out.*field.member = field.column.read(row);
-    check_limit(row, field.column.column(), field.info, out.*field.member);
+    check_limit(row, field.column, field.info, out.*field.member);
   }
   void read(Row row, const Vector& field, T& out) const {
     for (const auto& [axis, column] : field.axes) (out.*field.member)[axis] = column.read(row);
@@ -209,6 +216,7 @@ class FieldColumns {
     if (const auto number = field.column.read(row)) field.set(out, *number);
   }
 
+  std::string but_;
   std::vector<Field> fields_;
 };
 

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "bad_row.hpp"
 #include "number_text.hpp"
 #include "waymark/interface/payloads.hpp"
 
@@ -19,7 +20,7 @@ constexpr std::uintmax_t kLargestImage = std::uintmax_t{1} << 28;
 
 ImageBuilder::ImageBuilder(const Config& columns, std::filesystem::path folder, ColumnFinder& finder)
     : folder_(std::move(folder)) {
-  check_fields(columns, {"file"}, {"file"}, "Image");
+  check_fields(columns, {{"file", ""}}, {"file"}, "Image");
   file_ =
       finder.find(columns, {"file", "a JPEG or PNG, relative to the folder of the CSV; delivered as it is"}, "file");
 }

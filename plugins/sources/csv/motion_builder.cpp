@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bad_row.hpp"
 #include "waymark/math/pose_increment.hpp"
 
 namespace waymark::csv {
@@ -32,29 +33,42 @@ PoseIncrement by_wheels(double left_m, double right_m, double track_m, double in
 
 MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
   using Keys = std::vector<Config::Key>;
-  const bool by_wheels = columns.has("left_m") || columns.has("right_m");
-  const Keys keys = by_wheels
-                        ? Keys{{"left_m", "m", "way of the left wheel since the start; `scale` makes metres of ticks"},
-                               {"right_m", "m", "way of the right wheel since the start"}}
-                        : Keys{{"x_m", "m", "where odometry has the robot"},
-                               {"y_m", "m", "where odometry has the robot"},
-                               {"yaw_rad", "rad", "where odometry has the robot"}};
+  constexpr std::string_view kOwner = "PoseIncrement out of totals";
+  const bool by_wheels = columns.has("left_m") || columns.has("right_m") || given_key(columns, {"left_m", "m"}) ||
+                         given_key(columns, {"right_m", "m"});
+  const Keys keys =
+      by_wheels ? Keys{{"left_m", "m", "way of the left wheel since the start; `scale` makes metres of ticks"},
+                       {"right_m", "m", "way of the right wheel since the start"}}
+                : Keys{{"x_m", "m", "where odometry has the robot"}, {"y_m", "m", "where odometry has the robot"}};
+  std::vector<FieldName> fields;
   std::vector<std::string_view> names;
-  for (const Config::Key& key : keys) names.push_back(key.name);
-  check_fields(columns, names, names, "PoseIncrement out of totals");
+  for (const Config::Key& key : keys) {
+    fields.push_back({key.name, key.unit});
+    names.push_back(key.name);
+  }
+  if (!by_wheels) {
+    for (const FieldName& field : YawColumn::fields()) fields.push_back(field);
+    if (!given_key(columns, {"q_w", ""})) names.emplace_back("yaw_rad");
+  }
+  check_fields(columns, fields, names, kOwner);
   for (const Config::Key& key : keys) columns_.emplace_back(columns, key, finder);
   if (by_wheels) {
     track_m_ =
         entry.positive({"track_m", "m", "of totals of two wheels as `PoseIncrement`: the distance between them"});
+    return;
   }
-  if (!by_wheels && entry.is_mapping("cumulative"))
-    entry.fail("cumulative", "poses do not start over, ticks do; true is expected");
+  yaw_ = YawColumn::find(columns, {"yaw_rad", "rad", "where odometry has the robot"}, kOwner, finder);
+  if (entry.is_mapping("cumulative")) entry.fail("cumulative", "poses do not start over, ticks do; true is expected");
 }
 
 std::shared_ptr<Payload> MotionBuilder::build(Row row) const {
   auto totals = std::make_shared<MotionTotals>();
   for (std::size_t i = 0; i < columns_.size(); ++i)
     totals->values[static_cast<Eigen::Index>(i)] = columns_[i].read(row);
+  if (yaw_) {
+    totals->values[2] = yaw_->read(row);
+    if (std::isnan(totals->values[2])) throw BadRow("the attitude is unknown: a quaternion of zeros");
+  }
   return totals;
 }
 

@@ -3,21 +3,18 @@
 
 #include <array>
 #include <cassert>
-#include <limits>
-#include <numbers>
 #include <vector>
 
 #include "field_columns.hpp"
 #include "image_builder.hpp"
 #include "motion_builder.hpp"
 #include "number_text.hpp"
+#include "scan_builder.hpp"
 #include "waymark/config/source_config.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::csv {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 constexpr std::array<std::string_view, 12> kTypes = {
     WheelSpeeds::kType,    WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType,
@@ -28,9 +25,11 @@ constexpr std::array<std::string_view, 12> kTypes = {
 template <class T>
 class FieldsBuilder final : public PayloadBuilder {
  public:
-  /// `per_second`: every field is something per second, so that a log may hold its total instead.
-  FieldsBuilder(const Config& columns, ColumnFinder& finder, bool per_second = false)
-      : fields_(columns, short_type_name(T::kType), finder), per_second_(per_second) {}
+  /// What a row holds: values of one instant; or rates, which may be the mean of an interval; or such rates alone, of
+  /// which a log may hold the totals instead.
+  enum class Kind { instant, rates, speeds };
+  FieldsBuilder(const Config& columns, ColumnFinder& finder, Kind kind = Kind::instant)
+      : fields_(columns, short_type_name(T::kType), finder), kind_(kind) {}
 
   std::shared_ptr<Payload> build(Row row) const override {
     auto payload = std::make_shared<T>();
@@ -38,7 +37,12 @@ class FieldsBuilder final : public PayloadBuilder {
     return payload;
   }
 
-  Totals totals() const override { return per_second_ ? Totals::speed : Totals::none; }
+  Totals totals() const override { return kind_ == Kind::speeds ? Totals::speed : Totals::none; }
+  bool has_interval() const override { return kind_ != Kind::instant; }
+  /// A mean is true in the middle.
+  std::optional<Duration> stamp_before_end(Payload&, std::optional<Duration> since_last) const override {
+    return since_last ? std::optional(*since_last / 2) : std::nullopt;
+  }
 
   std::shared_ptr<Payload> growth(const Payload& before, const Payload& after, double seconds,
                                   double wraps_at) const override {
@@ -49,78 +53,47 @@ class FieldsBuilder final : public PayloadBuilder {
 
  private:
   FieldColumns<T> fields_;
-  bool per_second_;
+  Kind kind_;
 };
 
 void require_position(const Config& columns) {
   FieldColumns<GnssFix>::check_names(columns, short_type_name(GnssFix::kType));
-  const bool local = columns.has("east_m") && columns.has("north_m");
-  const bool geodetic = columns.has("latitude_deg") && columns.has("longitude_deg");
+  const auto has = [&](std::string_view name, std::string_view unit) {
+    return columns.has(name) || given_key(columns, {name, unit}).has_value();
+  };
+  const bool local = has("east_m", "m") && has("north_m", "m");
+  const bool geodetic = has("latitude_deg", "deg") && has("longitude_deg", "deg");
   if (!local && !geodetic) {
     columns.fail("GnssFix needs the columns \"east_m\" and \"north_m\", or \"latitude_deg\" and \"longitude_deg\"");
   }
 }
 
-class ScanBuilder final : public PayloadBuilder {
+/// Motions that are given as such.
+class IncrementBuilder final : public PayloadBuilder {
  public:
-  ScanBuilder(const Config& entry, const Config& columns, ColumnFinder& finder) {
-    check_fields(columns, {"ranges_m", "intensities"}, {"ranges_m"}, "LaserScan");
-    ranges_.emplace(columns, Config::Key("ranges_m", "m", "a range of columns: one for each beam"), finder);
-    if (columns.has("intensities")) {
-      intensities_.emplace(columns, Config::Key("intensities", "", "a range of columns, as many as ranges", "none"),
-                           finder);
-      if (intensities_->count() != ranges_->count()) {
-        columns.fail("intensities", std::to_string(intensities_->count()) + " columns for " +
-                                        std::to_string(ranges_->count()) + " ranges; as many are expected");
-      }
-    }
-    const Config scan = entry.child({"scan", "of `LaserScan`: where its beams point"});
-    start_rad_ = read_angle(scan, {"start_deg", "°", "first beam, counter-clockwise from the sensor's x axis"},
-                            {"start_rad", "rad", "the same, instead of `start_deg`"});
-    step_rad_ = read_angle(scan, {"step_deg", "°", "from beam to beam: beam k points at start + k · step"},
-                           {"step_rad", "rad", "the same, instead of `step_deg`"});
-    if (step_rad_ == 0.0) {
-      scan.fail(scan.has("step_rad") ? "step_rad" : "step_deg",
-                "0 lets all beams point the same way; a number other than 0 is expected");
-    }
-    beam_interval_s_ =
-        scan.number_in({"beam_interval_s", "s",
-                        "time from one beam to the next, if the scanner turns and beam 0 is measured at the stamp: "
-                        "maps then see the scan as from one place; negative: the later beams are the older ones"},
-                       -1.0, 1.0, 0.0);
-    allow_non_finite_ = scan.boolean(
-        {"allow_non_finite",
-         "a range of NaN or infinity is not a return (+infinity), and such an intensity 0; otherwise the row is bad"},
-        false);
-  }
+  /// `at_end`: the stamp is that of the interval's end, whose length need not be a column.
+  IncrementBuilder(const Config& columns, ColumnFinder& finder, bool at_end)
+      : fields_(columns, short_type_name(PoseIncrement::kType), finder, at_end ? "interval_s" : ""),
+        has_length_(given_key(columns, {"interval_s", "s"}).has_value()) {}
 
   std::shared_ptr<Payload> build(Row row) const override {
-    auto scan = std::make_shared<LaserScan>();
-    scan->start_rad = start_rad_;
-    scan->step_rad = step_rad_;
-    scan->beam_interval_s = beam_interval_s_;
-    const auto instead = [this](float value) { return allow_non_finite_ ? std::optional<float>(value) : std::nullopt; };
-    ranges_->read(row, scan->ranges_m, instead(std::numeric_limits<float>::infinity()));
-    if (intensities_) intensities_->read(row, scan->intensities, instead(0.0F));
-    return scan;
+    auto motion = std::make_shared<PoseIncrement>();
+    fields_.read(row, *motion);
+    return motion;
   }
-
-  bool wants_equal_rows() const override { return true; }
+  bool has_interval() const override { return true; }
+  std::optional<Duration> stamp_before_end(Payload& payload, std::optional<Duration> since_last) const override {
+    auto& motion = static_cast<PoseIncrement&>(payload);
+    if (!has_length_) {
+      if (!since_last) return std::nullopt;
+      motion.interval_s = to_seconds(*since_last);
+    }
+    return from_seconds(motion.interval_s);
+  }
 
  private:
-  /// An angle in degrees, as people write it, or in radians, as it is used.
-  static double read_angle(const Config& scan, const Config::Key& degrees, const Config::Key& radians) {
-    if (!scan.has(radians.name)) return scan.number_in(degrees, -360.0, 360.0) * kRadPerDeg;
-    if (scan.has(degrees.name)) scan.fail(radians.name, "give it in degrees or in radians, not both");
-    return scan.number_in(radians, -360.0 * kRadPerDeg, 360.0 * kRadPerDeg);
-  }
-
-  std::optional<ColumnRange> ranges_;
-  std::optional<ColumnRange> intensities_;
-  double start_rad_ = 0.0;
-  double step_rad_ = 0.0;
-  double beam_interval_s_ = 0.0;
-  bool allow_non_finite_ = false;
+  FieldColumns<PoseIncrement> fields_;
+  bool has_length_;
 };
 
 class LandmarksBuilder final : public PayloadBuilder {
@@ -165,6 +138,11 @@ std::shared_ptr<Payload> PayloadBuilder::growth(const Payload&, const Payload&, 
   return nullptr;
 }
 
+std::optional<Duration> PayloadBuilder::stamp_before_end(Payload&, std::optional<Duration>) const {
+  assert(false && "only for a builder that has_interval()");
+  return std::nullopt;
+}
+
 std::string_view payload_type(const Config& entry) {
   std::vector<std::string_view> names;
   std::string meaning = "what the rows hold: ";
@@ -188,23 +166,47 @@ double totals_wrap_at(const Config& entry) {
   return entry.child(cumulative_key()).positive({"wraps_at", "raw totals begin anew there"});
 }
 
+bool ends_interval(const Config& entry) {
+  return entry.boolean(
+      {"end_of_interval",
+       "the stamp is the end of the interval that a row describes: a `PoseIncrement` begins `interval_s` before it, or "
+       "at the row before if that has no column; speeds and rates are the mean since the row before, true in the "
+       "middle; the last beam of a `LaserScan` is at the stamp"},
+      false);
+}
+
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder) {
   const Config columns = entry.child({"columns",
                                       "which column goes to which field of the payload: a number, counted from 0, or a "
-                                      "name from the header; or `{ column, scale, offset }`"});
-  if (type == WheelSpeeds::kType) return std::make_unique<FieldsBuilder<WheelSpeeds>>(columns, finder, true);
-  if (type == WheelSteering::kType) return std::make_unique<FieldsBuilder<WheelSteering>>(columns, finder);
-  if (type == BodyTwist::kType) return std::make_unique<FieldsBuilder<BodyTwist>>(columns, finder, true);
+                                      "name from the header; or `{ column, unit, scale, offset }`; or `{ constant }`"});
+  if (type == WheelSpeeds::kType) {
+    using Builder = FieldsBuilder<WheelSpeeds>;
+    return std::make_unique<Builder>(columns, finder, Builder::Kind::speeds);
+  }
+  if (type == WheelSteering::kType) {
+    using Builder = FieldsBuilder<WheelSteering>;
+    return std::make_unique<Builder>(columns, finder, Builder::Kind::rates);
+  }
+  if (type == BodyTwist::kType) {
+    using Builder = FieldsBuilder<BodyTwist>;
+    return std::make_unique<Builder>(columns, finder, Builder::Kind::speeds);
+  }
   if (type == PoseIncrement::kType) {
     if (holds_totals(entry)) return std::make_unique<MotionBuilder>(entry, columns, finder);
-    return std::make_unique<FieldsBuilder<PoseIncrement>>(columns, finder);
+    return std::make_unique<IncrementBuilder>(columns, finder, ends_interval(entry));
   }
   if (type == GnssFix::kType) {
     require_position(columns);
     return std::make_unique<FieldsBuilder<GnssFix>>(columns, finder);
   }
-  if (type == LaserScan::kType) return std::make_unique<ScanBuilder>(entry, columns, finder);
-  if (type == ImuSample::kType) return std::make_unique<FieldsBuilder<ImuSample>>(columns, finder);
+  if (type == LaserScan::kType) {
+    if (BeamBuilder::is_meant(columns)) return std::make_unique<BeamBuilder>(entry, columns, finder);
+    return std::make_unique<ScanBuilder>(entry, columns, finder);
+  }
+  if (type == ImuSample::kType) {
+    using Builder = FieldsBuilder<ImuSample>;
+    return std::make_unique<Builder>(columns, finder, Builder::Kind::rates);
+  }
   if (type == CompassHeading::kType) return std::make_unique<FieldsBuilder<CompassHeading>>(columns, finder);
   if (type == MagneticField::kType) return std::make_unique<FieldsBuilder<MagneticField>>(columns, finder);
   if (type == Height::kType) return std::make_unique<FieldsBuilder<Height>>(columns, finder);

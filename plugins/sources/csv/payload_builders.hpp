@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "column_map.hpp"
+#include "waymark/base/time.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/interface/measurement.hpp"
 
@@ -21,6 +23,8 @@ class PayloadBuilder {
   /// Adds one row to what `build` made, if rows can form a set. Throws BadRow, and leaves the payload alone then.
   virtual void append(Row row, Payload& payload) const;
   virtual bool can_append() const { return false; }
+  /// True if a row alone is no measurement.
+  virtual bool wants_sets() const { return false; }
 
   /// What rows of totals give: nothing; a speed, true in the middle between two rows; a motion, from the first of two
   /// on.
@@ -30,6 +34,11 @@ class PayloadBuilder {
   /// (raw, before scale; 0: none does) grew by less than half of that. Throws BadRow.
   virtual std::shared_ptr<Payload> growth(const Payload& before, const Payload& after, double seconds,
                                           double wraps_at) const;
+  /// True if a row may describe an interval, not an instant.
+  virtual bool has_interval() const { return false; }
+  /// How long before the end of that interval the payload's stamp lies. `since_last` > 0: the time since the row
+  /// before, if there is one; the payload may get its length from it. Nothing: that row is needed.
+  virtual std::optional<Duration> stamp_before_end(Payload& payload, std::optional<Duration> since_last) const;
   /// True if every row must have as many fields as the file's first.
   virtual bool wants_equal_rows() const { return false; }
 };
@@ -42,6 +51,9 @@ std::string_view payload_type(const Config& entry);
 bool holds_totals(const Config& entry);
 /// Its key `wraps_at`: where raw totals begin anew; 0: they do not. Throws ConfigError.
 double totals_wrap_at(const Config& entry);
+
+/// The key `end_of_interval`: stamps are the ends of intervals. Throws ConfigError.
+bool ends_interval(const Config& entry);
 
 /// The builder for that type from `columns` (and `scan`) of the entry. Throws ConfigError.
 std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, const Config& entry, ColumnFinder& finder);

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reference.hpp"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
+#include "bad_row.hpp"
 #include "column_map.hpp"
 #include "delimited_reader.hpp"
+#include "row_filter.hpp"
+#include "time_column.hpp"
+#include "yaw_column.hpp"
 
 namespace waymark::csv {
 namespace {
@@ -35,11 +40,15 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
   const RowFilter filter(config, finder);
   const Config columns =
       config.child({"columns", "which column goes to which field: a column, or `{ column, scale, offset }`"});
-  check_fields(columns, {"time", "x_m", "y_m", "yaw_rad"}, {"time", "x_m", "y_m"}, "the reference trajectory");
-  const TimeColumn time(columns, {"time", "s", "a column in seconds, or `{ column, scale, offset_s }`"}, finder);
+  std::vector<FieldName> fields{{"time", "s"}, {"x_m", "m"}, {"y_m", "m"}};
+  for (const FieldName& field : YawColumn::fields()) fields.push_back(field);
+  check_fields(columns, fields, {"time", "x_m", "y_m"}, "the reference trajectory");
+  const TimeColumn time(
+      columns, {"time", "s", "a column in seconds or of dates, or `{ column, unit or scale, offset_s }`"}, finder);
   const NumberColumn x(columns, {"x_m", "m", "position of the base in the map"}, finder);
   const NumberColumn y(columns, {"y_m", "m", "position of the base in the map"}, finder);
-  const auto yaw = optional_number_column(columns, {"yaw_rad", "rad", "yaw of the base in the map", "none"}, finder);
+  const auto yaw = YawColumn::find(columns, {"yaw_rad", "rad", "yaw of the base in the map", "none"},
+                                   "the reference trajectory", finder);
   config.reject_unread();
 
   std::vector<Reference::Point> points;
@@ -49,8 +58,9 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
     if (!points.empty() && point.stamp < points.back().stamp) {
       throw BadRow("time goes back, from " + format_time(points.back().stamp) + " to " + format_time(point.stamp));
     }
-    point.has_yaw = yaw && !yaw->is_unknown(row);
-    point.T_map_base = Pose::planar(x.read(row), y.read(row), point.has_yaw ? yaw->read(row) : 0.0);
+    const double yaw_rad = yaw ? yaw->read(row) : std::numeric_limits<double>::quiet_NaN();
+    point.has_yaw = !std::isnan(yaw_rad);
+    point.T_map_base = Pose::planar(x.read(row), y.read(row), point.has_yaw ? yaw_rad : 0.0);
     points.push_back(point);
   });
   return points;
@@ -63,7 +73,8 @@ std::vector<Reference::Landmark> read_landmarks(const Config& config) {
   const RowFilter filter(config, finder);
   const Config columns =
       config.child({"columns", "which column goes to which field: a column, or `{ column, scale, offset }`"});
-  check_fields(columns, {"name", "x_m", "y_m", "radius_m"}, {"x_m", "y_m"}, "the reference landmarks");
+  check_fields(columns, {{"name", ""}, {"x_m", "m"}, {"y_m", "m"}, {"radius_m", "m"}}, {"x_m", "y_m"},
+               "the reference landmarks");
   std::optional<Column> name;
   if (columns.has("name"))
     name = finder.find(columns, {"name", "", "name of the landmark", "number of the row, from 0"}, "name");

@@ -22,7 +22,7 @@ constexpr Duration kBelated = std::chrono::seconds(10);
 double finite(double value) { return std::isfinite(value) ? value : kUnknown; }
 double root_mean_square(double a, double b) { return std::sqrt(0.5 * (a * a + b * b)); }
 
-/// Nothing if gpsd does not report the time, or one that is no stamp.
+/// Nothing if gpsd does not report the time, or one that is not a stamp.
 std::optional<Time> time_of(const timespec_t& time) {
   if (time.tv_sec <= 0) return std::nullopt;
   const auto second = stamp_after(static_cast<std::uint64_t>(time.tv_sec), std::chrono::seconds(1));

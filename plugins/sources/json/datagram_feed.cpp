@@ -105,7 +105,8 @@ void DatagramFeed::report_lost(std::uint32_t count) {
 
 void DatagramFeed::take(std::string_view datagram, const udp::endpoint& sender) {
   const std::string peer = live::NetworkPlace{sender.address(), sender.port()}.text();
-  if (!std::exchange(has_heard_, true)) events_.add(fmt::format("{}: connected: first datagram from {}", name(), peer));
+  if (!std::exchange(has_received_, true))
+    events_.add(fmt::format("{}: connected: first datagram from {}", name(), peer));
   const auto origin = std::make_shared<const std::string>(fmt::format("udp {}, datagram ", peer));
   ++datagrams_;
   while (!datagram.empty()) {

@@ -36,7 +36,7 @@ class DatagramFeed final : public LiveFeed {
   std::uint32_t lost_ = 0;  // by the kernel, since the socket is open
   std::uint64_t next_report_ = 1;
   bool is_lost_ = false;
-  bool has_heard_ = false;
+  bool has_received_ = false;
 };
 
 }  // namespace waymark::json

@@ -54,7 +54,7 @@ class NamedNumbers {
 Eigen::Quaterniond rotation(const Eigen::Matrix3d& R, const std::filesystem::path& file) {
   constexpr double kLoose = 1e-4;
   if ((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() > kLoose || R.determinant() < 0.0)
-    throw DataError(file.string() + ": a rotation is none");
+    throw DataError(file.string() + ": a rotation matrix is not orthonormal");
   return Eigen::Quaterniond(R).normalized();
 }
 
@@ -102,7 +102,7 @@ Calibration read_calibration(const std::filesystem::path& folder, int camera) {
   const auto P = cameras.matrix<3, 4>(of_camera("P_rect"));
   const auto size = cameras.matrix<1, 2>(of_camera("S_rect"));
   if (!(P(0, 0) > 0.0) || !(P(1, 1) > 0.0) || !(size.minCoeff() > 0.0))
-    throw DataError(fmt::format("{}: {} or {} is none of a camera", cameras_file.string(), of_camera("P_rect"),
+    throw DataError(fmt::format("{}: {} or {} is not valid for a camera", cameras_file.string(), of_camera("P_rect"),
                                 of_camera("S_rect")));
   Calibration calibration;
   Intrinsics& in = calibration.intrinsics;

@@ -39,10 +39,10 @@ Time parse_timestamp(std::string_view text) {
     constexpr Duration kMinute = std::chrono::minutes(1);
     const Duration within = seconds.time_since_epoch();
     if (!date.ok() || hours > 23 || minutes > 59 || within < Duration{} || within >= kMinute)
-      throw DataError("there is no such time");
+      throw DataError("it is not a valid time");
     const auto stamp =
         stamp_on(std::chrono::sys_days(date), std::chrono::hours(hours) + std::chrono::minutes(minutes) + within);
-    if (!stamp) throw DataError("the year is no year of a stamp; 1824 to 2115 are");
+    if (!stamp) throw DataError("the year is not a year of a stamp; 1824 to 2115 are");
     return *stamp;
   } catch (const DataError& error) {
     throw DataError(fmt::format("\"{}\": {}", given.substr(0, 60), error.what()));

@@ -45,7 +45,7 @@ std::uint64_t whole_sequence(std::uint32_t low, std::uint64_t expected) {
 std::shared_ptr<Command> read_command(ros::Bytes data) {
   const auto text = nlohmann::json::parse(data.begin(), data.end(), nullptr, false);
   if (!text.is_object() || !text.contains("command") || !text["command"].is_string())
-    throw ros::Unusable("it is no command, {\"command\": \"text\"} is expected");
+    throw ros::Unusable("it is not a command, {\"command\": \"text\"} is expected");
   auto command = std::make_shared<Command>();
   command->text = text["command"].get<std::string>();
   return command;
@@ -65,9 +65,9 @@ FlightReplay::FlightReplay(std::unique_ptr<mcap::McapLog> log, std::uint64_t max
   for (std::size_t topic = 0; topic < routes_.size(); ++topic) add_topic(topic, config, rig);
   if (channels_.empty()) {
     config.fail("file",
-                "it is no flight record, which the sink `recorder` writes; `channels` is needed to read others");
+                "it is not a flight record, which the sink `recorder` writes; `channels` is needed to read others");
   }
-  // A sensor that never delivered anything is no mistake of the robot's YAML.
+  // A sensor that never delivered anything is not a mistake of the robot's YAML.
   for (const Mounting& mounting : rig.mountings()) {
     if (std::ranges::find(channels_, mounting.name, &Channel::sensor) == channels_.end())
       channel(mounting.name, mounting.payload);
@@ -102,7 +102,7 @@ void FlightReplay::add_topic(std::size_t number, const Config& config, const Rig
   } else if (role == mcap::kMeasurementRole) {
     const int mounted = rig.find(sensor);
     if (mounted < 0) {
-      notices_.push_back(fmt::format("the record has {} measurements of \"{}\", which is no sensor of this robot",
+      notices_.push_back(fmt::format("the record has {} measurements of \"{}\", which is not a sensor of this robot",
                                      topic.messages, sensor));
       return;
     }

@@ -19,7 +19,7 @@ namespace waymark::mcap_source {
 /// commands between them.
 class FlightReplay final : public Source {
  public:
-  /// `config` is for messages. Throws ConfigError if the files are no flight record of this robot.
+  /// `config` is for messages. Throws ConfigError if the files are not a flight record of this robot.
   FlightReplay(std::unique_ptr<mcap::McapLog> log, std::uint64_t max_bad_records, const Config& config, const Rig& rig);
 
   const std::vector<Channel>& channels() const override { return channels_; }

@@ -46,7 +46,7 @@ std::optional<Time> EpochClock::stamp(const Epoch& epoch, BadRecordList& bad) {
   }
   const std::optional<Time> counted = stamp_on(*date_, time_of_day);
   if (!counted) {
-    bad.add(epoch.place, fmt::format("the year {} is no year of a stamp; 1824 to 2115 are",
+    bad.add(epoch.place, fmt::format("the year {} is not a year of a stamp; 1824 to 2115 are",
                                      static_cast<int>(std::chrono::year_month_day(*date_).year())));
     return std::nullopt;
   }

@@ -128,7 +128,7 @@ void Bag::add_chunk(const RecordHeader& header, std::uint64_t offset, std::uint6
 void Bag::add_index(const RecordHeader& header, std::uint64_t data, std::uint64_t size) {
   const auto connection = header.number<std::uint32_t>("conn");
   const std::uint64_t count = header.number<std::uint32_t>("count");
-  // Any doubt about an index is settled by looking into the chunk.
+  // If an index is uncertain, the chunk itself is read.
   if (chunks_.empty() || header.number<std::uint32_t>("ver") != kIndexVersion || count * kIndexEntry != size) return;
   const std::vector<std::uint8_t> bytes = read(data, size);
   Chunk& chunk = chunks_.back();

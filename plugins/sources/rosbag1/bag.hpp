@@ -37,7 +37,7 @@ struct ChunkContent {
 /// bag that was never closed and has no index is as good as any other; a chunk without an index is looked into.
 class Bag {
  public:
-  /// Throws DataError ("file:byte n: …") if the file cannot be read or is no such bag.
+  /// Throws DataError ("file:byte n: …") if the file cannot be read or is not a bag of ROS 1.
   explicit Bag(std::filesystem::path file);
 
   const std::filesystem::path& file() const { return file_; }

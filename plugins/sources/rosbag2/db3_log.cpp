@@ -23,7 +23,7 @@ Db3Log::Db3Log(const std::filesystem::path& file) : file_(file) {
     database_.emplace(file_.path());
     read_topics();
   } catch (const ros::Unusable& unusable) {
-    throw DataError(fmt::format("{}: is no bag of ROS 2: {}", file_.name().string(), unusable.what()));
+    throw DataError(fmt::format("{}: is not a bag of ROS 2: {}", file_.name().string(), unusable.what()));
   }
 }
 
@@ -72,7 +72,7 @@ void Db3Log::select(std::set<std::size_t> topics) {
                                     "IN ({}) ORDER BY timestamp, id",
                                     fmt::join(numbers, ", "))));
   } catch (const ros::Unusable& unusable) {
-    throw DataError(fmt::format("{}: is no bag of ROS 2: {}", file_.name().string(), unusable.what()));
+    throw DataError(fmt::format("{}: is not a bag of ROS 2: {}", file_.name().string(), unusable.what()));
   }
 }
 

@@ -201,7 +201,7 @@ World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path,
   world.walls = read_walls(config, path, wall_height_m);
   world.boxes = read_boxes(config, path);
   if (config.has("clutter")) {
-    add_clutter(config.child({"clutter", "things that are no landmarks"}), path, wall_height_m, seed, world);
+    add_clutter(config.child({"clutter", "things that are not landmarks"}), path, wall_height_m, seed, world);
   }
   dress_surroundings(world, seed);
   world.has_ground =

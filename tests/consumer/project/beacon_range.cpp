@@ -18,7 +18,7 @@ struct Setup {
 class RangeUpdate : public Update {
  public:
   RangeUpdate(double range_m, const Setup& setup) : range_m_(range_m), setup_(setup) {}
-
+  Quantity observes() const override { return Quantity::position; }
   void linearize(const StateView& state, Linearization& out) const override {
     const Eigen::Vector3d arm = state.nav.T_map_base.q * setup_.p_base_antenna;
     const Eigen::Vector2d d = (state.nav.T_map_base.p + arm).head<2>() - setup_.p_map_beacon;

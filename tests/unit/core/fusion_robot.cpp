@@ -5,7 +5,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "particles/particle_filter.hpp"
 #include "waymark/host/robot.hpp"
 
 namespace waymark::test {
@@ -28,8 +27,8 @@ FusionRobot& FusionRobot::play(const std::vector<Measurement>& log) {
 }
 
 SensorReport FusionRobot::report(std::size_t sensor) const { return fusion_->report().sensors[sensor]; }
-const Pose& FusionRobot::pose() const { return fusion_->filter().mixture().mean.T_map_base; }
-Eigen::Matrix3d FusionRobot::pose_P() const { return pose_covariance(fusion_->filter().mixture(), fusion_->layout()); }
+const Pose& FusionRobot::pose() const { return filter().mixture().mean.T_map_base; }
+Eigen::Matrix3d FusionRobot::pose_P() const { return pose_covariance(filter().mixture(), fusion_->layout()); }
 std::string FusionRobot::events() const {
   std::string all;
   for (const Event& event : fusion_->report().events) all += event.text + "\n";
@@ -39,7 +38,7 @@ std::string FusionRobot::events() const {
 std::string FusionRobot::bytes() const {
   std::ostringstream stream;
   OutArchive out(stream);
-  fusion_->filter().save(out);
+  filter().save(out);
   return stream.str();
 }
 

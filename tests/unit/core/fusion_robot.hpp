@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "particles/particle_filter.hpp"
+#include "fusion/inspection.hpp"
 #include "unit/core/beliefs.hpp"
 #include "waymark/host/fusion.hpp"
 #include "waymark/interface/payloads.hpp"
@@ -29,6 +29,8 @@ class FusionRobot {
                        std::vector<MapSlot> maps = {});
 
   Fusion& fusion() { return *fusion_; }
+  /// The committed particles.
+  const particles::ParticleFilter& filter() const { return fusion::Inspection::filter(*fusion_); }
   const std::vector<Seen>& seen() const { return seen_; }
   /// Plays a log that arrives in its order.
   FusionRobot& play(const std::vector<Measurement>& log);

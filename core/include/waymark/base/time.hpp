@@ -40,7 +40,7 @@ constexpr bool is_stamp(Time time) {
   return time.time_since_epoch() <= kLongest && time.time_since_epoch() >= -kLongest;
 }
 
-/// `stamp` moved by `by`; nothing if that is no stamp. Both may have any value.
+/// `stamp` moved by `by`; nothing if that is not a stamp. Both may have any value.
 constexpr std::optional<Time> moved(Time stamp, Duration by) {
   std::int64_t sum = 0;
   if (__builtin_add_overflow(stamp.time_since_epoch().count(), by.count(), &sum)) return std::nullopt;
@@ -48,7 +48,7 @@ constexpr std::optional<Time> moved(Time stamp, Duration by) {
   return is_stamp(result) ? std::optional(result) : std::nullopt;
 }
 
-/// The stamp `within` after the midnight that begins `day`; nothing if that is no stamp.
+/// The stamp `within` after the midnight that begins `day`; nothing if that is not a stamp.
 constexpr std::optional<Time> stamp_on(std::chrono::sys_days day, Duration within) {
   constexpr auto kMostDays = std::chrono::floor<std::chrono::days>(kLongest);
   const std::chrono::days days = day.time_since_epoch();
@@ -56,7 +56,7 @@ constexpr std::optional<Time> stamp_on(std::chrono::sys_days day, Duration withi
   return moved(Time{days}, within);
 }
 
-/// The stamp `count` periods after the epoch; nothing if that is no stamp.
+/// The stamp `count` periods after the epoch; nothing if that is not a stamp.
 constexpr std::optional<Time> stamp_after(std::uint64_t count, Duration period) {
   std::int64_t nanoseconds = 0;
   if (__builtin_mul_overflow(count, period.count(), &nanoseconds)) return std::nullopt;

@@ -112,6 +112,11 @@ class WAYMARK_API Config {
   std::vector<std::string> keys() const;  ///< in the order of the file; does not count as a read
   bool is_mapping(const Key& key) const;  ///< does not count as a read
   bool is_list(const Key& key) const;     ///< does not count as a read
+  /// True if a scalar with this text is given. Does not count as a read.
+  bool is_word(const Key& key, std::string_view word) const;
+  /// Puts a value (YAML) in the place of the one that was given for a key: what a word stands for, once that is known.
+  /// The effective configuration has it. Throws ConfigError for wrong syntax.
+  void replace(const Key& key, std::string_view value) const;
 
   // --- errors and reports --------------------------------------------------------------------------------------------
   /// Throws ConfigError at the key's place (or at this node's, if the key is absent).

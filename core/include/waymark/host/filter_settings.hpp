@@ -30,7 +30,8 @@ struct ParticleFilterSettings {
   /// a: 1 samples the whole pose (the paper), less keeps 1 − a as covariance.
   double sampling_fraction = 0.2;
   int threads = 1;
-  Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
+  std::size_t path_poses = 200'000;  ///< >= 2; of a longer path the older half loses every second pose
+  Duration history{};                ///< past beliefs stored for late measurements reach back this far; zero: none
 };
 
 }  // namespace waymark

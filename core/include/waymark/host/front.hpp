@@ -24,7 +24,8 @@ class WAYMARK_API Front {
   /// is ignored: the filter processes it.
   void add(const Measurement& measurement);
   Time stamp() const;
-  /// The measurement's stamp less the delay that the YAML gives for its sensor; the earliest time if that is no stamp.
+  /// The measurement's stamp less the delay that the YAML gives for its sensor; the earliest time if that is not a
+  /// stamp.
   Time corrected_stamp(const Measurement& measurement) const;
   /// The belief predicted to `at`; at `stamp` if that is later.
   Belief at(Time at) const;

@@ -18,8 +18,8 @@
 
 namespace waymark {
 
-namespace particles {
-class ParticleFilter;
+namespace fusion {
+struct Inspection;
 }
 
 /// A pose given by a person or another program, in the frame of the results, and its σ.
@@ -93,7 +93,8 @@ class WAYMARK_API Fusion {
   /// health is degraded for the next two seconds.
   void note_dropped(std::uint32_t sensor);
   /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
-  /// states stay. Throws Error if the filter has not started, or if a number is not finite or a σ not positive.
+  /// states stay. Before the start it is the start pose, in place of that of the settings or the sensors. Throws Error
+  /// beyond 1e8 m, or a σ of 1e-6 to 1e7 m, or to π rad.
   void set_pose(const GivenPose& pose);
   /// Number of measurements that were added, those before a checkpoint included.
   std::uint64_t arrived() const;
@@ -101,8 +102,6 @@ class WAYMARK_API Fusion {
   RunReport report() const;
   /// Health of sensors and pose after the last processed measurement.
   const Health& health() const;
-  /// The committed particles; valid as long as the host.
-  const particles::ParticleFilter& filter() const;
   /// Indices of the error states, and the owners of the blocks; valid as long as the host.
   const StateLayout& layout() const;
   /// Number of error states of the georeference; 0 if the map's place on the Earth is not estimated.
@@ -111,6 +110,7 @@ class WAYMARK_API Fusion {
   std::optional<Datum> datum() const;
 
  private:
+  friend struct fusion::Inspection;
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

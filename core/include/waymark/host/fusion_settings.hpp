@@ -25,9 +25,9 @@ struct FuseRule {
     none
   };
   Mode mode = Mode::all;
-  Duration on{};
-  Duration off{};
-  Duration gap{};
+  Duration on = from_seconds(10.0);
+  Duration off = from_seconds(10.0);
+  Duration gap = from_seconds(1.0);
 };
 
 /// What the filter does with the measurements of a sensor.
@@ -46,8 +46,8 @@ struct SensorSlot {
   FuseRule fuse;
   double gate_probability = 0.999;
   double weight_exponent = 1.0;
-  int max_consecutive_rejections = 0;  ///< 0: never re-acquire
-  Duration delay{};                    ///< of its stamps; subtracted
+  int max_consecutive_rejections = 20;  ///< until it is re-acquired; 0: never
+  Duration delay{};                     ///< of its stamps; subtracted
 };
 
 /// One map of the YAML.
@@ -56,7 +56,7 @@ struct MapSlot {
   std::string plugin;
   std::shared_ptr<MapModule> module;
   std::vector<int> inputs;  ///< indices of sensors; the first one triggers
-  Duration pair_max_age{};
+  Duration pair_max_age = from_seconds(0.15);
   bool localize = true;
   double share = 1.0;  ///< `information_share`
 };
@@ -110,6 +110,9 @@ WAYMARK_API FusionSettings read_fusion_settings(const Config& yaml);
 /// Reads the keys of one entry of `sensors:` that the host itself needs (name, enabled, fuse…, gate…). Does not load
 /// the plugin. Throws ConfigError.
 WAYMARK_API SensorSlot read_sensor_slot(const Config& entry);
+/// True if one entry of `sensors:` leaves it to the source where the sensor is mounted (`base_T_sensor: from_tf`), and
+/// nobody has put that in its place yet (`Config::replace`).
+WAYMARK_API bool is_mounted_by_source(const Config& entry);
 /// Reads name, payload and `base_T_sensor` of one entry of `sensors:`. Throws ConfigError.
 WAYMARK_API Mounting read_mounting(const Config& entry);
 /// Reads the keys of one entry of `maps:` that the host itself needs. Throws ConfigError, also if an input is not a

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/interface/measurement.hpp"
@@ -62,6 +63,12 @@ class WAYMARK_TYPE Source {
   virtual void stop() {}
   /// Of a live source: what happened since the last call, one line each: connected, lost, restored.
   virtual std::vector<std::string> take_events() { return {}; }
+  /// Of a live source in simulated time: the time now, which is then that of arrivals; nothing: that of the computer.
+  /// May be called by any thread.
+  virtual std::optional<Time> simulated_time() const { return std::nullopt; }
+  /// Where the robot itself says that a sensor is mounted (`base_T_sensor: from_tf`); waits for that. Nothing if this
+  /// source does not learn it. Called before `next`. Throws DataError if it was not said in time.
+  virtual std::optional<Pose> T_base_sensor(std::string_view /*sensor*/) { return std::nullopt; }
 
   /// Share of the log that was read, 0..1; negative if unknown (live).
   virtual double progress() const { return -1.0; }

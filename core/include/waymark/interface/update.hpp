@@ -86,8 +86,14 @@ struct StateView {
   const double* block;  ///< the sensor's own states, in the order it declared them
 };
 
-/// The quantity that an update observes, for monitoring.
-enum class Quantity { other, position, attitude, velocity };
+/// The quantity that an update observes, for monitoring and re-acquisition.
+enum class Quantity {
+  other,
+  position,  ///< [m]; with two or more rows the first two are east and north, one row may be a distance
+  attitude,  ///< [rad]: roll, pitch, heading, or some of them
+  velocity,  ///< [m/s]
+  height     ///< [m]
+};
 
 /// One measurement model bound to one measurement: immutable, evaluated for every particle, from many threads at once.
 class WAYMARK_TYPE Update {
@@ -95,8 +101,8 @@ class WAYMARK_TYPE Update {
   virtual ~Update() = default;
   /// Fills `out`, which the host has not reset: call `out.reset(rows, block_size)` first. Pure: no side effects.
   virtual void linearize(const StateView& state, Linearization& out) const = 0;
-  /// The observed quantity. If it is a position with two or more rows, the first two are east and north [m], and the
-  /// host monitors the innovations for a bias.
+  /// The observed quantity. The innovations of a position with two or more rows are monitored for a bias. A
+  /// sensor that is rejected many times in a row is re-acquired by inflating the covariance of this quantity.
   virtual Quantity observes() const { return Quantity::other; }
 };
 

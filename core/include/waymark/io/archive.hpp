@@ -253,7 +253,7 @@ class WAYMARK_API InArchive {
   }
 
  private:
-  /// Differences of stamps within this are no overflow: 146 years.
+  /// Differences of stamps within this are not overflow: 146 years.
   static constexpr std::int64_t kMostNanoseconds = std::int64_t{1} << 62;
   static constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
 

@@ -9,6 +9,9 @@
 
 namespace waymark {
 
+/// What the name of a file ends in until the file is complete.
+inline constexpr std::string_view kPartialSuffix = ".partial";
+
 /// A file that appears under its name only when it is complete: text is written to `<name>.partial`, and `commit`
 /// renames it. If the disk is full, all complete lines are kept under the name, and Error is thrown.
 class WAYMARK_API OutputFile {

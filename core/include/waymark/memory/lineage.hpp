@@ -2,9 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -20,31 +24,30 @@ class Lineage {
  public:
   Lineage() = default;
   Lineage(const Lineage&) = default;
-  Lineage(Lineage&&) noexcept = default;
+  Lineage(Lineage&& other) noexcept : leaf_(std::move(other.leaf_)), size_(std::exchange(other.size_, 0)) {}
   Lineage& operator=(const Lineage& other) {
-    if (this != &other) {
-      std::shared_ptr<Node> leaf = other.leaf_;  // before the release, which may free what both share
-      release(std::move(leaf_));
-      leaf_ = std::move(leaf);
-    }
+    if (this != &other) set(other.leaf_, other.size_);
     return *this;
   }
   Lineage& operator=(Lineage&& other) noexcept {
-    if (this != &other) {
-      release(std::move(leaf_));
-      leaf_ = std::move(other.leaf_);
-    }
+    if (this != &other) set(std::move(other.leaf_), std::exchange(other.size_, 0));
     return *this;
   }
   ~Lineage() { release(std::move(leaf_)); }
 
-  void append(Item item) { leaf_ = std::make_shared<Node>(Node{std::move(item), std::move(leaf_)}); }
+  void append(Item item) {
+    leaf_ = std::make_shared<Node>(Node{std::move(item), std::move(leaf_)});
+    ++size_;
+  }
   /// Removes the newest item; others that share it keep it. Must not be empty.
   void drop_last() {
     std::shared_ptr<Node> leaf = std::exchange(leaf_, leaf_->parent);
     release(std::move(leaf));
+    --size_;
   }
   bool empty() const { return leaf_ == nullptr; }
+  /// Number of items, from the root to this leaf.
+  std::size_t size() const { return size_; }
   /// The newest item, or null.
   const Item* last() const { return leaf_ == nullptr ? nullptr : &leaf_->item; }
 
@@ -54,6 +57,34 @@ class Lineage {
     for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) result.push_back(node->item);
     std::reverse(result.begin(), result.end());
     return result;
+  }
+
+  /// Removes every second one of the first `count` items of each lineage. What these lineages share they share
+  /// afterwards, too; other lineages keep all.
+  static void thin(std::span<Lineage* const> lineages, std::size_t count) {
+    std::unordered_map<const Node*, std::pair<std::shared_ptr<Node>, std::size_t>> thinned;  // with the number of items
+    std::vector<const Node*> chain;
+    for (Lineage* lineage : lineages) {
+      std::shared_ptr<Node> leaf;
+      std::size_t size = 0;
+      chain.clear();
+      for (const Node* node = lineage->leaf_.get(); node != nullptr; node = node->parent.get()) {
+        if (const auto known = thinned.find(node); known != thinned.end()) {
+          std::tie(leaf, size) = known->second;
+          break;
+        }
+        chain.push_back(node);
+      }
+      std::size_t place = lineage->size_ - chain.size();
+      for (auto node = chain.rbegin(); node != chain.rend(); ++node, ++place) {
+        if (place >= count || place % 2 == 0) {
+          leaf = std::make_shared<Node>(Node{(*node)->item, std::move(leaf)});
+          ++size;
+        }
+        thinned.emplace(*node, std::pair(leaf, size));
+      }
+      lineage->set(std::move(leaf), size);
+    }
   }
 
   /// Writes the items, leaf first, down to the first that another lineage has already written. `fields(archive, item)`
@@ -71,18 +102,18 @@ class Lineage {
   /// Reads what that wrote. Throws DataError if an item would descend from itself.
   template <class Fields>
   void serialize(InArchive& in, const Fields& fields) {
-    release(std::move(leaf_));
+    set(nullptr, 0);
     std::shared_ptr<Node>* slot = &leaf_;
     std::optional<std::uint64_t> leaf;  // number of the first item that is new: all before it have their ancestors
     while (true) {
       bool more = false;
       in.value(more);
-      if (!more) return;
+      if (!more) break;
       std::uint64_t number = 0;
       if (auto known = in.template shared<Node>(number)) {
         if (leaf && number >= *leaf) throw DataError("checkpoint: an item of a lineage descends from itself");
         *slot = std::move(known);
-        return;
+        break;
       }
       auto node = std::make_shared<Node>();
       in.remember(number, node);
@@ -91,6 +122,7 @@ class Lineage {
       *slot = node;
       slot = &node->parent;
     }
+    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) ++size_;
   }
 
  private:
@@ -106,7 +138,15 @@ class Lineage {
     while (node != nullptr && node.use_count() == 1) node = std::move(node->parent);
   }
 
+  /// Takes another leaf. The old one is released last: it may hold what both share.
+  void set(std::shared_ptr<Node> leaf, std::size_t size) {
+    std::shared_ptr<Node> old = std::exchange(leaf_, std::move(leaf));
+    release(std::move(old));
+    size_ = size;
+  }
+
   std::shared_ptr<Node> leaf_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace waymark

@@ -31,7 +31,7 @@ inline constexpr const char* kBuildKey =
     "cxxabi=" WAYMARK_STRINGIFY(__GXX_ABI_VERSION) " cxx11=" WAYMARK_STRINGIFY(_GLIBCXX_USE_CXX11_ABI) " debug=" WAYMARK_STRINGIFY(
         WAYMARK_GLIBCXX_DEBUG_) " eigen=" WAYMARK_STRINGIFY(EIGEN_WORLD_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MAJOR_VERSION) "." WAYMARK_STRINGIFY(EIGEN_MINOR_VERSION);
 
-/// What a plugin says about itself, as bytes in the section `.waymark_plugin` of its file: no pointers, so that the
+/// A plugin's description of itself, as bytes in the section `.waymark_plugin` of its file: no pointers, so that the
 /// host reads and checks it before it loads the library. Append only; `abi` stays first. The texts are as in
 /// PluginDescriptor, each filled up with zeros, of which there is at least one.
 struct PluginRecord {

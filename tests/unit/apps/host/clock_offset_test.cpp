@@ -52,14 +52,15 @@ TEST(ClockOffset, WithoutMeasurementsIsZero) {
 struct Watched {
   ClockOffset clock;
   ClockSteps steps;
-  double worst_s = 0.0;  // difference of a stamp from the true time, of those that are not in doubt
+  UsableOffsets usable;
+  double worst_s = 0.0;  // difference of a stamp from the true time, of those that are not uncertain
   int doubtful = 0;
 
   /// Adds those of `from` to `to` seconds; their clock is fast by `fast_s`, and they take `delay_s` more than usual.
   void add(double from, double to, double fast_s, double more_delay_s = 0.0) {
     for (double t = from; t < to; t += 0.05) {
       const Time arrival = at(t + delay(static_cast<int>(20.0 * t)) + more_delay_s);
-      const Time stamp = steps.corrected(at(t + fast_s), arrival, clock.best_offset());
+      const Time stamp = steps.corrected(at(t + fast_s), arrival, clock.best_offset(usable), usable);
       if (steps.in_doubt()) {
         ++doubtful;
         continue;
@@ -132,6 +133,25 @@ TEST(ClockSteps, OneWrongStampIsPassedOnAsItIs) {
   sensor.add(20.0, 40.0, 0.0);
   EXPECT_EQ(sensor.doubtful, 0);
   EXPECT_EQ(sensor.steps.total(), Duration::zero());
+}
+
+/// A receiver begins with any date, until its first fix. What is refused until then must not be refused for ever.
+TEST(ClockSteps, AClockThatIsWrongFromTheStartIsNotCarriedOn) {
+  for (const double wrong_s : {2.4e9, -6e8, -1.7e9, 3600.0, 5.0}) {
+    for (const double until : {0.05, 0.2, 60.0}) {
+      Watched sensor;
+      sensor.usable = {from_seconds(-3600.0), from_seconds(1.1)};
+      sensor.add(0.0, until, wrong_s);
+      sensor.worst_s = 0.0;
+      sensor.add(until, until + 60.0, 0.0);
+      EXPECT_EQ(sensor.steps.total(), Duration::zero()) << wrong_s << " s until " << until;
+      EXPECT_EQ(sensor.doubtful, 0) << wrong_s << " s until " << until;
+      EXPECT_LT(sensor.worst_s, 1e-6) << wrong_s << " s until " << until;
+      // Once it was right, a step is one.
+      sensor.add(until + 60.0, until + 80.0, 7200.0);
+      EXPECT_NEAR(to_seconds(sensor.steps.total()), 7200.0, 0.1) << wrong_s << " s until " << until;
+    }
+  }
 }
 
 TEST(ClockSteps, StampsOfAnyValueAreTaken) {

@@ -182,6 +182,30 @@ TEST(LiveInput, ASourceThatFailsIsReportedAndTheOthersGoOn) {
   EXPECT_THAT(setup.input->take_events(), ElementsAre(HasSubstr("unplugged")));
 }
 
+/// A list, with the time of a simulation.
+class Simulation final : public Source {
+ public:
+  Simulation() : script_(std::vector<std::string>{"a"}, std::vector{reading(11.9), reading(12.0)}) {}
+  const std::vector<Channel>& channels() const override { return script_.channels(); }
+  std::optional<Measurement> next() override {
+    now_ += std::chrono::seconds(1);
+    return script_.next();
+  }
+  std::optional<Time> simulated_time() const override { return now_; }
+
+ private:
+  Scripted script_;
+  Time now_{std::chrono::seconds(11)};
+};
+
+TEST(LiveInput, ArrivalsAreInTheTimeOfASimulation) {
+  const auto simulation = std::make_shared<Simulation>();
+  const auto clock = std::make_shared<LiveClock>(simulation);
+  LiveInput input({simulation}, clock);
+  EXPECT_EQ(input.next()->arrival, Time{std::chrono::seconds(12)});
+  EXPECT_EQ(input.next()->arrival, Time{std::chrono::seconds(13)});
+}
+
 TEST(PacedLog, DeliversWhenTheRobotWould) {
   const auto clock = std::make_shared<LiveClock>();
   PacedLog log(std::make_shared<Scripted>(std::vector<std::string>{"a"}, std::vector{reading(10.0), reading(10.05)}),

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "checkpoint_file.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/command.hpp"
@@ -331,6 +332,27 @@ TEST(Session, BeginsAnewIfThereIsNoCheckpointToGoOnFrom) {
   EXPECT_THAT(session.resume_if_possible(folder / "none.ckpt"), HasSubstr("cannot be read"));
   session.play();
   EXPECT_TRUE(session.finish().failures.empty());
+}
+
+/// A robot that starts again after an update must not wait for somebody who removes a file.
+TEST(Session, BeginsAnewIfTheStateOfTheCheckpointCannotBeLoaded) {
+  const test::TemporaryFolder folder;
+  const std::string command = "set sensors.wheels.speed_noise_m_per_sqrt_s=[0.5, 0.01]";
+  Session first(robot_with(command), {.until_s = 2.55});
+  first.play();
+  first.suspend(folder / "half.ckpt");
+  CheckpointIdentity identity;
+  const std::string state = read_checkpoint(folder / "half.ckpt", identity);
+  Session fresh(robot(), {});
+  fresh.play();
+  const double whole = x_at_end(fresh);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{20}, std::size_t{200}, state.size() / 2}) {
+    write_checkpoint(folder / "half.ckpt", identity, std::string_view(state).substr(0, size));
+    Session session(live(), {});
+    EXPECT_THAT(session.resume_if_possible(folder / "half.ckpt"), HasSubstr("half.ckpt")) << size;
+    for (int k = 0; k < kTwists; ++k) session.add(twist(k));
+    EXPECT_EQ(x_at_end(session), whole) << size;
+  }
 }
 
 TEST(Session, RefusesACheckpointThatIsMissing) {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "waymark/base/error.hpp"
 #include "waymark/config/config.hpp"
 
 namespace waymark {
@@ -101,6 +102,18 @@ TEST(ConfigEffective, DoesNotInventEmptyMappings) {
   config.items("items")[0].child_or_empty("gate").child_or_empty("deep").number(
       "x", std::numeric_limits<double>::infinity());
   EXPECT_EQ(config.effective(), "items:\n  - {}\n");
+}
+
+TEST(ConfigEffective, HasWhatAWordStandsForOnceThatIsSettled) {
+  const Config config = Config::parse("a: { where: from_tf }");
+  const Config entry = config.child("a");
+  EXPECT_TRUE(entry.is_word("where", "from_tf"));
+  EXPECT_FALSE(entry.is_word("where", "anywhere"));
+  entry.replace("where", "{ x_m: 0.25 }");
+  EXPECT_EQ(entry.child("where").number("x_m"), 0.25);
+  EXPECT_EQ(config.effective(), "a:\n  where:\n    x_m: 0.25\n");
+  EXPECT_THROW(entry.replace("where", "{ x_m: [ }"), ConfigError);
+  EXPECT_THROW(entry.replace("nowhere", "1"), ConfigError);
 }
 
 TEST(ConfigEffective, OfNothingIsAnEmptyMapping) { EXPECT_EQ(Config::parse("").effective(), "{}\n"); }

@@ -167,7 +167,7 @@ TEST(GeoreferenceFilter, InflatingSetsTheMapFreeAndNotTheWayInIt) {
   prior.mean.block = BlockVector::Zero(3);
   prior.P = ErrorMatrix::Zero(layout.size(), layout.size());
   filter.start(prior, true);
-  filter.inflate_pose(4.0, 0.1);
+  filter.inflate_pose({.position = 4.0, .yaw = 0.1});
   EXPECT_EQ(pose_covariance(filter.particles().front().belief, layout), Eigen::Matrix3d::Zero());
   EXPECT_NEAR(filter.mixture().P(0, 0), 4.0, 1e-12);
 }

@@ -35,7 +35,7 @@ TEST(Smoother, EndsAsTheFilterEnds) {
   FusionRobot robot(kSmooth);
   robot.play(outage());
   const SmoothedPose last = robot.fusion().report().smoothed.back();
-  EXPECT_EQ(last.stamp, robot.fusion().filter().stamp());
+  EXPECT_EQ(last.stamp, robot.filter().stamp());
   EXPECT_LT((last.T_map_base.p - robot.pose().p).norm(), 1e-12);
   EXPECT_LT((last.P - robot.pose_P()).norm(), 1e-12);
 }

@@ -278,7 +278,7 @@ TEST(FusionGap, MapsStay) {
       log.push_back(reading(330.0 + k, 2, std::make_shared<LaserScan>()));
     }
     robot.play(in_order(log));
-    const auto& map = dynamic_cast<const ToyMap&>(*robot.fusion().filter().particles().front().maps.front());
+    const auto& map = dynamic_cast<const ToyMap&>(*robot.filter().particles().front().maps.front());
     EXPECT_GT(map.written().size(), 55U);
     EXPECT_NEAR(robot.pose().p.y(), 530.0, 2.0) << georeference;
     EXPECT_NEAR(robot.pose().p.x(), 40.0, 2.0) << georeference;

@@ -83,7 +83,7 @@ TEST(FusionLate, AnObserverSeesTheLateMeasurementWithTheBeliefOfNow) {
   for (const Measurement& other : log) {
     if (other.stamp < at(11.0)) robot.fusion().add(other);
   }
-  const Belief before = robot.fusion().filter().mixture();
+  const Belief before = robot.filter().mixture();
   const std::size_t seen = robot.seen().size();
   m.arrival = at(11.0);
   robot.fusion().add(m);
@@ -92,7 +92,7 @@ TEST(FusionLate, AnObserverSeesTheLateMeasurementWithTheBeliefOfNow) {
   const Seen& last = robot.seen().back();
   EXPECT_EQ(last.sensor, 1U);
   EXPECT_EQ(last.fate, Fate::fused);
-  EXPECT_EQ(last.belief.stamp, robot.fusion().filter().stamp());
+  EXPECT_EQ(last.belief.stamp, robot.filter().stamp());
   EXPECT_GT(last.belief.stamp, m.stamp);
   EXPECT_GE(last.belief.stamp, before.stamp);
 }
@@ -220,7 +220,7 @@ TEST(FusionLate, WithMapsPosesStayAndWeightsMove) {
   drive(log, 0.0, 5.0, 1.0);
   for (const Measurement& m : in_order(log)) robot.fusion().add(m);
   std::vector<Eigen::Vector3d> before;
-  for (const particles::Particle& particle : robot.fusion().filter().particles())
+  for (const particles::Particle& particle : robot.filter().particles())
     before.push_back(particle.belief.mean.T_map_base.p);
   Measurement late = fix(4.0, 4.0, 0.1);
   late.arrival = at(4.9);
@@ -230,7 +230,7 @@ TEST(FusionLate, WithMapsPosesStayAndWeightsMove) {
   double nearest = 1e9;
   double weight_of_nearest = 0.0;
   for (std::size_t i = 0; i < before.size(); ++i) {
-    const particles::Particle& particle = robot.fusion().filter().particles()[i];
+    const particles::Particle& particle = robot.filter().particles()[i];
     EXPECT_EQ(particle.belief.mean.T_map_base.p, before[i]);
     const double weight = std::exp(particle.log_weight);
     const double distance = std::abs(particle.belief.mean.T_map_base.p.y() - 0.1);

@@ -60,7 +60,7 @@ TEST(FusionMotionFromMaps, ScansAloneGivePoseAndTwist) {
   const double end = 30 * kPeriod;
   EXPECT_NEAR((robot.pose().p - truth(end).p).norm(), 0.0, 0.02);
   EXPECT_NEAR(robot.pose().yaw(), kYawRate * end, 0.005);
-  const NavState& mean = robot.fusion().filter().mixture().mean;
+  const NavState& mean = robot.filter().mixture().mean;
   EXPECT_NEAR(mean.v_base.x(), kSpeed, 0.05);
   EXPECT_NEAR(mean.w_base.z(), kYawRate, 0.02);
   EXPECT_EQ(robot.report(0).mapped, 31U);

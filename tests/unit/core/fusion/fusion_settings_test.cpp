@@ -215,7 +215,7 @@ TEST_F(Shares, AnInputThatIsNoSensorIsRefused) {
     FAIL() << "nothing was thrown";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(),
-                AllOf(StartsWith("robot.yaml:2:"), HasSubstr("inputs"), HasSubstr("\"sonar\" is no sensor")));
+                AllOf(StartsWith("robot.yaml:2:"), HasSubstr("inputs"), HasSubstr("\"sonar\" is not a sensor")));
   }
   EXPECT_THROW(normalize("  - { name: a, plugin: p, inputs: [] }\n"), ConfigError);
 }

@@ -40,6 +40,19 @@ TEST(FusionStart, WithAnAbsoluteSensorThePoseHasTheUncertaintyOfTheYaml) {
   EXPECT_NEAR(robot.pose_P()(2, 2), 25.0 * kDeg * kDeg, 1e-12);
 }
 
+TEST(FusionStart, AtAPoseThatIsGivenBeforeInPlaceOfWhatTheSensorsFind) {
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  robot.play({fix(0.0, 5.0, 6.0, 1)});
+  EXPECT_FALSE(robot.fusion().started()) << "the heading is not known";
+  robot.fusion().set_pose({{1.0, 2.0}, 30.0 * kDeg, 0.2, 0.1});
+  robot.play({twist(0.1, 0.0)});
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().p.x(), 1.0, 1e-9);
+  EXPECT_NEAR(robot.pose().p.y(), 2.0, 1e-9);
+  EXPECT_NEAR(robot.pose().yaw(), 30.0 * kDeg, 1e-9);
+  EXPECT_NEAR(robot.pose_P()(0, 0), 0.04, 1e-9);
+}
+
 std::string antenna(const std::string& name, const std::string& place) {
   return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [" + place +
          ", 0], sigma_m: 0.05, offset_sigma_m: 0 }\n";
@@ -266,7 +279,7 @@ TEST(FusionStart, AnUnusableFixIsNoStart) {
 TEST(FusionStart, ParticlesDrawTheirStart) {
   FusionRobot robot(kAtOrigin + "filter: { particles: 500, sampling_fraction: 1 }\nsensors:\n" + kWheels + gps());
   robot.play({twist(0.0, 0.0)});
-  EXPECT_GT(robot.fusion().filter().particles()[0].belief.mean.T_map_base.p.norm(), 0.0);
+  EXPECT_GT(robot.filter().particles()[0].belief.mean.T_map_base.p.norm(), 0.0);
   // A variance out of 500 draws: 5σ, σ = √(2/500) of it.
   EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 0.01 * 5.0 * std::sqrt(2.0 / 500.0));
 }

@@ -64,7 +64,7 @@ TEST(FusionStandstill, WheelsThatFailWhileTheyTurnDoNotStopTheRobot) {
   drive(log, 0.0, 5.0, 1.0);
   for (int k = 0; k < 100; ++k) log.push_back(twist(0.1 * k + 0.05, 0.0, 0.0, 1));
   robot.play(in_order(log));
-  EXPECT_NEAR(robot.fusion().filter().mixture().mean.v_base.x(), 1.0, 0.1);
+  EXPECT_NEAR(robot.filter().mixture().mean.v_base.x(), 1.0, 0.1);
   EXPECT_NEAR(robot.pose().p.x(), 9.9, 1.0);
 }
 
@@ -74,7 +74,7 @@ TEST(FusionStandstill, TheRobotStartsAgain) {
   drive(log, 0.0, 60.0, 0.0);
   drive(log, 60.0, 70.0, 1.0);
   robot.play(in_order(log));
-  EXPECT_NEAR(robot.fusion().filter().mixture().mean.v_base.x(), 1.0, 0.05);
+  EXPECT_NEAR(robot.filter().mixture().mean.v_base.x(), 1.0, 0.05);
   EXPECT_NEAR(robot.pose().p.x(), 9.9, 0.1);  // from the first twist at 60.0 to the last at 69.9
   EXPECT_EQ(robot.report(0).gated, 0U);
 }
@@ -180,12 +180,12 @@ TEST(FusionFront, AppliesWhatIsNotYetCommitted) {
   FusionRobot robot(windowed("{ max_latency_s: 2.0 }"));
   for (const Measurement& m : curve()) robot.fusion().add(m);
   const Time last = at(9.9);
-  const Time committed = robot.fusion().filter().stamp();
+  const Time committed = robot.filter().stamp();
   ASSERT_LT(committed, at(8.0));
   const Belief front = robot.fusion().front(last);
-  EXPECT_EQ(robot.fusion().filter().stamp(), committed) << "the committed side was touched";
+  EXPECT_EQ(robot.filter().stamp(), committed) << "the committed side was touched";
   robot.fusion().finish();
-  const Belief& mixture = robot.fusion().filter().mixture();
+  const Belief& mixture = robot.filter().mixture();
   EXPECT_EQ(front.stamp, mixture.stamp);
   EXPECT_LT(boxminus(front.mean, mixture.mean, robot.fusion().layout()).norm(), 1e-12);
   EXPECT_LT((front.P - mixture.P).cwiseAbs().maxCoeff(), 1e-12);
@@ -194,7 +194,7 @@ TEST(FusionFront, AppliesWhatIsNotYetCommitted) {
 TEST(FusionFront, EqualsTheCommittedResultOnceAllIsCommitted) {
   FusionRobot robot(windowed("{ max_latency_s: 0.5, particles: 10 }"));
   robot.play(curve());
-  const Belief& mixture = robot.fusion().filter().mixture();
+  const Belief& mixture = robot.filter().mixture();
   const Belief front = robot.fusion().front(mixture.stamp);
   EXPECT_EQ(front.P, mixture.P);
   EXPECT_EQ(front.mean.T_map_base.p, mixture.mean.T_map_base.p);
@@ -217,11 +217,11 @@ TEST(FusionFront, OfAnotherThreadAgreesWithTheFilter) {
   const std::unique_ptr<Front> front = robot.fusion().front();
   ASSERT_NE(front, nullptr);
   for (const Measurement& m : log) {
-    if (m.stamp > robot.fusion().filter().stamp()) front->add(m);  // those of the queue, too
+    if (m.stamp > robot.filter().stamp()) front->add(m);  // those of the queue, too
   }
   for (std::size_t i = half; i < log.size(); ++i) robot.fusion().add(log[i]);
   robot.fusion().finish();
-  const Belief& mixture = robot.fusion().filter().mixture();
+  const Belief& mixture = robot.filter().mixture();
   const Belief ahead = front->at(mixture.stamp);
   EXPECT_LT(boxminus(ahead.mean, mixture.mean, robot.fusion().layout()).norm(), 1e-9);
   EXPECT_LT((ahead.P - mixture.P).cwiseAbs().maxCoeff(), 1e-9);
@@ -270,7 +270,7 @@ TEST(FusionSetPose, BeginsAnewThereAndLaterMeasurementsGoOn) {
   robot.fusion().add(twist(1.0, 0.0));
   robot.fusion().set_pose({{10.0, 20.0}, 0.5 * std::numbers::pi, 0.3, 0.1});
   robot.fusion().add(twist(1.1, 0.0));
-  const Belief& belief = robot.fusion().filter().mixture();
+  const Belief& belief = robot.filter().mixture();
   EXPECT_NEAR(belief.mean.T_map_base.p.x(), 10.0, 0.4);
   EXPECT_NEAR(belief.mean.T_map_base.p.y(), 20.0, 0.4);
   EXPECT_NEAR(belief.mean.T_map_base.yaw(), 0.5 * std::numbers::pi, 0.15);
@@ -280,10 +280,16 @@ TEST(FusionSetPose, BeginsAnewThereAndLaterMeasurementsGoOn) {
 
 TEST(FusionSetPose, RefusesWhatIsNoPose) {
   FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels);
-  EXPECT_THROW(robot.fusion().set_pose({}), Error) << "not started";
   robot.fusion().add(twist(0.0, 1.0));
   EXPECT_THROW(robot.fusion().set_pose({{std::nan(""), 0.0}, 0.0, 0.3, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, std::nan("")}, 0.0, 0.3, 0.1}), Error);
   EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 0.0, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 1e-300, 0.1}), Error) << "its square is 0";
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 1e200, 0.1}), Error) << "its square is infinite";
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, 0.0, 0.3, 1e200}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{1e300, 0.0}, 0.0, 0.3, 0.1}), Error);
+  EXPECT_THROW(robot.fusion().set_pose({{0.0, 0.0}, HUGE_VAL, 0.3, 0.1}), Error);
+  EXPECT_NO_THROW(robot.fusion().set_pose({{1e6, -1e6}, 1e3, 0.3, 0.1}));
 }
 
 TEST(Fusion, ReportsTheLastMeasurementAgain) {

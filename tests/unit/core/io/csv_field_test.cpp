@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace waymark {
 namespace {
 
@@ -16,6 +18,12 @@ TEST(CsvField, QuotesWhatWouldTearARow) {
   EXPECT_EQ(csv_field("a\nb"), "\"a\nb\"");
   EXPECT_EQ(csv_field("a\rb"), "\"a\rb\"");
   EXPECT_EQ(csv_field("5\" scanner"), "\"5\"\" scanner\"");
+}
+
+TEST(CsvField, LeavesAnUnknownNumberEmpty) {
+  EXPECT_EQ(csv_field(-1.5, 3), "-1.500");
+  EXPECT_EQ(csv_field(std::numeric_limits<double>::quiet_NaN(), 3), "");
+  EXPECT_EQ(csv_field(-std::numeric_limits<double>::infinity(), 3), "");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "unit/core/particle_run.hpp"
 
@@ -47,6 +48,24 @@ TEST(ParticleFilter, WithOneParticleIsAPlainEkf) {
   EXPECT_EQ(filter.mixture().mean.T_map_base.p, expected.mean.T_map_base.p);
   EXPECT_TRUE(outcome.accepted);
   EXPECT_DOUBLE_EQ(outcome.nis, innovation.density.squared_mahalanobis);
+}
+
+TEST(ParticleFilter, PathsDoNotGrowBeyondTheirBound) {
+  ParticleFilterSettings settings = spread_settings(3);
+  settings.path_poses = 100;
+  ParticleRun run(settings);
+  particles::ParticleFilter& filter = run.filter();
+  filter.start(run.prior(), true);
+  for (int i = 1; i <= 2000; ++i) {
+    filter.predict(test::at(i), false);
+    if (i % 3 == 0) filter.record_tentative_path();
+    if (i % 3 != 0) filter.record_path();
+    for (const particles::Particle& particle : filter.particles()) ASSERT_LE(particle.path.size(), 100U) << i;
+  }
+  const std::vector<StampedPose> poses = filter.particles()[0].path.poses();
+  EXPECT_GT(poses.size(), 60U);
+  EXPECT_EQ(poses.front().stamp, test::at(1)) << "the beginning is not cut off";
+  EXPECT_EQ(poses.back().stamp, test::at(2000));
 }
 
 TEST(ParticleFilter, MixtureHasTheMomentsWithinPlusBetween) {
@@ -171,7 +190,7 @@ TEST(ParticleFilter, ResamplesOnlyBelowTheThreshold) {
 TEST(ParticleFilter, InflatesThePoseOnly) {
   ParticleRun run({});
   run.filter().start(run.prior(), false);
-  run.filter().inflate_pose(4.0, 0.5);
+  run.filter().inflate_pose({.position = 4.0, .height = 9.0, .tilt = 9.0, .yaw = 0.5});
   EXPECT_EQ(run.filter().mixture().P.diagonal() - run.prior().P.diagonal(),
             (ErrorVector(6) << 4.0, 4.0, 0.5, 0.0, 0.0, 0.0).finished());
 }

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particles/path.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <span>
 #include <sstream>
+#include <vector>
 
 #include "unit/core/beliefs.hpp"
 
 namespace waymark {
 namespace {
+
+using ::testing::ElementsAre;
 
 void extend(particles::Path& path, int from, int to) {
   for (int i = from; i < to; ++i) path.append(test::at(i), Pose::planar(i, -i, 0.001 * i));
@@ -135,6 +140,58 @@ TEST(Path, ALoadedMillionPosesOutlivedByTheArchiveAreFreedWithoutRecursion) {
   in(loaded);
   EXPECT_EQ(loaded.poses().size(), static_cast<std::size_t>(kLong));
   loaded = particles::Path();
+}
+
+std::vector<int> seconds(const particles::Path& path) {
+  std::vector<int> all;
+  for (const StampedPose& pose : path.poses())
+    all.push_back(static_cast<int>(to_seconds(pose.stamp - test::at(0)) + 0.5));
+  return all;
+}
+
+TEST(Path, ThinningRemovesEverySecondPoseOfTheBeginning) {
+  particles::Path path;
+  extend(path, 0, 5);
+  for (int i = 5; i < 8; ++i) path.append_tentative(test::at(i), Pose::planar(i, -i, 0.0));
+  particles::Path* const one = &path;
+  particles::Path::thin(std::span(&one, 1), 7);
+  EXPECT_THAT(seconds(path), ElementsAre(0, 2, 4, 6, 7));
+  EXPECT_EQ(path.size(), 5U);
+  particles::Path::thin(std::span(&one, 1), 3);
+  EXPECT_THAT(seconds(path), ElementsAre(0, 4, 6, 7));
+}
+
+TEST(Path, ThinnedPathsShareTheirTrunkAsBefore) {
+  particles::Path trunk;
+  extend(trunk, 0, 1000);
+  std::vector<particles::Path> paths(5, trunk);
+  std::vector<particles::Path*> all;
+  for (int i = 0; i < 5; ++i) {
+    particles::Path& path = paths[static_cast<std::size_t>(i)];
+    extend(path, 2000 + i, 2003 + i);
+    all.push_back(&path);
+  }
+  particles::Path::thin(all, 500);
+  for (int i = 0; i < 5; ++i) {
+    const std::vector<int> left = seconds(paths[static_cast<std::size_t>(i)]);
+    ASSERT_EQ(left.size(), 753U);
+    EXPECT_EQ(left.size(), paths[static_cast<std::size_t>(i)].size());
+    EXPECT_EQ(left[1], 2);
+    EXPECT_EQ(left.back(), 2002 + i);
+  }
+  EXPECT_LT(saved(paths).size(), saved({paths[0]}).size() + 5 * 600);
+  EXPECT_EQ(trunk.poses().size(), 1000U) << "of others";
+}
+
+TEST(Path, ALoadedPathIsThinnedAsTheOneThatWasSaved) {
+  particles::Path path;
+  extend(path, 0, 100);
+  std::istringstream stream(saved({path}));
+  InArchive in(stream);
+  particles::Path loaded;
+  in(loaded);
+  for (particles::Path* each : {&path, &loaded}) particles::Path::thin(std::span(&each, 1), 51);
+  EXPECT_EQ(seconds(loaded), seconds(path));
 }
 
 // --- a robot that stands ---------------------------------------------------------------------------------------------

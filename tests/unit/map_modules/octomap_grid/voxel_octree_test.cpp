@@ -180,7 +180,7 @@ TEST(VoxelOctree, AWriteClonesTheBricksThatChange) {
   EXPECT_EQ(free.nodes(), 1U);
 }
 
-/// Bricks and their values are freed with the last map that holds them; the sanitizers tell if not.
+/// Bricks and their values are freed with the last map that holds them; the sanitizers report if not.
 TEST(VoxelOctree, BricksOutliveTheMapThatMadeThem) {
   std::mt19937 random(6);
   std::vector<LocalVoxel> changed;
@@ -232,7 +232,7 @@ TEST(VoxelOctree, ComesBackFromAnArchive) {
       EXPECT_TRUE(tree_read.is_unknown());
       return false;
     }
-    tree_read.nodes();  // and the sanitizers tell if that reads beyond
+    tree_read.nodes();  // and the sanitizers report if that reads beyond
     return true;
   };
   for (std::size_t length = 0; length < bytes.size(); length += 37) EXPECT_FALSE(load(bytes.substr(0, length)));

@@ -31,7 +31,7 @@ std::string saved(const VoxelOctree& tree) {
   return stream.str();
 }
 
-/// Threads write into copies of one octree and drop them; the thread sanitizer tells if one reads what another frees.
+/// Threads write into copies of one octree and drop them; the thread sanitizer reports if one reads what another frees.
 TEST(VoxelOctree, ThreadsShareBricks) {
   std::mt19937 random(7);
   VoxelOctree tree;

@@ -221,7 +221,8 @@ TEST(Compass, JacobiansAgreeWithDifferences) {
   check();
 }
 
-// --- doubts --------------------------------------------------------------------------------------------------------
+// --- implausible
+// --------------------------------------------------------------------------------------------------------
 
 TEST(Compass, AFieldOfWrongStrengthOrDipIsRefused) {
   Bench bench("declination: none, field_settle_s: 1");
@@ -279,13 +280,13 @@ TEST(Compass, AFieldThatMovesAlongIsNot) {
 TEST(Compass, AHeadingThatJumpsIsDoubtedButNotForEver) {
   Bench bench("declination: none, sigma_deg: 3, jump_patience_s: 5");
   for (int k = 0; k < 10; ++k) ASSERT_EQ(bench.feed(heading(90.0 + k % 3)), 1u);
-  int doubted = 0;
+  int rejected = 0;
   for (int k = 0; k < 100; ++k) {
     if (bench.feed(heading(130.0)) > 0) continue;
-    ++doubted;
+    ++rejected;
     EXPECT_THAT(std::string(bench.updates.degraded_reason()), HasSubstr("heading jumps"));
   }
-  EXPECT_EQ(doubted, 50);
+  EXPECT_EQ(rejected, 50);
 }
 
 // --- start, state, refusals ----------------------------------------------------------------------------------------

@@ -362,10 +362,10 @@ TEST(Dgps, IsAbsoluteAndNoMotionSource) {
   EXPECT_FALSE(bench.sensor().traits().is_motion_source);
 }
 
-// --- doubts ----------------------------------------------------------------------------------------------------
+// --- implausible ----------------------------------------------------------------------------------------------------
 
-/// Feeds a fix; the doubt about it, or nothing if it gave its update.
-std::string doubt(Sensor& sensor, const StateLayout& layout, const NavState& mean, const GnssFix& fix, double t) {
+/// Feeds a fix; why it was rejected, or nothing if it gave its update.
+std::string rejection(Sensor& sensor, const StateLayout& layout, const NavState& mean, const GnssFix& fix, double t) {
   Belief belief;
   belief.mean = mean;
   belief.P = 0.01 * ErrorMatrix::Identity(layout.size(), layout.size());
@@ -378,9 +378,9 @@ std::string doubt(Sensor& sensor, const StateLayout& layout, const NavState& mea
 TEST(DgpsDoubts, AJumpIsSaidAndGivesNoUpdate) {
   const auto sensor = make_sensor("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3 }");
   const StateLayout layout(StateLayout::Motion::planar, {{"gps", {}}});
-  EXPECT_EQ(doubt(*sensor, layout, {}, local(0.1, 0.0), 1.0), "");
-  EXPECT_THAT(doubt(*sensor, layout, {}, local(30.0, 0.0), 2.0), HasSubstr("jumps"));
-  EXPECT_EQ(doubt(*sensor, layout, {}, local(0.1, 0.2), 3.0), "");
+  EXPECT_EQ(rejection(*sensor, layout, {}, local(0.1, 0.0), 1.0), "");
+  EXPECT_THAT(rejection(*sensor, layout, {}, local(30.0, 0.0), 2.0), HasSubstr("jumps"));
+  EXPECT_EQ(rejection(*sensor, layout, {}, local(0.1, 0.2), 3.0), "");
 }
 
 TEST(DgpsDoubts, WhereTheMapHasAPlaceOnTheEarthTheFixIsLookedForThere) {
@@ -393,9 +393,9 @@ TEST(DgpsDoubts, WhereTheMapHasAPlaceOnTheEarthTheFixIsLookedForThere) {
   mean.T_map_base = Pose::planar(100.0, 60.0, 0.5 * std::numbers::pi);  // in ENU, as the mixture is
   mean.block.setZero(layout.block_size());
   mean.block << 100.0, 50.0, 0.5 * std::numbers::pi;  // x, y, yaw of the map: there the robot is at (10, 0)
-  EXPECT_EQ(doubt(*sensor, layout, mean, local(100.0, 60.0), 1.0), "");
-  EXPECT_EQ(doubt(*sensor, layout, mean, local(100.2, 59.9), 2.0), "");
-  EXPECT_THAT(doubt(*sensor, layout, mean, local(10.0, 0.0), 3.0), HasSubstr("jumps"));
+  EXPECT_EQ(rejection(*sensor, layout, mean, local(100.0, 60.0), 1.0), "");
+  EXPECT_EQ(rejection(*sensor, layout, mean, local(100.2, 59.9), 2.0), "");
+  EXPECT_THAT(rejection(*sensor, layout, mean, local(10.0, 0.0), 3.0), HasSubstr("jumps"));
 }
 
 TEST(DgpsDoubts, SettlingIsSaidWhileTheFixIsUsed) {

@@ -25,7 +25,7 @@ Pose truth(double t) {  // a circle of 20 m
   return Pose::planar(kSpeed / kRate * std::sin(yaw), kSpeed / kRate * (1.0 - std::cos(yaw)), yaw);
 }
 
-/// What the receiver makes of the true position at t; nothing: no fix.
+/// The receiver's fix for the true position at t; nothing: no fix.
 using Fault = std::function<std::optional<Eigen::Vector2d>(double t, const Eigen::Vector2d& good, Random& random)>;
 
 std::vector<Measurement> log_with(const Fault& fault, std::uint64_t seed) {
@@ -132,7 +132,7 @@ TEST(DgpsFaults, AWrongStartIsFoundOut) {
 }
 
 TEST(DgpsFaults, AStepOfTheReceiverThatStaysIsFollowed) {
-  // So does a filter whose robot was carried away: the sensor cannot tell.
+  // So does a filter whose robot was carried away: the sensor cannot distinguish the two.
   const Fault stepped = [](double t, const Eigen::Vector2d& good, Random&) {
     return std::optional<Eigen::Vector2d>(t < 100.0 ? good : good + Eigen::Vector2d(100.0, 0.0));
   };

@@ -65,10 +65,10 @@ TEST(FixMonitor, JumpsThatAgreeAreBelievedWhenThePatienceIsOver) {
 TEST(FixMonitor, AWrongHeadingOfTheFilterLocksNothingOut) {
   Bench bench("{ jump_patience: 4 }");
   for (int i = 0; i < 3; ++i) bench.see({0.0, 0.0});
-  int doubted = 0;
+  int rejected = 0;
   const Eigen::Vector2d from = bench.expected;
-  for (int i = 0; i < 40; ++i) doubted += bench.see_at(from + Eigen::Vector2d(0.0, 2.0 * i)) != Verdict::good;
-  EXPECT_EQ(doubted, 4);
+  for (int i = 0; i < 40; ++i) rejected += bench.see_at(from + Eigen::Vector2d(0.0, 2.0 * i)) != Verdict::good;
+  EXPECT_EQ(rejected, 4);
 }
 
 TEST(FixMonitor, JumpsThatDisagreeAreNotBelievedForLong) {

@@ -172,6 +172,45 @@ TEST(Imu, HeadingComesInsteadOfTheRates) {
   EXPECT_NEAR(*hint->yaw_rad, 0.7 - 10.0 * M_PI / 180.0, 1e-9);
 }
 
+TEST(Imu, HeadingAndRatesTogetherAreBoth) {
+  const Eigen::Quaterniond q = so3::from_rpy(0.1, 0.2, 0.7);
+  Bench bench(", heading: true, rates: true");
+  EXPECT_TRUE(bench.sensor->traits().is_motion_source);
+  EXPECT_TRUE(bench.sensor->traits().is_absolute);
+  EXPECT_TRUE(bench.sensor->block().empty());
+  bench.feed(sample_of(Eigen::Vector3d::Zero(), q), 3.0);
+  ASSERT_EQ(bench.updates.size(), 2u);
+  bench.state.w_base = Eigen::Vector3d(0.1, 0.2, 0.3);
+  EXPECT_LT((bench.model(0).residual - Eigen::Vector3d(-0.1, -0.2, -0.3)).norm(), 1e-3);
+  bench.state.T_map_base.q = so3::exp({0.01, -0.02, -0.03}) * q;
+  EXPECT_LT((bench.model(1).residual - Eigen::Vector3d(-0.01, 0.02, 0.03)).norm(), 1e-3);
+  EXPECT_FALSE(Bench(", heading: true, rates: false").sensor->traits().is_motion_source);
+  EXPECT_THROW(Bench(", rates: true"), ConfigError) << "without heading the rates are always given";
+}
+
+TEST(Imu, WithTheRatesTheFirstSampleAlreadyGivesTheAttitude) {
+  const Eigen::Quaterniond q = so3::from_rpy(0.3, -0.2, 0.7);
+  Bench bench(", heading: true, rates: true");
+  bench.feed(sample_of(Eigen::Vector3d::Zero(), q), 0.01);
+  ASSERT_EQ(bench.updates.size(), 2u);
+  bench.state.T_map_base.q = q;
+  EXPECT_LT(bench.model(1).residual.norm(), 1e-9);
+  bench.feed(sample_of(Eigen::Vector3d::Zero(), q), 0.01);
+  EXPECT_EQ(bench.updates.size(), 1u) << "the next one comes after the levelling";
+}
+
+TEST(Imu, OneAttitudeCountsInFullWhileTheMainFilterIsMuchLessCertain) {
+  const auto variance_with = [](const std::string& keys, double main) {
+    Bench bench(keys);
+    bench.variance = main;
+    bench.feed(sample_of(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()), 3.0);
+    return bench.model(bench.updates.size() - 1).R(0, 0);
+  };
+  const std::string both = ", heading: true, rates: true";
+  EXPECT_NEAR(variance_with(both, 1e-9) / variance_with(both, 1.0), 2.0 * 2.0 / 0.01, 1e-6);  // 2 · time / interval
+  EXPECT_EQ(variance_with(", heading: true", 1.0), variance_with(both, 1e-9));
+}
+
 TEST(Imu, AWrongMountingIsRefusedWithTheAxis) {
   Bench bench;
   const Eigen::Quaterniond on_its_side = so3::from_rpy(-0.5 * M_PI, 0.0, 0.0);

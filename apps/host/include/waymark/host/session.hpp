@@ -60,7 +60,7 @@ class Session {
   /// configuration (but for sinks, plugin_path and filter.threads) or log are others.
   void resume(const std::filesystem::path& checkpoint);
   /// The same for a running robot that starts again: if the file cannot be used (missing, damaged, of another
-  /// configuration), the session begins without it. Returns the reason then, else an empty text.
+  /// configuration or version), the session begins without it. Returns the reason then, else an empty text.
   std::string resume_if_possible(const std::filesystem::path& checkpoint);
   /// Reads the source to its end, `until_s` or `stop`. An error in the log or a lack of memory also ends it
   /// (`SessionResult::log_error`); results up to there are kept.

@@ -169,7 +169,8 @@ TEST(CameraExtraction, ABlackThingHasEdgesButNoColour) {
   EXPECT_NEAR(seen.observation.detections[0].xyr.z(), 0.2, 0.006);
 }
 
-// --- images that are no good -----------------------------------------------------------------------------------------
+// --- images that are not usable
+// -----------------------------------------------------------------------------------------
 
 class BadImages : public ::testing::Test {
  protected:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines that are no messages: each is refused with a reason, however it is made.
+// Lines that are not messages: each is refused with a reason, however it is made.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::Le;
 using ::testing::StartsWith;
 
-/// Why the line is no message of that payload; empty if it is one.
+/// Why the line is not a message of that payload; empty if it is one.
 std::string reason(const std::string& line, std::string_view payload_type) {
   try {
     read_payload(parse_message(line), payload_type);
@@ -40,10 +40,10 @@ TEST(BadMessages, AreNamedByWhatIsWrong) {
   EXPECT_EQ(reason("3", kWheels), "it is a single value; an object {\"sensor\": …} is expected");
   EXPECT_EQ(reason("[]", kWheels), "it is a list; an object {\"sensor\": …} is expected");
   EXPECT_EQ(reason("{}", kWheels), "it names no \"sensor\"");
-  EXPECT_EQ(reason(R"({"sensor":3})", kWheels), "\"sensor\" is no text");
+  EXPECT_EQ(reason(R"({"sensor":3})", kWheels), "\"sensor\" is not text");
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1)"), "right_mps is missing");
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":null)"), "right_mps is null");
-  EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":"2")"), "right_mps is no number");
+  EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":"2")"), "right_mps is not a number");
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":[2])"), "right_mps is a list");
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"left_mps":1,"right_mps":2)"), "\"left_mps\" comes twice");
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":2,"rigth_mps":2)"),
@@ -51,7 +51,7 @@ TEST(BadMessages, AreNamedByWhatIsWrong) {
   EXPECT_THAT(reason<WheelSpeeds>(R"("left_mps":1,"right_mps":1e999)"), StartsWith("no JSON at byte"));
   EXPECT_EQ(reason<WheelSpeeds>(R"("left_mps":{"a":1},"right_mps":1)"),
             "\"left_mps\" is an object; a number, a word or a list is expected");
-  EXPECT_EQ(reason<GnssFix>(R"("east_m":1,"north_m":2,"satellites":2.5)"), "satellites is no integer");
+  EXPECT_EQ(reason<GnssFix>(R"("east_m":1,"north_m":2,"satellites":2.5)"), "satellites is not an integer");
   EXPECT_EQ(reason<GnssFix>(R"("east_m":1,"north_m":2,"satellites":3000000000)"), "satellites is too large");
   EXPECT_EQ(reason<GnssFix>(R"("east_m":1,"north_m":2,"type":"rtk")"),
             "type is not one of: none, single, differential, rtk_float, rtk_fixed, unknown");
@@ -59,33 +59,34 @@ TEST(BadMessages, AreNamedByWhatIsWrong) {
   EXPECT_EQ(reason<GnssFix>(R"("hdop":1)"), "a fix has neither east and north nor latitude and longitude");
   EXPECT_EQ(reason<CompassHeading>(R"("heading_rad":1,"from_true_north":1)"),
             "from_true_north is neither true nor false");
-  EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":3)"), "ranges_m is no list");
+  EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":3)"), "ranges_m is not a list");
   EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":[1e39])"),
             "ranges_m holds a number that is too large");
   EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":["1"])"),
-            "an element of \"ranges_m\" is no number");
-  EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":[[1,2,3]])"), "ranges_m is no list of numbers");
+            "an element of \"ranges_m\" is not a number");
+  EXPECT_EQ(reason<LaserScan>(R"("start_rad":0,"step_rad":1,"ranges_m":[[1,2,3]])"),
+            "ranges_m is not a list of numbers");
   EXPECT_EQ(reason<PointCloud>(R"("points_m":[[1,2]])"), "a point has 2 numbers; x, y, z are expected");
-  EXPECT_EQ(reason<PointCloud>(R"("points_m":[1,2,3])"), "points_m is no list of points");
+  EXPECT_EQ(reason<PointCloud>(R"("points_m":[1,2,3])"), "points_m is not a list of points");
   EXPECT_EQ(reason<PointCloud>(R"("points_m":[[1,2,null]])"), "points_m holds null");
   EXPECT_EQ(reason<PointCloud>(R"("points_m":[[1,2,3],4])"), "\"points_m\" is a list of different things");
-  EXPECT_EQ(reason<Image>(R"("encoding":"compressed","data":"?")"), "data is no base64");
+  EXPECT_EQ(reason<Image>(R"("encoding":"compressed","data":"?")"), "data is not base64");
   EXPECT_EQ(reason<LandmarkObservations>(R"("landmarks":[{"range_m":1}])"), "bearing_rad is missing");
   EXPECT_EQ(reason<LandmarkObservations>(R"("landmarks":[{"range_m":1,"bearing_rad":0,"x":1}])"),
             "an element has no field \"x\"; its fields: range_m, bearing_rad, radius_m, identity");
-  EXPECT_EQ(reason<LandmarkObservations>(R"("landmarks":[1])"), "landmarks is no list of objects");
+  EXPECT_EQ(reason<LandmarkObservations>(R"("landmarks":[1])"), "landmarks is not a list of objects");
   EXPECT_EQ(reason<ImuSample>(R"("w_x_radps":0,"w_y_radps":null,"w_z_radps":0)"),
             "a vector of an IMU is neither finite nor unknown");
   EXPECT_EQ(reason<ImuSample>(R"("w_x_radps":0,"w_y_radps":0,"w_z_radps":0,"q_w":2,"q_x":0,"q_y":0,"q_z":0)"),
-            "q_w to q_z are no unit quaternion: their norm is 2");
+            "q_w to q_z are not a unit quaternion: their norm is 2");
 }
 
 TEST(BadMessages, StampsAreNumbersThatFit) {
   const auto wheels = [](const std::string& stamp) {
     return reason<WheelSpeeds>(stamp + R"(,"left_mps":1,"right_mps":2)");
   };
-  EXPECT_EQ(wheels(R"("stamp":"now")"), "stamp is no number");
-  EXPECT_EQ(wheels(R"("stamp_ns":1.5)"), "stamp_ns is no integer");
+  EXPECT_EQ(wheels(R"("stamp":"now")"), "stamp is not a number");
+  EXPECT_EQ(wheels(R"("stamp_ns":1.5)"), "stamp_ns is not an integer");
   EXPECT_EQ(wheels(R"("stamp_ns":9223372036854775808)"), "stamp_ns 9223372036854775808 is beyond int64 nanoseconds");
   EXPECT_EQ(wheels(R"("stamp":18446744073709551615)"), "stamp 18446744073709551615 is beyond int64 nanoseconds");
   EXPECT_THAT(wheels(R"("stamp":1e300)"), HasSubstr("lies more than 146 years from the epoch"));

@@ -21,12 +21,28 @@ TEST(EventList, GivesEveryEventOnce) {
 
 TEST(EventList, CountsWhatNobodyTakes) {
   EventList events;
-  for (std::size_t i = 0; i < EventList::kMost + 7; ++i) events.add("connected");
-  const std::vector<std::string> taken = events.take();
+  const auto now = EventList::Clock::now();
+  for (std::size_t i = 0; i < EventList::kMost + 7; ++i) events.add("connected", now);
+  const std::vector<std::string> taken = events.take(now);
   ASSERT_EQ(taken.size(), EventList::kMost + 1);
   EXPECT_EQ(taken.back(), "7 more events");
-  events.add("lost");
-  EXPECT_THAT(events.take(), ElementsAre("lost"));
+  events.add("lost", now + std::chrono::seconds(1));
+  EXPECT_THAT(events.take(now + std::chrono::seconds(1)), ElementsAre("lost"));
+}
+
+TEST(EventList, AreFewOfAPeerThatComesAndGoesHoweverOftenTheyAreTaken) {
+  EventList events;
+  std::size_t taken = 0;
+  constexpr int kSeconds = 60;
+  constexpr int kASecond = 1000;
+  auto now = EventList::Clock::now();
+  for (int i = 0; i < kSeconds * kASecond; ++i) {
+    now += std::chrono::milliseconds(1000 / kASecond);
+    events.add("connected", now);
+    taken += events.take(now).size();
+  }
+  EXPECT_GT(taken, EventList::kMost);
+  EXPECT_LT(taken, EventList::kMost + 6U * kSeconds);
 }
 
 TEST(BackOff, DoublesUpToFiveSeconds) {

@@ -96,7 +96,7 @@ TEST(Recorder, EveryMeasurementIsRestoredExactly) {
     EXPECT_EQ(ros::payload_to_cdr(*got[i].payload), ros::payload_to_cdr(*sent[i].payload));
   }
   EXPECT_THAT(source->bad_records(), IsEmpty());
-  EXPECT_EQ(source->channels().back().sensor, "silent") << "a sensor that delivered nothing is no mistake";
+  EXPECT_EQ(source->channels().back().sensor, "silent") << "a sensor that delivered nothing is not a mistake";
 }
 
 TEST(Recorder, CommandsComeBetweenTheMeasurementsAndDroppedOnesDoNot) {

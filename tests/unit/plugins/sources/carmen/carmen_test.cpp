@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the source carmen makes of messages, of their times and of odometry, and of lines that cannot be used.
+// How the source carmen reads messages, their times, odometry, and lines that cannot be used.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <zlib.h>
@@ -9,6 +9,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "source_error.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
@@ -76,15 +77,7 @@ class Carmen : public ::testing::Test {
   static double seconds(Time time) { return to_seconds(time.time_since_epoch()); }
   template <class E>
   std::string error_of(const std::string& more = kScansAndWheels) const {
-    try {
-      const auto source = make(more);
-      while (source->next()) {
-      }
-    } catch (const E& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
+    return test::source_error<E>([&] { return make(more); });
   }
 
   static inline const std::string kScansAndWheels =

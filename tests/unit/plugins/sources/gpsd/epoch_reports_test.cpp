@@ -77,7 +77,7 @@ TEST(EpochReports, SigmasMayComeBehindThePosition) {
 TEST(EpochReports, GstOfAnotherTimeIsNotTaken) {
   EpochReports reports;
   reports.take(gst("57.000"));
-  EXPECT_FALSE(reports.take(tpv("58.000"))) << "sigmas without a position are no fix";
+  EXPECT_FALSE(reports.take(tpv("58.000"))) << "sigmas without a position are not a fix";
   const auto complete = reports.finish();
   ASSERT_TRUE(complete.has_value());
   EXPECT_TRUE(std::isnan(complete->fix->sigma_horizontal_m)) << "epx and epy of gpsd are not of a known confidence";

@@ -279,7 +279,7 @@ TEST_F(JsonUnix, ReplacesASocketThatNobodyListensAtButNoOtherFile) {
   std::ofstream(path) << "precious";
   LiveReader reader(make("from: unix\npath: robot.sock"));
   ASSERT_TRUE(reader.wait_for_end());
-  EXPECT_THAT(reader.failure(), HasSubstr("the file is no socket"));
+  EXPECT_THAT(reader.failure(), HasSubstr("the file is not a socket"));
   EXPECT_EQ(folder_.read("robot.sock"), "precious");
 }
 

@@ -21,7 +21,7 @@ const std::vector<Point> kPoints{{10.0f, 0.0f, 0.0f, 0.5f}, {0.0f, 8.0f, 0.0f, 0
 
 class KittiErrorsTest : public KittiTest {
  protected:
-  /// Reading stops at the bad frame by default; with one bad record allowed it goes on, and tells.
+  /// Reading stops at the bad frame by default; with one bad record allowed it goes on, and reports it.
   void expect_one_bad(const std::string& keys, const std::string& place, const std::string& reason,
                       std::size_t good) const {
     EXPECT_THAT(

@@ -227,7 +227,7 @@ TEST_F(McapSourceTest, WithoutChannelsAFlightRecordIsExpected) {
         try {
           make_of("file: a.mcap");
         } catch (const ConfigError& error) {
-          EXPECT_THAT(error.what(), HasSubstr("it is no flight record"));
+          EXPECT_THAT(error.what(), HasSubstr("it is not a flight record"));
           throw;
         }
       },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the source nmea makes of sentences, of their times, and of lines that are none.
+// How the source nmea reads sentences, their times, and lines that are none.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -11,6 +11,7 @@
 #include <numbers>
 #include <thread>
 
+#include "source_error.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
@@ -68,15 +69,7 @@ class Nmea : public ::testing::Test {
   }
   template <class E>
   std::string error_of(const std::string& more) const {
-    try {
-      const auto source = make(more);
-      while (source->next()) {
-      }
-    } catch (const E& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
+    return test::source_error<E>([&] { return make(more); });
   }
 
   test::TemporaryFolder folder_;
@@ -214,7 +207,7 @@ TEST_F(Nmea, AYearThatNoStampHasIsABadRecord) {
   const std::string beyond = line("GPZDA,120000,31,12,2199,00,00") + gga("120000");
   EXPECT_THAT(read(beyond + rmc("120001", "010125")), SizeIs(1));
   ASSERT_THAT(bad_, SizeIs(1));
-  EXPECT_THAT(bad_[0], HasSubstr("the year 2199 is no year of a stamp"));
+  EXPECT_THAT(bad_[0], HasSubstr("the year 2199 is not a year of a stamp"));
   EXPECT_THROW(read(rmc("120001", "010125"), "start_date: 2300-01-01\n"), ConfigError);
   EXPECT_THROW(read(rmc("120001", "010125"), "start_date: 1700-01-01\n"), ConfigError);
 }

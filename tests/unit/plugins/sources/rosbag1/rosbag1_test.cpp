@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the source rosbag1 makes of messages, their order and their times.
+// How the source rosbag1 reads messages, their order and their times.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -199,6 +199,41 @@ TEST_F(Rosbag1, StampsCanBeTakenFromTheRecordAndBeMoved) {
   EXPECT_EQ(moved.at(0).arrival.time_since_epoch().count(), 5 * kSecond);
   EXPECT_THAT(one(kTwist, twist_message(6 * kSecond, 1)), IsEmpty());
   EXPECT_THAT(bad_, HasSubstr("1.000000 s after it was recorded"));
+}
+
+TEST_F(Rosbag1, StampsMayLieSlightlyAfterTheirRecording) {
+  const auto ahead = one(kTwist, twist_message(5 * kSecond + 8'000'000, 1));
+  ASSERT_THAT(ahead, SizeIs(1));
+  EXPECT_EQ(ahead[0].stamp.time_since_epoch().count(), 5'008'000'000);
+  EXPECT_EQ(ahead[0].arrival.time_since_epoch().count(), 5 * kSecond);
+  BagWriter bag;
+  bag.add(bag.connect("/x", kTwist), 5 * kSecond, twist_message(5 * kSecond + 8'000'000, 1));
+  bag.end_chunk();
+  write_bag(bag);
+  const auto strict = make("{ topic: /x, sensor: a }", "file: a.bag\nmax_bad_records: 1\nmax_ahead_s: 0.007");
+  EXPECT_THAT(read_all(*strict), IsEmpty());
+  EXPECT_THAT(strict->bad_records().at(0).reason,
+              HasSubstr("its stamp lies 0.008000 s after it was recorded; max_ahead_s is 0.007"));
+}
+
+TEST_F(Rosbag1, TheSignOfAnAxisCanBeTurned) {
+  const auto imu = one(kImu, imu_message(kSecond, {}), ", negate: [w_z_radps, f_x_mps2]");
+  EXPECT_EQ(imu.at(0).as<ImuSample>().w_sensor, Eigen::Vector3d(0.1, 0.2, -0.3));
+  const auto twist = one(kTwist, twist_message(kSecond, 1.5), ", negate: v_x_mps");
+  EXPECT_EQ(twist.at(0).as<BodyTwist>().v_x_mps, -1.5);
+}
+
+TEST_F(Rosbag1, OnlyNumbersWithASignCanBeTurned) {
+  const auto error = [this](const std::string& names) -> std::string {
+    try {
+      one(kImu, imu_message(kSecond, {}), ", negate: " + names);
+    } catch (const ConfigError& refusal) {
+      return refusal.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(error("[w_z_radp]"), AllOf(HasSubstr("negate"), HasSubstr("did you mean \"w_z_radps\"?")));
+  EXPECT_THAT(error("q_z"), HasSubstr("ImuSample has no number \"q_z\" with a sign"));
 }
 
 TEST_F(Rosbag1, MessagesCanArriveWithTheirStamps) {

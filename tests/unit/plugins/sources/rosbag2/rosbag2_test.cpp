@@ -151,7 +151,7 @@ TEST_F(Rosbag2, DefinitionsAreCheckedWhereTheyAreRecorded) {
 TEST_F(Rosbag2, WhatIsNoBagIsAnError) {
   const std::string channel = "{ topic: /twist, sensor: a }";
   write("a.db3", {'n', 'o', 't', 'h', 'i', 'n', 'g'});
-  EXPECT_THAT(error_of(channel, "file: a.db3"), HasSubstr("a.db3: is no bag of ROS 2: file is not a database"));
+  EXPECT_THAT(error_of(channel, "file: a.db3"), HasSubstr("a.db3: is not a bag of ROS 2: file is not a database"));
   EXPECT_THAT(error_of(channel, "file: none.db3"), HasSubstr("none.db3: cannot be read"));
   EXPECT_THAT(error_of(channel, "file: bag"), HasSubstr("bag: has no parts (.db3 or .mcap)"));
   write_metadata("    - bag_0.db3\n");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers that lie: gross outliers, frozen and creeping fixes; and what they tell of their velocity.
+// Faulty receivers: gross outliers, frozen and creeping fixes; and the velocity that they report.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -21,7 +21,7 @@ TEST(FitSe2, FindsAQuarterTurnByHand) {
   EXPECT_NEAR(T.p.y(), 1.0, 1e-12);
 }
 
-// Four points of a unit cross, moved outwards by different lengths along their own axes: the rotation is settled by
+// Four points of a unit cross, moved outwards by different lengths along their own axes: the rotation is determined by
 // tan(yaw) = Σ cross / Σ dot = 0 and the shift by the means, (0.5, 0.25).
 TEST(FitSe2, BalancesDeviationsByHand) {
   const std::vector<Eigen::Vector2d> from{{1, 0}, {-1, 0}, {0, 1}, {0, -1}};

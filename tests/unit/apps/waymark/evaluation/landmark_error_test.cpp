@@ -114,7 +114,7 @@ TEST(LandmarkError, MovesTheMapByTheTrajectorysAlignment) {
 }
 
 // The map is turned by 2 degrees: at first only what is near the centre matches, after the first fit the rest does.
-TEST(LandmarkError, OwnAlignmentMatchesAgainUntilItSettles) {
+TEST(LandmarkError, OwnAlignmentMatchesAgainUntilItConverges) {
   const double turn = 2.0 * std::numbers::pi / 180.0;
   std::vector<Landmark> survey;
   std::vector<Landmark> map;
