@@ -13,9 +13,9 @@ namespace waymark::calibration {
 
 namespace {
 
-constexpr int kMostIterations = 12;
+constexpr int kMostIterations = 20;
 constexpr int kMostHalvings = 4;
-constexpr double kSmallStep = 0.05;  // of σ: converged
+constexpr double kSmallStep = 0.1;   // of σ: converged
 constexpr std::size_t kBlocks = 20;  // of time, for the scatter of the scores
 
 /// The standardised residuals of one innovation: w = L⁻¹ν and (w wᵀ − I) / −√2, the upper triangle with the

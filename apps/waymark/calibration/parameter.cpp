@@ -70,7 +70,7 @@ std::vector<Offer> offers_of(const Config& sensor, const std::string& plugin) {
   if (plugin == "compass") {
     std::vector<Offer> offers{kDelay, {"sigma_deg", -1, "°", Kind::level, 0.05, 1.0, {5.0}}};
     if (sensor.has("base_T_sensor")) offers.push_back(kYaw);
-    if (sensor.has("hard_iron_t")) {
+    if (sensor.has("hard_iron_t") && sensor.has("payload") && sensor.text("payload").ends_with("MagneticField")) {
       for (const int axis : {0, 1})
         offers.push_back({"hard_iron_t", axis, "T", Kind::value, 1e-6, 2e-5, {0.0, 0.0, 0.0}});
     }

@@ -82,9 +82,9 @@ TEST(CalibrationEstimate, CorrelatedNoiseDoesNotMakeItSurer) {
 
 TEST(CalibrationEstimate, AnOutlierHardlyMovesIt) {
   const auto rerun = [](const Eigen::VectorXd& change) {
-    Run run = scalar_run(0.3 - change(0), 0.5, 0.5);
-    for (std::size_t i = 100; i < 120; ++i) run.innovations[i].nu(0) += 50.0;
-    return run;
+    calibration::Run result = scalar_run(0.3 - change(0), 0.5, 0.5);
+    for (std::size_t i = 100; i < 120; ++i) result.innovations[i].nu(0) += 50.0;
+    return result;
   };
   const Estimate found = estimate_of({parameter("offset", 0.01, 1.0)}, rerun);
   EXPECT_NEAR(found.change(0), 0.3, 0.05);
