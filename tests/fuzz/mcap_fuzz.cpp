@@ -34,7 +34,7 @@ void run(std::string_view input) {
   write(file, choice.rest);
   // A record holds what a robot measured, with whatever stamps and sequence numbers that had.
   const bool is_flight = channels == kFlight;
-  const Demands demands{.are_past = !is_flight, .in_sequence = !is_flight};
+  const Demands demands{.are_past = !is_flight, .in_sequence = !is_flight, .max_ahead = kMaxAheadOfRecording};
   read_source(waymark_plugin_mcap, "file: " + std::string(file) + "\n" + channels, kRig, demands);
 }
 

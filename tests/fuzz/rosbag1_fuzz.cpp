@@ -21,7 +21,7 @@ void run(std::string_view input) {
   static const Rig kRig({{"a", "", Pose{}}, {"b", "", Pose{}}});
   const Choice choice = choose(input, kConfigurations.size());
   write("log.bag", choice.rest);
-  read_source(waymark_plugin_rosbag1, kConfigurations[choice.which], kRig);
+  read_source(waymark_plugin_rosbag1, kConfigurations[choice.which], kRig, {.max_ahead = kMaxAheadOfRecording});
 }
 
 const Harness kHarness("rosbag1", run);

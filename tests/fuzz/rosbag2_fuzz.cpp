@@ -28,7 +28,7 @@ void run(std::string_view input) {
   read_source(waymark_plugin_rosbag2,
               "file: bag\nmax_bad_records: 1000\nchannels: [{ topic: /imu, sensor: imu }, { topic: /fix, sensor: gps "
               "}, { topic: /odom, sensor: wheels }]\n",
-              kRig);
+              kRig, {.max_ahead = kMaxAheadOfRecording});
 }
 
 const Harness kHarness("rosbag2", run);

@@ -29,7 +29,8 @@ void check(const Measurement& measurement, const Source& source, const Demands& 
     const std::string problem = measurement.payload->problem();
     require(problem.empty(), fmt::format("a payload has bad values: {}", problem));
   }
-  require(!demands.are_past || measurement.arrival >= measurement.stamp, "a measurement arrives before its stamp");
+  require(!demands.are_past || measurement.stamp - measurement.arrival <= demands.max_ahead,
+          "a measurement arrives before its stamp");
 }
 
 void read_all(Source& source, const Demands& demands) {
