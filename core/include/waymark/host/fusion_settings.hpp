@@ -9,11 +9,12 @@
 #include "waymark/base/api.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/host/filter_settings.hpp"
-#include "waymark/interface/map_module.hpp"
 #include "waymark/interface/rig.hpp"
 #include "waymark/interface/sensor.hpp"
 
 namespace waymark {
+
+class MapModule;
 
 /// Which of a sensor's measurements are fused. The others are held out, for scoring.
 struct FuseRule {

@@ -9,7 +9,7 @@
 
 #include "waymark/base/api.hpp"
 #include "waymark/interface/health.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/interface/source.hpp"
