@@ -43,7 +43,7 @@ RECORDED = {"dresden": "car_gps_imu_dresden.yaml", "car_park": "acfr_car_park.ya
 FILES = {"outdoor": ["wheels", "imu", "gps", "compass"], "indoor": ["wheels", "lidar"], "dresden": ["imu", "gps"],
          "car_park": ["wheels", "lidar", "gps"]}
 
-# robot | mistake and its size | sensor that is wrong | overrides. `wheels.left_mps*10` stands for the scale of a column,
+# robot | mistake and its size | sensor that is wrong | overrides | why nothing there can show it, if that is so. `wheels.left_mps*10` stands for the scale of a column,
 # `wheels.time+0.5` for an offset of stamps.
 ROWS = """
 outdoor | wheels ten times too fast | wheels | wheels.left_mps*10 wheels.right_mps*10
@@ -104,7 +104,7 @@ dresden | latitude and longitude swapped | gps | gps.latitude_deg=longitude gps.
 dresden | speed in km/h | gps | gps.speed_mps=speed
 dresden | course in degrees | gps | gps.course_rad=course
 dresden | stamps in milliseconds as seconds | imu,gps | source.files.0.time=millis source.files.1.time=millis
-dresden | IMU 1 s late | imu | source.files.0.time={column:millis,scale:1.0e-3,offset_s:1}
+dresden | IMU 1 s late | imu | source.files.0.time={column:millis,scale:1.0e-3,offset_s:1} | its receiver's velocity is 1 s behind the gyro in the recording, so now they agree
 dresden | gyro 30 % too fast | imu | imu.w_z_radps*0.0226892802759263
 car_park | wheels in km/h | wheels | wheels.speed_mps={column:rear_wheel_speed_mps,scale:3.6}
 car_park | wheels 15 % too slow | wheels | wheels.speed_mps={column:rear_wheel_speed_mps,scale:0.85}
@@ -180,7 +180,7 @@ def examine(waymark, config, overrides):
     return findings, run.stderr.strip() if run.returncode == 1 else ""
 
 
-def outcome_of(findings, error, culprits):
+def outcome_of(findings, error, culprits, unobservable):
     named = [f["sensors"][0] for f in findings if f["certainty"] == "named"]
     among = [s for f in findings if f["certainty"] == "one of" for s in f["sensors"]]
     if named and set(named) <= culprits:
@@ -191,7 +191,9 @@ def outcome_of(findings, error, culprits):
         return "one of two"
     if error:
         return "refused"
-    return "detected" if findings else "silent"
+    if findings:
+        return "detected"
+    return "not observable" if unobservable else "silent"
 
 
 def main():
@@ -215,11 +217,11 @@ def main():
             configs[robot] = record(arguments.waymark, robot, folder)
 
         def run_row(row):
-            robot, mistake, culprits, overrides = row
+            robot, mistake, culprits, overrides, *why = row
             findings, error = examine(arguments.waymark, configs[robot], overrides_of(robot, overrides))
-            outcome = outcome_of(findings, error, set(culprits.split(",")))
-            said = "; ".join(f"{f['certainty']} {', '.join(f['sensors'])}: {f['seen']} -> {f['change']}" for f in findings) or error
-            return outcome, f"{robot:<9} {mistake:<40} {culprits:<8} {outcome:<12} {said}"
+            outcome = outcome_of(findings, error, set(culprits.split(",")), why)
+            said = "; ".join(f"{f['certainty']} {', '.join(f['sensors'])}: {f['seen']} -> {f['change']}" for f in findings) or error or "; ".join(why)
+            return outcome, f"{robot:<9} {mistake:<40} {culprits:<8} {outcome:<14} {said}".rstrip()
 
         for outcome, line in pool.map(run_row, rows):
             counts[outcome] += 1

@@ -24,7 +24,8 @@ constexpr double kMostLag = 2.0;       // [s]
 constexpr double kLagStep = 0.05;
 constexpr std::size_t kParts = 8;
 constexpr std::size_t kLeastParts = 4;
-constexpr double kClear = 1.08;  // by which the worst lag must fit worse than the best
+constexpr double kClear = 0.08;   // by which the worst lag must cost more than the best, as a mean over the parts
+constexpr double kFreedom = 4.0;  // degrees of, of Student's t
 constexpr double kLeastSpansOfPart = 10;
 
 /// Slope that half of the total weight lies above: robust against whatever half of the rows is.
@@ -52,17 +53,19 @@ Fit fit_ratio(const Rows& rows) {
   return fit_rows(rows, first, kRelative);
 }
 
-/// Mean squared residual with large ones clipped, of the spans [from, to) shifted by a lag; nothing if too few are
-/// known.
+/// Mean −2 log likelihood (but for a constant) of the spans [from, to) shifted by a lag, with Student's t for the
+/// residuals, which a few wild ones do not move; nothing if too few are known.
 std::optional<double> cost(const std::vector<Span>& spans, std::size_t from, std::size_t to, const Track& track,
-                           double ratio, double lag, double clip) {
+                           double ratio, double lag, double scale) {
   double sum = 0.0;
   double count = 0.0;
   for (std::size_t k = from; k < to; ++k) {
     const auto change = track.change(spans[k].from - lag, spans[k].to - lag);
     if (!change) continue;
-    const double residual = spans[k].value - ratio * *change;
-    sum += std::min(residual * residual, clip * clip);
+    const double expected = ratio * *change;
+    const double size = std::max(std::abs(spans[k].value), std::abs(expected));
+    const double u = (spans[k].value - expected) / std::hypot(scale, kRelative * size);
+    sum += (kFreedom + 1.0) * std::log1p(u * u / kFreedom);
     count += 1.0;
   }
   if (count < kLeastSpansOfPart) return std::nullopt;
@@ -71,11 +74,11 @@ std::optional<double> cost(const std::vector<Span>& spans, std::size_t from, std
 
 /// Costs of a part of the log at all lags; empty if too little is known.
 std::vector<double> costs_of(const std::vector<Span>& spans, std::size_t from, std::size_t to, const Track& track,
-                             double ratio, double clip) {
+                             double ratio, double scale) {
   constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
   std::vector<double> costs;
   for (int i = -kSteps; i <= kSteps; ++i) {
-    const auto c = cost(spans, from, to, track, ratio, i * kLagStep, clip);
+    const auto c = cost(spans, from, to, track, ratio, i * kLagStep, scale);
     if (!c) return {};
     costs.push_back(*c);
   }
@@ -213,21 +216,29 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
   return ratio;
 }
 
-Lag find_lag(const std::vector<Span>& late, const Track& track, double ratio) {
+Lag find_lag(const std::vector<Span>& measured, const Track& track, double ratio) {
   Lag lag;
+  std::vector<double> rates;
+  for (const Span& span : measured) {
+    if (const auto change = track.change(span.from, span.to))
+      rates.push_back((span.value - ratio * *change) / (span.to - span.from));
+  }
+  if (rates.size() < kParts * static_cast<std::size_t>(kLeastSpansOfPart)) return lag;
+  // The bias of a gyro, or wheels of unequal size, at the usual speed.
+  const double bias = median(rates);
+  std::vector<Span> late = measured;
+  for (Span& span : late) span.value -= bias * (span.to - span.from);
   std::vector<double> residuals;
   for (const Span& span : late) {
     if (const auto change = track.change(span.from, span.to))
       residuals.push_back(std::abs(span.value - ratio * *change));
   }
-  if (residuals.size() < kParts * static_cast<std::size_t>(kLeastSpansOfPart)) return lag;
-  std::ranges::sort(residuals);
-  const double clip = 3.0 * residuals[residuals.size() * 9 / 10];
-  if (!(clip > 0.0)) return lag;
+  const double scale = 1.4826 * median(residuals);
+  if (!(scale > 0.0)) return lag;
   std::vector<std::vector<double>> parts;
   for (std::size_t p = 0; p < kParts; ++p) {
     std::vector<double> costs =
-        costs_of(late, late.size() * p / kParts, late.size() * (p + 1) / kParts, track, ratio, clip);
+        costs_of(late, late.size() * p / kParts, late.size() * (p + 1) / kParts, track, ratio, scale);
     if (!costs.empty()) parts.push_back(std::move(costs));
   }
   return lag_of(parts, kLagStep);
@@ -238,12 +249,13 @@ Lag lag_of(const std::vector<std::vector<double>>& costs, double step) {
   if (costs.size() < kLeastParts) return lag;
   std::vector<double> sum(costs.front().size(), 0.0);
   const auto add = [&](std::vector<double>& to, const std::vector<double>& part, double sign) {
-    const double scale = std::max(*std::ranges::min_element(part), 1e-12);
-    for (std::size_t k = 0; k < to.size(); ++k) to[k] += sign * part[k] / scale;
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] += sign * part[k];
   };
   for (const auto& part : costs) add(sum, part, 1.0);
   const auto all = least_cost(sum, step);
-  if (!all || *std::ranges::max_element(sum) < kClear * *std::ranges::min_element(sum)) return lag;
+  const auto n = static_cast<double>(costs.size());
+  const auto [least, most] = std::ranges::minmax(sum);
+  if (!all || most - least < n * kClear) return lag;
   double squares = 0.0;
   for (const auto& part : costs) {
     std::vector<double> without = sum;
@@ -252,7 +264,6 @@ Lag lag_of(const std::vector<std::vector<double>>& costs, double step) {
     if (!value) return lag;
     squares += (*value - *all) * (*value - *all);
   }
-  const auto n = static_cast<double>(costs.size());
   lag.value = *all;
   lag.sigma = std::max(std::sqrt((n - 1.0) / n * squares), 0.1 * step);
   lag.is_known = true;

@@ -73,11 +73,11 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
 /// Shift of the numerator [s] with which the two fit together best, whatever their ratio; 0 if it makes no difference.
 double best_shift(const std::vector<Span>& numerator, const Track& denominator);
 
-/// Lag with the least sum of costs over blocks of the log, and its σ by the jackknife over them. `costs`: of each block
-/// at the lags (k − n/2) · step; each block counts by its own least cost.
+/// The likeliest lag, and its σ by the jackknife over blocks of the log. `costs`: −2 log likelihood of a measurement of
+/// each block at the lags (k − n/2) · step.
 Lag lag_of(const std::vector<std::vector<double>>& costs, double step);
 
-/// How much later the spans show what the track shows, for a known ratio.
-Lag find_lag(const std::vector<Span>& late, const Track& track, double ratio);
+/// How much later the spans show what the track shows, for a known ratio and but for a constant rate.
+Lag find_lag(const std::vector<Span>& measured, const Track& track, double ratio);
 
 }  // namespace waymark::host::diagnosis

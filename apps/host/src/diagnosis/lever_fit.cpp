@@ -20,6 +20,7 @@ constexpr long kLeastRows = 8;    // of a block
 constexpr double kMostLag = 2.0;  // [s]
 constexpr double kLagStep = 0.1;
 constexpr int kLeastBlocks = 4;
+constexpr double kLikelier = 0.1;  // by which the log of the squared residuals must be less, as a mean over the blocks
 
 /// z = c w + q u as two rows of real numbers.
 void add_row(Rows& rows, Complex z, Complex w, Complex u) {
@@ -207,7 +208,8 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
     for (int i = -kSteps; i <= kSteps && is_complete; ++i) {
       const auto residual = residual_with(rows_of(fixes, from, to, path, i * kLagStep), lever);
       is_complete = residual.has_value();
-      if (residual) of_block.push_back(*residual);
+      // Each block has a noise of its own: the likelihood at its maximum over that.
+      if (residual) of_block.push_back(std::log(std::max(*residual, 1e-12)));
     }
     if (is_complete) costs.push_back(std::move(of_block));
   }
@@ -226,6 +228,17 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
     antenna.is_known = true;
   }
   antenna.lag = lag_of(costs, kLagStep);
+  if (!antenna.is_known || !antenna.lag.is_known) return antenna;
+  double gain = 0.0;
+  double count = 0.0;
+  for (const auto& [from, to] : blocks) {
+    const auto of_lever = residual_with(rows_of(fixes, from, to, path, 0.0), antenna.lever);
+    const auto of_lag = residual_with(rows_of(fixes, from, to, path, antenna.lag.value), lever);
+    if (!of_lever || !of_lag) continue;
+    gain += std::log(std::max(*of_lag, 1e-12) / std::max(*of_lever, 1e-12));
+    count += 1.0;
+  }
+  antenna.is_lever_likelier = gain > kLikelier * count;
   return antenna;
 }
 

@@ -30,6 +30,8 @@ struct AntennaFit {
   Eigen::Vector2d lever_sigma{0.0, 0.0};
   Lag lag;                ///< of the fixes
   double residual = 0.0;  ///< [m], of a step from fix to fix
+  /// Clearly better than the lag with the lever arm of the YAML is this lever arm without a lag.
+  bool is_lever_likelier = false;
 };
 /// `yaw` and `way` must agree with the other sensors; `per_way` is the yaw's turn per way that is to be taken out, and
 /// `per_s` its bias.
