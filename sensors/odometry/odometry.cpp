@@ -150,7 +150,8 @@ class Odometry final : public Sensor {
     const WheelTwist twist = model_->twist(measurement);
     ObservedMotion seen;
     seen.speed_mps = twist.v_x;
-    seen.yaw_rate_radps = twist.w_z;
+    // So much noise is the way to declare that the rotation is not measured.
+    if (yaw_.floor < kNoRotation) seen.yaw_rate_radps = twist.w_z;
     seen.interval_s = twist.interval_s.value_or(0.0);
     seen.speed_scale_sigma = systematic_.usual(Systematic::kSpeedScale, seen.speed_scale_sigma);
     // Noise that grows with the rate is what a skid-steered robot has instead of a scale.
@@ -223,6 +224,7 @@ class Odometry final : public Sensor {
             std::max({kLeast, kFar * std::sqrt(variance.z()), 10.0 * rate})};
   }
 
+  static constexpr double kNoRotation = 1.0;     // [rad/√s]
   static constexpr double kScaleOfNoise = 0.2;   // share of the noise per rate that is a constant error
   static constexpr double kFirstInterval = 0.1;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-3;   // [s], two samples with one stamp

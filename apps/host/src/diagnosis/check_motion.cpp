@@ -112,12 +112,16 @@ double cost_of_way(const Case& c, const MotionAgreement& motion, const Observer&
 
 std::string plus_minus(const Ratio& ratio) { return fmt::format("{:.3g} ± {:.2g}", ratio.value, ratio.sigma); }
 
-std::string others(const Case& c, const Agreement& agreement, int group, std::size_t but) {
+/// Those of a group that an observer is compared with; of its own sensor, what else that observes.
+std::string others(const Case& c, const Agreement& agreement, int group, const Observer& of) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < agreement.observers.size(); ++i) {
-    const std::size_t sensor = agreement.observers[i].sensor;
-    if (agreement.groups[i] != group || sensor == but) continue;
-    if (std::ranges::find(names, c.sensor(sensor).name) == names.end()) names.push_back(c.sensor(sensor).name);
+    const Observer& other = agreement.observers[i];
+    if (agreement.groups[i] != group || &other == &of) continue;
+    const std::string name = other.sensor != of.sensor              ? c.sensor(other.sensor).name
+                             : other.kind == Observer::Kind::course ? "its own velocity"
+                                                                    : "its own positions";
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -271,7 +275,7 @@ std::vector<std::size_t> sensors_of(const Agreement& agreement, int group) {
 }
 
 std::string seen_of_yaw(const Case& c, const Agreement& agreement, std::size_t i, int group, const Ratio& ratio) {
-  const std::string against = others(c, agreement, group, agreement.observers[i].sensor);
+  const std::string against = others(c, agreement, group, agreement.observers[i]);
   if (ratio.verdict == Ratio::Verdict::unrelated)
     return fmt::format("its turns have nothing to do with those of {} ({} spans)", against, ratio.spans);
   return fmt::format("it turns {} times as far as {} ({} spans)", plus_minus(ratio), against, ratio.spans);
@@ -279,7 +283,7 @@ std::string seen_of_yaw(const Case& c, const Agreement& agreement, std::size_t i
 
 std::string seen_of_way(const Case& c, const Agreement& agreement, std::size_t i, int group, const Ratio& ratio) {
   return fmt::format("its way is {} times that of {} ({} spans)", plus_minus(ratio),
-                     others(c, agreement, group, agreement.observers[i].sensor), ratio.spans);
+                     others(c, agreement, group, agreement.observers[i]), ratio.spans);
 }
 
 /// Adds what the contradictions of one quantity show. `seen` and `change` are called with observer, group and ratio.
