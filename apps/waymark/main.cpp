@@ -53,6 +53,7 @@ int run_command(int argc, char** argv) {
   int exit_code = command::kSuccess;
   command::add_run_command(app, exit_code);
   command::add_check_command(app, exit_code);
+  command::add_doctor_command(app, exit_code);
   command::add_plugins_command(app, exit_code);
   command::add_evaluate_command(app, exit_code);
   command::add_map_command(app, exit_code);
@@ -68,7 +69,7 @@ int run_command(int argc, char** argv) {
     const std::vector<std::string> unknown = app.remaining();
     const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
     command::print_message(
-        "waymark: error: {} (subcommands are run, check, plugins, evaluate, map, ctl, import, paper; each has a "
+        "waymark: error: {} (subcommands are run, check, doctor, plugins, evaluate, map, ctl, import, paper; each has a "
         "--help of its own)\n",
         what);
     return command::kUsage;

@@ -86,6 +86,20 @@ class Compass final : public Sensor {
     return hint;
   }
 
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum* datum) const override {
+    ObservedMotion seen;
+    // A field without place or date still turns as the robot does.
+    const bool is_placed = counts_from_true_north(measurement) || !earth_.uses_model() || datum != nullptr;
+    const Direction direction_seen =
+        direction(measurement, counts_from_true_north(measurement) || !is_placed ? magnetic_model::Field{}
+                                                                                 : earth_.at(measurement.stamp, datum));
+    const Eigen::Quaterniond q_level_base = levelled(measurement);
+    seen.yaw_rad = so3::wrap(direction_seen.heading - heading_of(q_level_base * direction_seen.u_base) +
+                             heading_of(q_level_base * Eigen::Vector3d::UnitX()));
+    if (direction_seen.is_field) seen.m_base = direction_seen.u_base;
+    return seen;
+  }
+
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const magnetic_model::Field earth =
         counts_from_true_north(measurement) ? magnetic_model::Field{} : earth_.at(measurement.stamp, prediction.datum);

@@ -105,6 +105,18 @@ class Dgps final : public Sensor {
     return hint;
   }
 
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum* datum) const override {
+    const auto& fix = measurement.as<GnssFix>();
+    check_usable(fix, min_satellites_);
+    ObservedMotion seen;
+    seen.ground_speed_mps = fix.speed_mps;
+    seen.course_rad = so3::wrap(0.5 * std::numbers::pi - fix.course_rad);
+    if (is_geodetic(fix) && datum == nullptr) return seen;
+    seen.p_map_point = position(fix, datum);
+    seen.p_base_point = lever_arm_;
+    return seen;
+  }
+
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     pending_ = false;
     const auto& fix = measurement.as<GnssFix>();

@@ -175,6 +175,15 @@ class Imu final : public Sensor {
     return hint;
   }
 
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
+    const auto& sample = measurement.as<ImuSample>();
+    ObservedMotion seen;
+    seen.yaw_rate_radps = (q_base_sensor_ * sample.w_sensor).z();
+    seen.f_base = q_base_sensor_ * sample.f_sensor;
+    seen.m_base = q_base_sensor_ * sample.m_sensor;
+    return seen;
+  }
+
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const auto& sample = measurement.as<ImuSample>();
     const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kFirstInterval;

@@ -44,6 +44,10 @@ struct Systematic {
     state.walk_per_sqrt_m = walk_per_sqrt_m;
     block.push_back(state);
   }
+  /// σ of an error that the configuration counts as usual.
+  double usual(Kind kind, double at_least) const {
+    return index[kind] < 0 ? at_least : std::max(at_least, block[static_cast<std::size_t>(index[kind])].initial_sigma);
+  }
   double value(const double* states, Kind kind) const { return index[kind] < 0 ? 0.0 : states[index[kind]]; }
 };
 
@@ -142,6 +146,23 @@ class Odometry final : public Sensor {
   StateBlock block() const override { return systematic_.block; }
   SensorTraits traits() const override { return {.is_motion_source = true}; }
 
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
+    const WheelTwist twist = model_->twist(measurement);
+    ObservedMotion seen;
+    seen.speed_mps = twist.v_x;
+    // So much noise is the way to declare that the rotation is not measured.
+    if (yaw_.floor < kNoRotation) seen.yaw_rate_radps = twist.w_z;
+    seen.interval_s = twist.interval_s.value_or(0.0);
+    seen.speed_scale_sigma = systematic_.usual(Systematic::kSpeedScale, seen.speed_scale_sigma);
+    // Noise that grows with the rate is what a skid-steered robot has instead of a scale.
+    seen.yaw_scale_sigma =
+        std::hypot(systematic_.usual(Systematic::kYawScale, seen.yaw_scale_sigma), kScaleOfNoise * yaw_.per_rate);
+    seen.curvature_sigma_per_m =
+        std::hypot(systematic_.usual(Systematic::kCurvature, 0.0), model_->usual_curvature_per_m());
+    seen.yaw_scales_with_speed = model_->rotation_scales_with_speed();
+    return seen;
+  }
+
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const WheelTwist twist = model_->twist(measurement);
     out.report_motion(std::hypot(twist.v_x, twist.v_y) > still_speed_ || std::abs(twist.w_z) > still_rate_);
@@ -203,6 +224,8 @@ class Odometry final : public Sensor {
             std::max({kLeast, kFar * std::sqrt(variance.z()), 10.0 * rate})};
   }
 
+  static constexpr double kNoRotation = 1.0;     // [rad/√s]
+  static constexpr double kScaleOfNoise = 0.2;   // share of the noise per rate that is a constant error
   static constexpr double kFirstInterval = 0.1;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-3;   // [s], two samples with one stamp
   static constexpr double kShortest = 0.1;       // [s], of the intervals of increments

@@ -11,6 +11,10 @@ namespace waymark::odometry {
 
 namespace {
 
+constexpr double kUnequalWheels = 0.02;   // σ of the difference of their scales
+constexpr double kUsualTrack = 0.4;       // [m], where the model does not contain it
+constexpr double kSteeringOffset = 0.01;  // [rad], σ
+
 class Differential final : public WheelModel {
  public:
   explicit Differential(const Config& config)
@@ -20,6 +24,7 @@ class Differential final : public WheelModel {
     return {0.5 * (wheels.left_mps + wheels.right_mps), 0.0, (wheels.right_mps - wheels.left_mps) / track_};
   }
   bool rotation_scales_with_speed() const override { return true; }
+  double usual_curvature_per_m() const override { return kUnequalWheels / track_; }
 
  private:
   double track_;
@@ -42,6 +47,7 @@ class Ackermann final : public WheelModel {
     return {v, 0.0, v * curvature};
   }
   bool rotation_scales_with_speed() const override { return true; }
+  double usual_curvature_per_m() const override { return kSteeringOffset / wheelbase_; }
 
  private:
   double wheelbase_;
@@ -55,6 +61,7 @@ class ReadyTwist final : public WheelModel {
     return {twist.v_x_mps, twist.v_y_mps, twist.w_z_radps};
   }
   bool rotation_scales_with_speed() const override { return false; }
+  double usual_curvature_per_m() const override { return kUnequalWheels / kUsualTrack; }
 };
 
 /// The constant twist that moves the base as far in the interval: the logarithm of the motion, by the interval.
@@ -72,6 +79,7 @@ class Increment final : public WheelModel {
             rate * step.yaw_rad, step.interval_s};
   }
   bool rotation_scales_with_speed() const override { return false; }
+  double usual_curvature_per_m() const override { return kUnequalWheels / kUsualTrack; }
 };
 
 }  // namespace

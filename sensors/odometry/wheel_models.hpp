@@ -28,6 +28,8 @@ class WheelModel {
   /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
   /// both.
   virtual bool rotation_scales_with_speed() const = 0;
+  /// σ of the yaw per way that wheels of unequal size, or a steering that is not quite straight, usually make [rad/m].
+  virtual double usual_curvature_per_m() const = 0;
 
   /// Reads `model` (differential, ackermann, twist, increment) and its geometry. Throws ConfigError.
   static std::shared_ptr<const WheelModel> read(const Config& config);

@@ -206,8 +206,12 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
   std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
   std::vector<SinkSlot> sinks;
   if (with_sinks) sinks = load_sinks(yaml, loader, rig);
-  return {yaml, std::move(rig),   settings,       std::move(sensors), std::move(maps), nullptr,
-          {},   std::move(sinks), std::move(live)};
+  Robot robot{yaml, std::move(rig),   settings,       std::move(sensors), std::move(maps), nullptr,
+              {},   std::move(sinks), std::move(live)};
+  robot.is_diagnosed =
+      yaml.child_or_empty({"diagnosis", "", "cross-checks of the sensors (docs/doctor.md)", "defaults"})
+          .boolean({"enabled", "false: the sensors are not compared with each other"}, true);
+  return robot;
 }
 
 /// Old names of keys that the YAML uses: they are read only where the new name is not given.

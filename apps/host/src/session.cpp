@@ -74,6 +74,7 @@ Session::Session(Robot robot, SessionOptions options)
                RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective()},
                lock_ != nullptr),
       fusion_(make_fusion(robot_)),
+      diagnosis_(robot_.is_diagnosed ? std::make_unique<Diagnosis>(robot_) : nullptr),
       log_(std::make_unique<LogIdentity>()),
       config_identity_(identity_of(robot_.yaml.effective())) {
   if (robot_.live_input)
@@ -165,9 +166,42 @@ void Session::play() {
 
 void Session::add(Measurement measurement) {
   results_.arrived(measurement);
+  if (diagnosis_) diagnose(measurement);
   last_arrival_ = measurement.arrival;
   fusion_->add(std::move(measurement));
   if (live_) follow_live();
+}
+
+/// A diagnosis that fails does not end the run: it is switched off.
+void Session::diagnose(const Measurement& measurement) {
+  try {
+    diagnosis_->arrived(measurement);
+    note_findings();
+  } catch (const std::exception& error) {
+    const std::string problem = fmt::format("the diagnosis is switched off: {}", error.what());
+    if (live_) live_->note(problem);
+    diagnosis_ = nullptr;
+  }
+}
+
+std::vector<Finding> Session::findings() const { return diagnosis_ ? diagnosis_->findings() : std::vector<Finding>{}; }
+
+/// Of a running robot, when they become certain; those of a log are events of its report.
+void Session::note_findings() {
+  if (!live_) return;
+  for (const Finding& finding : diagnosis_->take_new()) live_->note("diagnosis: " + describe(finding));
+}
+
+void Session::add_findings(SessionResult& result) const {
+  result.report.findings = findings();
+  if (live_) return;  // they are events already
+  std::vector<Event>& events = result.report.events;
+  for (const Finding& finding : result.report.findings) {
+    const auto later = std::ranges::find_if(events, [&](const Event& e) { return e.stamp_s > finding.stamp_s; });
+    // The last event names the cause of a missing start.
+    const auto place = result.started || events.empty() ? later : std::min(later, events.end() - 1);
+    events.insert(place, {"diagnosis: " + describe(finding), finding.stamp_s, false});
+  }
 }
 
 void Session::follow_live() {
@@ -339,6 +373,10 @@ SessionResult Session::conclude() {
     }
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp_s);
+  }
+  if (diagnosis_) {
+    diagnosis_->finish();
+    add_findings(result);
   }
   // A running robot is ended so as a matter of course.
   result.report.interrupted = !live_ && options_.stop != nullptr && *options_.stop;

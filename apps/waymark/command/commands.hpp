@@ -11,12 +11,14 @@ enum ExitCode {
   kError = 1,          ///< a user's error; one line on stderr names what and where
   kUsage = 2,          ///< the command line is wrong; one line on stderr names what
   kImpaired = 3,       ///< the run ended, but a plugin was taken out of service or an output could not be written
+  kFindings = 5,       ///< `doctor` has found contradictions between the sensors
   kInterrupted = 130,  ///< Ctrl-C: ended cleanly, outputs written
 };
 
 /// Each adds one subcommand; it runs when parsing ends and sets `exit_code`.
 void add_run_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
+void add_doctor_command(CLI::App& app, int& exit_code);
 void add_plugins_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);

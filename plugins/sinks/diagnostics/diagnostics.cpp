@@ -96,6 +96,20 @@ Json describe(const RunReport& report) {
           {"events", std::move(events)}};
 }
 
+Json describe(const std::vector<Finding>& findings) {
+  Json all = Json::array();
+  for (const Finding& finding : findings) {
+    all.push_back({{"certainty", to_string(finding.certainty)},
+                   {"check", finding.check},
+                   {"sensors", finding.sensors},
+                   {"seen", finding.seen},
+                   {"change", finding.change},
+                   {"sigmas", finite(finding.sigmas)},
+                   {"t_s", finite(finding.stamp_s)}});
+  }
+  return all;
+}
+
 Json describe(const LatencyReport& latency) {
   return {{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
 }
@@ -175,6 +189,7 @@ class Diagnostics : public Sink {
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
     Json document = {{"run", describe(report)},
                      {"health", health_.describe(report)},
+                     {"findings", describe(report.findings)},
                      {"sensors", std::move(sensors)},
                      {"particles", started ? last->particles().size() : 0},
                      {"effective_sample_size",

@@ -186,6 +186,24 @@ void check_start_hints(const Sensor& sensor, std::span<const Measurement> measur
   }
 }
 
+void check_observed_motion(const Sensor& sensor, std::span<const Measurement> measurements,
+                           const SensorSetting& setting, Findings& findings) {
+  const std::string before = saved(sensor);
+  for (const Measurement& measurement : measurements) {
+    try {
+      const auto motion = sensor.observed_motion(measurement, setting.datum ? &*setting.datum : nullptr);
+      if (!motion) continue;
+      const bool sigmas = motion->speed_scale_sigma >= 0.0 && motion->yaw_scale_sigma >= 0.0 &&
+                          motion->curvature_sigma_per_m >= 0.0 && motion->interval_s >= 0.0;
+      findings.require(sigmas && motion->p_base_point.allFinite(),
+                       "the observed motion has a negative sigma or interval, or a lever arm that is not finite");
+    } catch (const DataError&) {
+      continue;
+    }
+  }
+  findings.require(saved(sensor) == before, "observed_motion changes the sensor");
+}
+
 }  // namespace
 
 Violations check_sensor(const Sensor& sensor, std::span<const Measurement> measurements, StateLayout::Motion motion,
@@ -210,6 +228,7 @@ Violations check_sensor(const Sensor& sensor, std::span<const Measurement> measu
     findings.part("clone", [&] { check_clones(bench, *pristine, expected, findings); });
     findings.part("save or load", [&] { check_saving(bench, *pristine, expected, findings); });
     findings.part("start_hint", [&] { check_start_hints(sensor, measurements, setting, findings); });
+    findings.part("observed_motion", [&] { check_observed_motion(sensor, measurements, setting, findings); });
     findings.require(refuses_foreign_payload(measurements.front(),
                                              [&](const Measurement& foreign) {
                                                UpdateList updates;

@@ -8,6 +8,7 @@
 
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/observed_motion.hpp"
 #include "waymark/interface/update.hpp"
 #include "waymark/io/archive.hpp"
 
@@ -98,6 +99,11 @@ class WAYMARK_TYPE Sensor {
   /// Information of this measurement about the start pose; called only before the filter has started. The datum is null
   /// while unknown.
   virtual std::optional<StartHint> start_hint(const Measurement&, const Datum*) const { return std::nullopt; }
+
+  /// What this measurement by itself contains about the motion, for the comparison of sensors with each other; called
+  /// for every measurement, whatever the filter makes of it, on the thread of `process`. The datum is null while
+  /// unknown. Cheap, and without allocation; throws DataError if the payload is unusable.
+  virtual std::optional<ObservedMotion> observed_motion(const Measurement&, const Datum*) const { return std::nullopt; }
 
   /// Adds the updates of this measurement to `out` (empty on entry). Throws DataError if the payload is unusable: the
   /// measurement is then counted and skipped.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "waymark/base/api.hpp"
+#include "waymark/interface/finding.hpp"
 #include "waymark/interface/health.hpp"
 #include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
@@ -164,6 +165,7 @@ struct RunReport {
   std::vector<BadRecord> bad_records;
   std::vector<std::string> notices;  ///< of the source
   std::vector<Event> events;         ///< plugins taken out of service, lock-outs, …
+  std::vector<Finding> findings;     ///< of the diagnosis, in the order in which they became certain
   bool interrupted = false;
   std::uint64_t resamplings = 0;
   std::uint64_t mapping_steps = 0;

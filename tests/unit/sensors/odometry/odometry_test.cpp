@@ -286,5 +286,17 @@ TEST(Odometry, AnIncrementNeedsAnInterval) {
   EXPECT_THROW(bench.feed(increment(std::nan(""), 0.1, 0.0, 0.0)), DataError);
 }
 
+TEST(Odometry, ShowsItsMotionToTheDiagnosisButNoRotationThatIsDeclaredToBeNoise) {
+  const auto measured = make_sensor("odometry", "{ model: twist }")->observed_motion(twist(1.0, 0.0, 0.4), nullptr);
+  ASSERT_TRUE(measured);
+  EXPECT_NEAR(measured->speed_mps, 1.0, kExact);
+  EXPECT_NEAR(measured->yaw_rate_radps, 0.4, kExact);
+  const auto unmeasured = make_sensor("odometry", "{ model: twist, yaw_noise_rad_per_sqrt_s: [10, 0, 0] }")
+                              ->observed_motion(twist(1.0, 0.0, 0.0), nullptr);
+  ASSERT_TRUE(unmeasured);
+  EXPECT_NEAR(unmeasured->speed_mps, 1.0, kExact);
+  EXPECT_TRUE(std::isnan(unmeasured->yaw_rate_radps));
+}
+
 }  // namespace
 }  // namespace waymark

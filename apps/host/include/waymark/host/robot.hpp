@@ -50,6 +50,7 @@ struct Robot {
   std::vector<int> sensor_of_channel;  ///< of the source; -1: the sensor is disabled; kCommands
   std::vector<SinkSlot> sinks;
   LiveSettings live_settings = {};
+  bool is_diagnosed = true;                          ///< `diagnosis.enabled`
   std::shared_ptr<LiveInput> live_input = {};        ///< the source, if one of the YAML's is live; else null
   std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
   std::shared_ptr<const PluginLoader> loader = {};   ///< of its plugins

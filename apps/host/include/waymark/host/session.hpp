@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/host/diagnosis.hpp"
 #include "waymark/host/folder_lock.hpp"
 #include "waymark/host/results.hpp"
 #include "waymark/host/robot.hpp"
@@ -74,6 +75,8 @@ class Session {
 
   const Robot& robot() const { return robot_; }
   const Fusion& fusion() const { return *fusion_; }
+  /// What contradicts what among the sensors, as far as it is certain; empty if `diagnosis.enabled` is false.
+  std::vector<Finding> findings() const;
 
  private:
   std::optional<Measurement> next();
@@ -84,6 +87,9 @@ class Session {
   void obey(const Measurement& command);
   void follow_live();
   void take_live_events();
+  void diagnose(const Measurement& measurement);
+  void note_findings();
+  void add_findings(SessionResult& result) const;
   void write_live_checkpoint_if_due();
   void retune(const std::string& key_and_value);
   std::string save_maps();
@@ -98,6 +104,7 @@ class Session {
   std::unique_ptr<Fusion> fusion_;
   std::optional<Time> first_arrival_;
   Time last_arrival_{};
+  std::unique_ptr<Diagnosis> diagnosis_;  // null: it is switched off
   std::unique_ptr<LogIdentity> log_;
   std::uint64_t config_identity_;       // of the configuration as it was loaded
   std::vector<std::string> retunings_;  // since, in their order

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "checks.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kSpan = 0.5;  // [s] of the spans over which lags are sought
+constexpr double kSigmas = 4.0;
+constexpr double kTolerance = 0.08;         // [s]: half an interval of usual sensors
+constexpr double kFixTolerance = 0.3;       // [s]: receivers filter
+constexpr double kShareOfInterval = 0.6;
+constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
+constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
+constexpr double kLeastSigma = 1e-3;  // [s]
+constexpr double kShiftSigma = 0.1;   // [s], of a shift that is known by its step only
+constexpr double kPerScale = 8.0;     // [s] of a lag that is no mistake, by the σ of the turns' scale
+
+/// How far the stamps of one sensor are behind those of another.
+struct Delay {
+  std::size_t sensor;
+  std::size_t against;
+  Lag lag;
+  double tolerance;
+
+  /// How far it is from what a sensor's own delays leave of it, beyond what is usual, in σ.
+  double sigmas(const std::vector<double>& own) const {
+    const double rest = lag.value - own[sensor] + own[against];
+    return std::max(0.0, std::abs(rest) - tolerance) / std::max(lag.sigma, kLeastSigma);
+  }
+};
+
+double interval_of(const WatchedSensor& sensor) { return sensor.intervals.quantile(0.5); }
+
+/// Of skid steering and the like, whose turns hardly follow their wheels [s].
+double uncertain_turns(const Observer& observer) { return kPerScale * std::max(0.0, observer.usual_sigma - 0.05); }
+
+double tolerance_of(const Case& c, const Observer& a, const Observer& b) {
+  const auto is_any = [&](Observer::Kind kind) { return a.kind == kind || b.kind == kind; };
+  if (is_any(Observer::Kind::chord)) return kFixTolerance;
+  return kTolerance + uncertain_turns(a) + uncertain_turns(b) +
+         kShareOfInterval * std::max(interval_of(c.sensor(a.sensor)), interval_of(c.sensor(b.sensor)));
+}
+
+/// Lags of the turns of each against those of each other one.
+void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
+  const Agreement& yaw = motion.yaw;
+  const std::vector<Observer>& observers = yaw.observers;
+  for (std::size_t j = 0; j < observers.size(); ++j) {
+    const Observer& reference = observers[j];
+    if (reference.track == nullptr || !yaw.is_trusted(j) || c.is_blamed(reference.sensor)) continue;
+    for (std::size_t i = 0; i < observers.size(); ++i) {
+      const Observer& observer = observers[i];
+      const Ratio& direct = yaw.ratios[i][j];
+      const bool is_usable = yaw.is_trusted(i) || direct.verdict == Ratio::Verdict::unknown;
+      const bool is_done = observer.track != nullptr && yaw.is_trusted(i) && i < j;
+      if (observer.sensor == reference.sensor || !is_usable || is_done || c.is_blamed(observer.sensor)) continue;
+      Lag lag;
+      if (observer.kind != Observer::Kind::chord) {
+        const std::vector<Span> spans =
+            observer.track != nullptr ? spans_of(*observer.track, kSpan, c.watch.newest()) : observer.spans;
+        lag = find_lag(spans, *reference.track, 1.0);
+      }
+      // Turns that fit together only if they are shifted.
+      if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0)
+        lag = {true, direct.shift, kShiftSigma};
+      if (lag.is_known)
+        delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference)});
+    }
+  }
+}
+
+/// Lags of positions against dead reckoning; judges the lever arms of those that are not late.
+void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
+  const Observer* reference = motion.yaw.trusted_track();
+  const Observer* way = motion.way.trusted_track();
+  if (reference == nullptr || way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (c.sensor(i).fixes.empty() || c.is_blamed(i) || i == reference->sensor) continue;
+    // What the turns differ in from those of the fixes is taken out.
+    double per_way = 0.0;
+    for (std::size_t a = 0; a < motion.yaw.observers.size(); ++a) {
+      for (std::size_t b = 0; b < motion.yaw.observers.size(); ++b) {
+        const Observer& fix = motion.yaw.observers[a];
+        if (fix.sensor == i && fix.kind == Observer::Kind::chord && &motion.yaw.observers[b] == reference)
+          per_way = -motion.yaw.ratios[a][b].per_way;
+      }
+    }
+    const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
+                                           *reference->track, *way->track, per_way, 0.0);
+    if (antenna.lag.is_known && !antenna.is_lever_likelier)
+      delays.push_back({i, reference->sensor, antenna.lag, kFixTolerance});
+    const bool is_late =
+        antenna.lag.is_known && !antenna.is_lever_likelier && std::abs(antenna.lag.value) > kFixTolerance;
+    if (!is_late) check_antenna(c, i, antenna);
+  }
+}
+
+/// A sensor that is late by itself, and what that leaves.
+struct Culprit {
+  std::size_t sensor = 0;
+  double late = 0.0;
+  std::size_t contradictions = 0;  ///< that remain
+  double unlikely = 0.0;           ///< of the delay that the YAML would then give it [s]
+
+  bool is_simpler_than(const Culprit& other) const {
+    if (contradictions != other.contradictions) return contradictions < other.contradictions;
+    return unlikely < other.unlikely;
+  }
+  bool is_as_simple_as(const Culprit& other) const {
+    return contradictions == other.contradictions && unlikely < kDecides * other.unlikely;
+  }
+};
+
+/// Most delays are none; stamps that are early are rarer than late ones.
+double unlikeliness(double delay_s) { return delay_s >= 0.0 ? delay_s : -kEarly * delay_s; }
+
+std::size_t contradictions(const std::vector<Delay>& delays, const std::vector<double>& own) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(delays, [&](const Delay& delay) { return delay.sigmas(own) >= kSigmas; }));
+}
+
+/// Sensors whose delay alone explains some contradictions, the simplest explanation first; those that explain less are
+/// left out.
+std::vector<Culprit> simplest(const Case& c, const std::vector<Delay>& delays, const std::vector<double>& own) {
+  std::vector<Culprit> culprits;
+  const std::size_t before = contradictions(delays, own);
+  for (const Delay& contradiction : delays) {
+    if (contradiction.sigmas(own) < kSigmas) continue;
+    const double rest = contradiction.lag.value - own[contradiction.sensor] + own[contradiction.against];
+    for (const bool is_first : {true, false}) {
+      Culprit tried{is_first ? contradiction.sensor : contradiction.against, is_first ? rest : -rest};
+      if (own[tried.sensor] != 0.0) continue;
+      std::vector<double> moved = own;
+      moved[tried.sensor] = tried.late;
+      tried.contradictions = contradictions(delays, moved);
+      tried.unlikely = unlikeliness(to_seconds(c.sensor(tried.sensor).delay) + tried.late);
+      if (tried.contradictions < before) culprits.push_back(tried);
+    }
+  }
+  std::ranges::stable_sort(culprits, [](const Culprit& a, const Culprit& b) { return a.is_simpler_than(b); });
+  std::erase_if(culprits, [first = culprits.empty() ? Culprit{} : culprits.front()](const Culprit& one) {
+    return !one.is_as_simple_as(first);
+  });
+  return culprits;
+}
+
+/// Names a sensor with the clearest of its delays; `suspects` has it first, and those that explain as much.
+void add_finding(Case& c, const std::vector<Delay>& delays, const std::vector<double>& own, const Culprit& culprit,
+                 const std::vector<std::size_t>& suspects) {
+  const Delay* clearest = nullptr;
+  std::vector<std::string> others;
+  for (const Delay& delay : delays) {
+    if ((delay.sensor != culprit.sensor && delay.against != culprit.sensor) || delay.sigmas(own) < kSigmas) continue;
+    const std::string& other = c.sensor(delay.sensor == culprit.sensor ? delay.against : delay.sensor).name;
+    if (std::ranges::find(others, other) == others.end()) others.push_back(other);
+    if (clearest == nullptr || delay.lag.sigma < clearest->lag.sigma) clearest = &delay;
+  }
+  if (clearest == nullptr) return;
+  const double rest = clearest->lag.value - own[clearest->sensor] + own[clearest->against];
+  const double late = clearest->sensor == culprit.sensor ? rest : -rest;
+  const WatchedSensor& sensor = c.sensor(culprit.sensor);
+  const bool is_open = suspects.size() > 1;
+  c.add(is_open ? Certainty::one_of : Certainty::named, "delay", suspects,
+        fmt::format("{}its stamps are {:.2f} ± {:.2f} s {} those of {}", is_open ? sensor.name + ": " : "",
+                    std::abs(late), clearest->lag.sigma, late > 0.0 ? "behind" : "ahead of", fmt::join(others, ", ")),
+        fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + late),
+        clearest->sigmas(own));
+}
+
+}  // namespace
+
+void check_delays(Case& c, const MotionAgreement& motion) {
+  std::vector<Delay> delays;
+  add_delays_of_turns(c, motion, delays);
+  add_delays_of_positions(c, motion, delays);
+  for (const Delay& delay : delays) {
+    c.comparisons.push_back({"delay", c.sensor(delay.sensor).name, c.sensor(delay.against).name, delay.lag.value,
+                             delay.lag.sigma, 0, "s behind"});
+  }
+  std::vector<double> own(c.watch.sensors().size(), 0.0);
+  while (true) {
+    const std::vector<Culprit> culprits = simplest(c, delays, own);
+    if (culprits.empty()) return;
+    std::vector<std::size_t> suspects;
+    for (const Culprit& culprit : culprits) {
+      if (std::ranges::find(suspects, culprit.sensor) == suspects.end()) suspects.push_back(culprit.sensor);
+    }
+    add_finding(c, delays, own, culprits.front(), suspects);
+    own[culprits.front().sensor] = culprits.front().late;
+  }
+}
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "checks.hpp"
+#include "waymark/interface/payloads.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kGravity = 9.81;      // [m/s²]
+constexpr double kMostSpeed = 90.0;    // [m/s], of a robot on the ground
+constexpr double kMostRate = 36.0;     // [rad/s], 2000 °/s: the range of a common gyro
+constexpr double kLeastField = 15e-6;  // [T], the Earth's has 22 to 67 µT
+constexpr double kMostField = 100e-6;
+constexpr double kFarDatum = 500e3;       // [m], no robot's map reaches so far
+constexpr double kEarthRadius = 6.371e6;  // [m]
+constexpr std::size_t kLeastValues = 30;
+constexpr std::size_t kLeastStamps = 8;
+constexpr double kTilted = 40.0 * kDegree;  // of a robot in the plane
+
+/// A factor and what is multiplied by it by mistake.
+struct Unit {
+  double factor;
+  std::string_view name;
+};
+
+/// The unit of a value that should lie in [low, high]; nothing if none fits.
+template <std::size_t N>
+std::optional<Unit> unit_of(double value, double low, double high, const std::array<Unit, N>& units) {
+  for (const Unit& unit : units) {
+    if (value * unit.factor >= low && value * unit.factor <= high) return unit;
+  }
+  return std::nullopt;
+}
+
+/// Usual times between two measurements [s].
+std::pair<double, double> usual_interval(const WatchedSensor& sensor) {
+  if (sensor.payload == ImuSample::kType) return {1e-4, 0.3};
+  if (sensor.payload == LaserScan::kType || sensor.payload == PointCloud::kType) return {0.005, 5.0};
+  if (sensor.payload == GnssFix::kType) return {0.01, 60.0};
+  if (sensor.payload == WheelSpeeds::kType || sensor.payload == BodyTwist::kType ||
+      sensor.payload == WheelSteering::kType)
+    return {1e-4, 3.0};
+  return {1e-5, 100.0};
+}
+
+void check_stamps(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.intervals.size() < kLeastStamps) return;
+  const double usual = sensor.intervals.quantile(0.5);
+  const auto [low, high] = usual_interval(sensor);
+  if (usual <= 0.0 || (usual >= low && usual <= high)) return;
+  static constexpr std::array<Unit, 6> kUnits{{{1e-3, "milliseconds taken for seconds"},
+                                               {1e-6, "microseconds taken for seconds"},
+                                               {1e-9, "nanoseconds taken for seconds"},
+                                               {1e3, "seconds taken for milliseconds"},
+                                               {1e6, "seconds taken for microseconds"},
+                                               {1e9, "seconds taken for nanoseconds"}}};
+  const auto unit = unit_of(usual, low, high, kUnits);
+  if (!unit) return;
+  c.add(Certainty::named, "stamps", {i},
+        fmt::format("{:.3g} s from one measurement to the next: {}", usual, unit->name),
+        fmt::format("source: time of {} times {:g}", sensor.name, unit->factor), 0.0);
+}
+
+void check_speed(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  const double speed = sensor.speeds.quantile(0.9);
+  const double rate = sensor.rates.quantile(0.9);
+  if (sensor.speeds.size() >= kLeastValues && speed > kMostSpeed) {
+    c.add(Certainty::named, "unit", {i},
+          fmt::format("speeds up to {:.0f} m/s; more than {:.0f} m/s is no robot on the ground", speed, kMostSpeed),
+          fmt::format("source: speeds of {} in m/s (mm/s: scale 0.001)", sensor.name), 0.0);
+    return;
+  }
+  if (sensor.rates.size() >= kLeastValues && rate > kMostRate) {
+    c.add(Certainty::named, "unit", {i}, fmt::format("turns by {:.0f} rad/s", rate),
+          fmt::format("source: rates of {} in rad/s (deg/s: scale {:.6f})", sensor.name, kDegree), 0.0);
+  }
+}
+
+void check_force(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.forces.size() < kLeastValues) return;
+  const double force = sensor.forces.quantile(0.5);
+  static constexpr std::array<Unit, 7> kUnits{{{1.0, ""},
+                                               {kGravity, "g"},
+                                               {kGravity * 1e-3, "mg"},
+                                               {0.01, "cm/s²"},
+                                               {1e-3, "mm/s²"},
+                                               {1.0 / kGravity, "m/s² that were taken for g"},
+                                               {0.3048, "ft/s²"}}};
+  const auto unit = unit_of(force, 0.93 * kGravity, 1.07 * kGravity, kUnits);
+  if (!unit || unit->factor != 1.0) {
+    c.add(Certainty::named, "gravity", {i},
+          fmt::format("a specific force of {:.4g} m/s² where gravity is {:.2f}{}", force, kGravity,
+                      unit ? fmt::format(": it is in {}", unit->name) : ""),
+          fmt::format("source: f_x_mps2, f_y_mps2, f_z_mps2 of {} times {:.5g}", sensor.name,
+                      unit ? unit->factor : kGravity / force),
+          0.0);
+    if (!unit) return;
+  }
+  if (c.robot.settings.motion != StateLayout::Motion::planar) return;
+  const Eigen::Vector3d up = sensor.force_sum / static_cast<double>(sensor.force_count);
+  if (up.norm() < 0.5 * force) return;  // it is held in any way
+  const double tilt = std::atan2(up.head<2>().norm(), up.z());
+  if (tilt < kTilted) return;
+  const Eigen::Vector3d up_sensor = sensor.T_base_sensor.q.conjugate() * up;
+  Eigen::Index axis = 0;
+  up_sensor.cwiseAbs().maxCoeff(&axis);
+  const bool is_negative = up_sensor(axis) < 0.0;
+  static constexpr std::array<std::string_view, 6> kFits{"pitch_deg: -90",  // +x up
+                                                         "roll_deg: 90",    // +y up
+                                                         "roll_deg: 0",     // +z up
+                                                         "pitch_deg: 90",  "roll_deg: -90", "roll_deg: 180"};
+  c.add(Certainty::named, "gravity", {i},
+        fmt::format("up is {:.0f} degrees from the z axis of the base: gravity points along {}{} of the sensor",
+                    tilt / kDegree, is_negative ? "+" : "-", "xyz"[axis]),
+        fmt::format("sensors.{}.base_T_sensor.{} fits, or the opposite sign of its specific force", sensor.name,
+                    kFits[static_cast<std::size_t>(axis + (is_negative ? 3 : 0))]),
+        0.0);
+}
+
+void check_field(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.fields.size() < kLeastValues) return;
+  const double field = sensor.fields.quantile(0.5);
+  if (field >= kLeastField && field <= kMostField) return;
+  static constexpr std::array<Unit, 5> kUnits{
+      {{1e-6, "µT"}, {1e-9, "nT"}, {1e-4, "gauss"}, {1e-7, "milligauss"}, {1e6, "T that were taken for µT"}}};
+  const auto unit = unit_of(field, kLeastField, kMostField, kUnits);
+  c.add(Certainty::named, "field", {i},
+        fmt::format("a magnetic field of {:.3g} T, where the Earth's has 22 to 67 µT{}", field,
+                    unit ? fmt::format(": it is in {}", unit->name) : ""),
+        fmt::format("source: m_x_t, m_y_t, m_z_t of {} times {:.3g}", sensor.name, unit ? unit->factor : 48e-6 / field),
+        0.0);
+}
+
+void check_angles(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  const double most = 2.0 * std::numbers::pi + 0.1;
+  if (sensor.headings.size() >= kLeastValues && sensor.headings.quantile(0.9) > most) {
+    c.add(Certainty::named, "unit", {i},
+          fmt::format("headings up to {:.0f} rad: they are in degrees", sensor.headings.quantile(1.0)),
+          fmt::format("source: heading_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
+  }
+  if (sensor.steerings.size() >= kLeastValues && sensor.steerings.quantile(0.98) > 0.5 * std::numbers::pi) {
+    c.add(Certainty::named, "unit", {i},
+          fmt::format("steers by up to {:.0f} rad: they are degrees", sensor.steerings.quantile(1.0)),
+          fmt::format("source: steering_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
+  }
+  if (sensor.courses.size() >= kLeastValues && sensor.courses.quantile(0.9) > most) {
+    c.add(Certainty::named, "unit", {i},
+          fmt::format("courses up to {:.0f} rad: they are in degrees", sensor.courses.quantile(1.0)),
+          fmt::format("source: course_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
+  }
+}
+
+void check_ranges(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.ranges.size() < kLeastValues) return;
+  const double range = sensor.ranges.quantile(0.5);
+  if (range >= 0.02 && range <= 300.0) return;
+  static constexpr std::array<Unit, 3> kUnits{{{1e-3, "mm"}, {0.01, "cm"}, {1e3, "m that were taken for mm"}}};
+  const auto unit = unit_of(range, 0.1, 100.0, kUnits);
+  c.add(Certainty::named, "unit", {i},
+        fmt::format("half of its ranges are beyond {:.3g} m{}", range,
+                    unit ? fmt::format(": they are in {}", unit->name) : ""),
+        fmt::format("source: ranges_m of {} times {:g}", sensor.name, unit ? unit->factor : 1.0), 0.0);
+}
+
+double distance_on_earth(double latitude_a, double longitude_a, double latitude_b, double longitude_b) {
+  const double a = kDegree * latitude_a;
+  const double b = kDegree * latitude_b;
+  const double half_latitude = std::sin(0.5 * (b - a));
+  const double half_longitude = std::sin(0.5 * kDegree * (longitude_b - longitude_a));
+  const double h = half_latitude * half_latitude + std::cos(a) * std::cos(b) * half_longitude * half_longitude;
+  return 2.0 * kEarthRadius * std::asin(std::min(1.0, std::sqrt(h)));
+}
+
+void check_place(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (!c.watch.datum_is_given() || std::isnan(sensor.latitude_deg)) return;
+  const Datum& datum = *c.watch.datum();
+  const double far =
+      distance_on_earth(sensor.latitude_deg, sensor.longitude_deg, datum.latitude_deg, datum.longitude_deg);
+  if (far < kFarDatum) return;
+  const double swapped =
+      distance_on_earth(sensor.longitude_deg, sensor.latitude_deg, datum.latitude_deg, datum.longitude_deg);
+  const bool fits_swapped = std::abs(sensor.longitude_deg) <= 90.0 && swapped < kFarDatum;
+  c.add(Certainty::named, "place", {i},
+        fmt::format("latitude {:.4f}, longitude {:.4f} are {:.0f} km from the datum{}", sensor.latitude_deg,
+                    sensor.longitude_deg, 1e-3 * far,
+                    fits_swapped ? fmt::format(", and {:.1f} km if they are swapped", 1e-3 * swapped) : ""),
+        fits_swapped ? fmt::format("source: swap latitude_deg and longitude_deg of {}", sensor.name)
+                     : fmt::format("datum: {{ latitude_deg: {:.6f}, longitude_deg: {:.6f} }} is the first fix",
+                                   sensor.latitude_deg, sensor.longitude_deg),
+        0.0);
+}
+
+}  // namespace
+
+void check_magnitudes(Case& c) {
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (!c.sensor(i).is_watched) continue;
+    check_stamps(c, i);
+    check_speed(c, i);
+    check_force(c, i);
+    check_field(c, i);
+    check_angles(c, i);
+    check_ranges(c, i);
+    check_place(c, i);
+  }
+}
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "checks.hpp"
+#include "fit.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kSigmas = 4.0;
+constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
+constexpr double kScannerTolerance = 4.0 * kDegree;
+constexpr double kScannerLever = 0.15;  // [m]
+constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
+constexpr double kAntennaLever = 0.5;   // [m]
+constexpr std::size_t kLeastDirections = 20;
+constexpr std::size_t kParts = 8;
+
+/// Middle of angles that lie around `about`, and its σ from the middles of parts of the log.
+struct Middle {
+  double value = 0.0;
+  double sigma = 0.0;
+  double scatter = 0.0;
+};
+
+std::optional<Middle> middle_of(const std::vector<double>& angles) {
+  if (angles.size() < kLeastDirections) return std::nullopt;
+  double s = 0.0;
+  double c = 0.0;
+  for (const double angle : angles) {
+    s += std::sin(angle);
+    c += std::cos(angle);
+  }
+  // Without a common direction there is no offset to speak of.
+  if (std::hypot(s, c) < 0.5 * static_cast<double>(angles.size())) return std::nullopt;
+  const double about = std::atan2(s, c);
+  const auto middle = [&](std::size_t from, std::size_t to) {
+    std::vector<double> values;
+    for (std::size_t k = from; k < to; ++k) values.push_back(so3::wrap(angles[k] - about));
+    return median(values);
+  };
+  Middle result;
+  const double center = middle(0, angles.size());
+  result.value = so3::wrap(about + center);
+  std::vector<double> parts;
+  for (std::size_t p = 0; p < kParts; ++p) {
+    const double part = middle(angles.size() * p / kParts, angles.size() * (p + 1) / kParts);
+    parts.push_back(std::abs(part - center));
+  }
+  result.scatter = 1.4826 * median(parts);
+  result.sigma = std::max(1.25 * result.scatter / std::sqrt(static_cast<double>(kParts)), 0.1 * kDegree);
+  return result;
+}
+
+/// Directions of the motion over ground, less the heading at the time.
+std::vector<double> directions(const WatchedSensor& fix, const Track& heading, const Track* way) {
+  std::vector<double> offsets;
+  for (const Chord& chord : chords_of(fix.fixes)) {
+    const double middle = 0.5 * (chord.from + chord.to);
+    const auto yaw = heading.at(middle);
+    const auto turned = heading.change(chord.from, chord.to);
+    if (!yaw || !turned || std::abs(*turned) > 0.5) continue;
+    double reverse = 0.0;
+    if (way != nullptr) {
+      const auto driven = way->change(chord.from, chord.to);
+      if (driven && *driven < 0.0) reverse = std::numbers::pi;
+    }
+    offsets.push_back(so3::wrap(chord.direction + reverse - *yaw));
+  }
+  return offsets;
+}
+
+double yaw_deg(const WatchedSensor& sensor) { return so3::yaw(sensor.T_base_sensor.q) / kDegree; }
+
+double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
+
+void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (!sensor.has_heading || c.is_blamed(i)) return;
+  const Observer* way = motion.way.trusted_track();
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    const WatchedSensor& fix = c.sensor(k);
+    if (fix.fixes.empty() || k == i || c.is_blamed(k)) continue;
+    const bool knows_reverse = way != nullptr && !way->is_unsigned && !c.is_blamed(way->sensor);
+    const auto offset = middle_of(directions(fix, sensor.yaw, knows_reverse ? way->track : nullptr));
+    if (!offset) continue;
+    c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
+                             offset->sigma / kDegree, 0, "degrees between them"});
+    const double sigmas = (std::abs(offset->value) - kHeadingTolerance) / offset->sigma;
+    if (sigmas < kSigmas) continue;
+    const double fits = in_turn(yaw_deg(sensor) - offset->value / kDegree);
+    c.add(Certainty::named, "heading", {i},
+          fmt::format("the robot drives {:.1f} ± {:.1f} degrees beside its heading, as {} shows",
+                      offset->value / kDegree, offset->sigma / kDegree, fix.name),
+          fmt::format("sensors.{}.base_T_sensor.yaw_deg: {:.0f} fits{}", sensor.name, fits,
+                      std::abs(offset->value) < 40.0 * kDegree ? ", or another declination" : ""),
+          sigmas);
+    return;
+  }
+}
+
+void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
+  const MountingFit& mounting = motion.mountings[i];
+  if (!mounting.is_known || c.is_blamed(i)) return;
+  const WatchedSensor& sensor = c.sensor(i);
+  const Observer* way = motion.way.trusted_track();
+  if (way == nullptr || c.is_blamed(way->sensor)) return;
+  c.comparisons.push_back({"direction", sensor.name + " scans", c.sensor(way->sensor).name, mounting.angle / kDegree,
+                           mounting.angle_sigma / kDegree, static_cast<long>(sensor.steps.size()),
+                           "degrees between them"});
+  const double sigmas = (std::abs(mounting.angle) - kScannerTolerance) / mounting.angle_sigma;
+  if (sigmas > kSigmas) {
+    c.add(Certainty::named, "mounting", {i},
+          fmt::format("it moves {:.1f} ± {:.1f} degrees beside the x axis of the base when {} drive straight on",
+                      mounting.angle / kDegree, mounting.angle_sigma / kDegree, c.sensor(way->sensor).name),
+          fmt::format("sensors.{}.base_T_sensor.yaw_deg: {:.1f} fits", sensor.name,
+                      in_turn(yaw_deg(sensor) - mounting.angle / kDegree)),
+          sigmas);
+    return;
+  }
+  const Eigen::Vector2d lever = sensor.T_base_sensor.p.head<2>();
+  const Eigen::Vector2d off = mounting.lever - lever;
+  const double sigma = mounting.lever_sigma.maxCoeff();
+  c.comparisons.push_back({"lever arm", sensor.name, "its base_T_sensor", off.norm(), sigma,
+                           static_cast<long>(sensor.steps.size()), "m between them"});
+  const auto concerns = [&](const Finding& finding) {
+    return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
+  };
+  if (sigma > kLeverSigma || std::ranges::any_of(c.findings, concerns)) return;
+  const double lever_sigmas = (off.norm() - kScannerLever) / std::max(sigma, 0.01);
+  if (lever_sigmas < kSigmas) return;
+  c.add(Certainty::named, "lever arm", {i},
+        fmt::format("in turns it moves as if it stood {:.2f} ± {:.2f} m from where the YAML has it", off.norm(), sigma),
+        fmt::format("sensors.{}.base_T_sensor.xyz_m: [{:.2f}, {:.2f}, {:.2f}] fits", sensor.name, mounting.lever.x(),
+                    mounting.lever.y(), sensor.T_base_sensor.p.z()),
+        lever_sigmas);
+}
+
+}  // namespace
+
+void check_mounting(Case& c, const MotionAgreement& motion) {
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    check_heading(c, motion, i);
+    check_scanner(c, motion, i);
+  }
+}
+
+void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna) {
+  if (!antenna.is_known || c.is_blamed(i)) return;
+  const WatchedSensor& sensor = c.sensor(i);
+  const Eigen::Vector2d lever = sensor.usual.p_base_point.head<2>();
+  const Eigen::Vector2d off = antenna.lever - lever;
+  const double sigma = antenna.lever_sigma.maxCoeff();
+  c.comparisons.push_back({"lever arm", sensor.name, "its base_p_antenna_m", off.norm(), sigma, 0, "m between them"});
+  const double sigmas = (off.norm() - kAntennaLever) / std::max(sigma, 0.02);
+  if (sigmas < kSigmas) return;
+  c.add(Certainty::named, "lever arm", {i},
+        fmt::format("in turns its positions move as if the antenna stood {:.2f} ± {:.2f} m from where the YAML has it",
+                    off.norm(), sigma),
+        fmt::format("sensors.{}.base_p_antenna_m: [{:.2f}, {:.2f}, {:.2f}] fits", sensor.name, antenna.lever.x(),
+                    antenna.lever.y(), sensor.usual.p_base_point.z()),
+        sigmas);
+}
+
+}  // namespace waymark::host::diagnosis

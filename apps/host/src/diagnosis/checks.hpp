@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lever_fit.hpp"
+#include "observers.hpp"
+#include "watch.hpp"
+#include "waymark/host/diagnosis.hpp"
+#include "waymark/interface/finding.hpp"
+
+namespace waymark::host::diagnosis {
+
+/// What the checks share: the data, the YAML, and what earlier checks have found.
+struct Case {
+  const Watch& watch;
+  const Robot& robot;
+  std::vector<Finding> findings = {};
+  std::vector<Comparison> comparisons = {};
+
+  const WatchedSensor& sensor(std::size_t index) const { return watch.sensors()[index]; }
+  /// True if a finding names this sensor.
+  bool is_blamed(std::size_t index) const;
+  /// True if a finding of this kind names this sensor.
+  bool is_blamed(std::size_t index, std::string_view check) const;
+  /// Number of the YAML under `sensors.<name>.<key>`; NaN if it is not there.
+  double setting(std::size_t index, std::string_view key) const;
+  void add(Finding::Certainty certainty, std::string check, const std::vector<std::size_t>& suspects, std::string seen,
+           std::string change, double sigmas);
+};
+
+/// Magnitudes that no robot has: units, stamps, gravity, the Earth's field, the place on the Earth.
+void check_magnitudes(Case& c);
+
+/// Which observers of a quantity agree with each other.
+struct Agreement {
+  std::vector<Observer> observers;
+  std::vector<std::vector<Ratio>> ratios;  ///< [numerator][denominator]
+  std::vector<int> groups;                 ///< of each observer: those with one number agree
+  int trusted = -1;                        ///< the group that is taken for right; -1: none is
+
+  bool is_trusted(std::size_t observer) const { return trusted >= 0 && groups[observer] == trusted; }
+  /// How much a group counts: its sensors, and a little for one that observes in two ways.
+  double weight(int group) const;
+  /// A trusted observer that is known at all times, not `except`; null if there is none.
+  const Observer* trusted_track(const Track* except = nullptr) const;
+  /// Ratio of an observer to those of a group, the best known one; unknown if there is none.
+  Ratio against(std::size_t observer, int group) const;
+};
+
+/// What the comparisons of turns and ways gave.
+struct MotionAgreement {
+  Agreement yaw;
+  Agreement way;
+  std::vector<MountingFit> mountings;  ///< of each sensor; known of scanners only
+};
+
+/// Compares all turns with each other, and all ways.
+MotionAgreement compare_motion(Case& c);
+
+/// Names who does not fit: scales, signs, units, track width. Decides which group is trusted.
+void check_motion(Case& c, MotionAgreement& motion);
+
+/// Headings against the direction of the motion; where scanners and antennas stand.
+void check_mounting(Case& c, const MotionAgreement& motion);
+
+/// Whether an antenna stands where the YAML has it.
+void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna);
+
+/// Delays between the sensors.
+void check_delays(Case& c, const MotionAgreement& motion);
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "checks.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+constexpr double kSecondWay = 0.6;  // of a sensor: Doppler and position of a receiver
+constexpr double kToleranceSigmas = 3.0;
+
+std::string label(const Case& c, const Observer& observer) {
+  const std::string& name = c.sensor(observer.sensor).name;
+  switch (observer.kind) {
+    case Observer::Kind::course:
+      return name + " velocity";
+    case Observer::Kind::chord:
+      return name + " positions";
+    case Observer::Kind::matched:
+      return name + " scans";
+    case Observer::Kind::measured:
+      break;
+  }
+  return name;
+}
+
+const char* word(Ratio::Verdict verdict) {
+  constexpr const char* kWords[] = {"not known", "agree", "differ", "unrelated"};
+  return kWords[static_cast<int>(verdict)];
+}
+
+void report(Case& c, const char* quantity, const Observer& a, const Observer& b, const Ratio& ratio) {
+  c.comparisons.push_back(
+      {quantity, label(c, a), label(c, b), ratio.value, ratio.sigma, ratio.spans, word(ratio.verdict)});
+}
+
+Ratio inverse(const Ratio& ratio) {
+  Ratio other = ratio;
+  if (ratio.verdict == Ratio::Verdict::unrelated || ratio.low == 0.0 || ratio.high == 0.0) return other;
+  other.low = 1.0 / ratio.high;
+  other.high = 1.0 / ratio.low;
+  if (other.low > other.high) std::swap(other.low, other.high);
+  other.value = 1.0 / ratio.value;
+  other.shift = -ratio.shift;
+  other.sigma = ratio.sigma / (ratio.value * ratio.value);
+  other.per_way = -ratio.per_way / ratio.value;
+  other.per_way_sigma = ratio.per_way_sigma / std::abs(ratio.value);
+  return other;
+}
+
+void group(Agreement& agreement) {
+  const std::size_t n = agreement.observers.size();
+  agreement.groups.resize(n);
+  for (std::size_t i = 0; i < n; ++i) agreement.groups[i] = static_cast<int>(i);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      if (agreement.ratios[i][j].verdict != Ratio::Verdict::agree) continue;
+      const int from = agreement.groups[j];
+      const int to = agreement.groups[i];
+      std::ranges::replace(agreement.groups, from, to);
+    }
+  }
+}
+
+void compare_all(Case& c, const char* quantity, Agreement& agreement, const Track* way, bool is_angle) {
+  const std::vector<Observer>& observers = agreement.observers;
+  const std::size_t n = observers.size();
+  agreement.ratios.assign(n, std::vector<Ratio>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      // Of two tracks once; what is known over spans only is the numerator.
+      if (i == j || observers[j].track == nullptr || (observers[i].track != nullptr && j < i)) continue;
+      const bool is_unsigned = observers[i].is_unsigned || observers[j].is_unsigned;
+      CompareOptions options;
+      options.way = way;
+      options.is_unsigned = is_unsigned;
+      options.is_noise_above = observers[i].kind == Observer::Kind::chord;
+      options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
+      if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
+      const Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
+      agreement.ratios[i][j] = ratio;
+      agreement.ratios[j][i] = inverse(ratio);
+      report(c, quantity, observers[i], observers[j], ratio);
+    }
+  }
+}
+
+/// A scanner's way, along the direction in which it moves, as an observer of the way.
+void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
+  motion.mountings.resize(c.watch.sensors().size());
+  if (way == nullptr) return;
+  Agreement& agreement = motion.way;
+  std::size_t measured = 0;
+  while (agreement.observers[measured].track != way) ++measured;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    const WatchedSensor& sensor = c.sensor(i);
+    MountingFit& mounting = motion.mountings[i];
+    double late = 0.0;
+    for (const Observer& turns : motion.yaw.observers) {
+      const Track& yaw = c.sensor(agreement.observers[measured].sensor).yaw;
+      if (turns.sensor == i && turns.kind == Observer::Kind::matched && yaw.samples() > 0)
+        late = best_shift(turns.spans, yaw);
+    }
+    mounting = fit_mounting(sensor.steps, *way, late);
+    if (!mounting.is_known) continue;
+    // What moves sideways is turned, not reversed: check_mounting finds it.
+    const bool backwards = std::abs(mounting.angle) > 0.75 * std::numbers::pi;
+    const double direction = backwards ? mounting.angle + std::numbers::pi : mounting.angle;
+    Observer observer{i, Observer::Kind::matched, nullptr, {}, 0.02, 0.0, false};
+    for (const ScanStep& step : sensor.steps) {
+      observer.spans.push_back(
+          {step.from, step.to, step.shift.x() * std::cos(direction) + step.shift.y() * std::sin(direction)});
+    }
+    const double tolerance =
+        kToleranceSigmas * std::hypot(observer.usual_sigma, agreement.observers[measured].usual_sigma);
+    Ratio ratio;
+    ratio.value = backwards ? -mounting.scale : mounting.scale;
+    ratio.low = ratio.high = ratio.value;
+    ratio.sigma = mounting.scale_sigma;
+    ratio.spans = static_cast<long>(sensor.steps.size());
+    const double beyond = backwards ? 2.0 : std::max(mounting.scale, 1.0 / mounting.scale) - 1.0 - tolerance;
+    const double relative = mounting.scale_sigma / std::min(mounting.scale, 1.0);
+    ratio.sigmas = std::max(0.0, beyond) / std::max(relative, 1e-6);
+    ratio.verdict = beyond <= 0.0        ? Ratio::Verdict::agree
+                    : ratio.sigmas > 3.0 ? Ratio::Verdict::differ
+                                         : Ratio::Verdict::unknown;
+    agreement.observers.push_back(std::move(observer));
+    for (auto& row : agreement.ratios) row.emplace_back();
+    agreement.ratios.emplace_back(agreement.observers.size());
+    agreement.ratios.back()[measured] = ratio;
+    agreement.ratios[measured].back() = inverse(ratio);
+    report(c, "way", agreement.observers.back(), agreement.observers[measured], ratio);
+  }
+}
+
+}  // namespace
+
+double Agreement::weight(int group) const {
+  std::set<std::size_t> sensors;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < observers.size(); ++i) {
+    if (groups[i] == group) sum += sensors.insert(observers[i].sensor).second ? 1.0 : kSecondWay;
+  }
+  return sum;
+}
+
+const Observer* Agreement::trusted_track(const Track* except) const {
+  const Observer* best = nullptr;
+  for (std::size_t i = 0; i < observers.size(); ++i) {
+    const Observer& observer = observers[i];
+    if (observer.track == nullptr || observer.track == except || !is_trusted(i)) continue;
+    if (best == nullptr || observer.usual_sigma < best->usual_sigma) best = &observer;
+  }
+  return best;
+}
+
+Ratio Agreement::against(std::size_t observer, int group) const {
+  Ratio best;
+  for (std::size_t j = 0; j < observers.size(); ++j) {
+    const Ratio& ratio = ratios[observer][j];
+    if (groups[j] != group || ratio.verdict == Ratio::Verdict::unknown) continue;
+    if (best.verdict == Ratio::Verdict::unknown || ratio.sigma < best.sigma) best = ratio;
+  }
+  return best;
+}
+
+MotionAgreement compare_motion(Case& c) {
+  MotionAgreement motion;
+  const Track* way = measured_way(c.watch);
+  motion.yaw.observers = yaw_observers(c.watch);
+  motion.way.observers = way_observers(c.watch);
+  compare_all(c, "yaw", motion.yaw, way, true);
+  compare_all(c, "way", motion.way, nullptr, false);
+  add_scanners(c, motion, way);
+  group(motion.yaw);
+  group(motion.way);
+  return motion;
+}
+
+}  // namespace waymark::host::diagnosis

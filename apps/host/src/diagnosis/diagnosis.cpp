@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/host/diagnosis.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "checks.hpp"
+#include "watch.hpp"
+
+namespace waymark::host {
+
+namespace {
+
+constexpr double kFirst = 30.0;  // [s] of the log before the first evaluation
+
+bool is_same(const Finding& a, const Finding& b) {
+  return a.check == b.check && !a.sensors.empty() && !b.sensors.empty() && a.sensors.front() == b.sensors.front();
+}
+
+bool contains(const std::vector<Finding>& findings, const Finding& finding) {
+  return std::ranges::any_of(findings, [&](const Finding& other) { return is_same(other, finding); });
+}
+
+}  // namespace
+
+struct Diagnosis::Parts {
+  explicit Parts(const Robot& of) : robot(of), watch(of) {}
+
+  const Robot& robot;
+  diagnosis::Watch watch;
+  double next = kFirst;
+  std::vector<Finding> last;  // of the evaluation before, in this window
+  std::vector<Finding> findings;
+  std::size_t taken = 0;
+  std::vector<Comparison> comparisons;
+
+  /// What two evaluations in a row find is certain; at the end of a window one is enough.
+  void evaluate(bool is_last) {
+    diagnosis::Case c{watch, robot};
+    diagnosis::check_magnitudes(c);
+    diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
+    diagnosis::check_motion(c, motion);
+    diagnosis::check_mounting(c, motion);
+    diagnosis::check_delays(c, motion);
+    for (const Finding& finding : c.findings) {
+      if (!is_last && !contains(last, finding)) continue;
+      const auto known = std::ranges::find_if(findings, [&](const Finding& f) { return is_same(f, finding); });
+      if (known == findings.end()) {
+        // What was open between several is decided.
+        if (finding.certainty == Finding::Certainty::named) {
+          std::erase_if(findings, [&](const Finding& f) {
+            return f.certainty == Finding::Certainty::one_of && f.check == finding.check &&
+                   std::ranges::find(f.sensors, finding.sensors.front()) != f.sensors.end();
+          });
+          taken = std::min(taken, findings.size());
+        }
+        findings.push_back(finding);
+      } else {
+        const double stamp = known->stamp_s;
+        *known = finding;  // by now with more data
+        known->stamp_s = stamp;
+      }
+    }
+    last = std::move(c.findings);
+    comparisons = std::move(c.comparisons);
+  }
+};
+
+Diagnosis::Diagnosis(const Robot& robot) : parts_(std::make_unique<Parts>(robot)) {}
+
+Diagnosis::~Diagnosis() = default;
+
+void Diagnosis::arrived(const Measurement& measurement) {
+  Parts& parts = *parts_;
+  parts.watch.take(measurement);
+  if (parts.watch.is_full()) {
+    parts.evaluate(true);
+    parts.watch.clear_window();
+    parts.next = kFirst;
+    parts.last.clear();
+  } else if (parts.watch.newest() >= parts.next) {
+    parts.evaluate(false);
+    parts.next *= 2.0;
+  }
+}
+
+void Diagnosis::finish() {
+  if (parts_->watch.newest() > 0.0) parts_->evaluate(true);
+}
+
+const std::vector<Finding>& Diagnosis::findings() const { return parts_->findings; }
+
+std::vector<Finding> Diagnosis::take_new() {
+  std::vector<Finding> fresh(parts_->findings.begin() + static_cast<std::ptrdiff_t>(parts_->taken),
+                             parts_->findings.end());
+  parts_->taken = parts_->findings.size();
+  return fresh;
+}
+
+const std::vector<Comparison>& Diagnosis::comparisons() const { return parts_->comparisons; }
+
+}  // namespace waymark::host

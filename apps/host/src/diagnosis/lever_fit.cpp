@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lever_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <optional>
+
+#include "fit.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kStep = 1.6;     // [s] from fix to fix of one row
+constexpr double kBlock = 20.0;   // [s] in which the heading's drift does not matter
+constexpr long kLeastRows = 8;    // of a block
+constexpr double kMostLag = 2.0;  // [s]
+constexpr double kLagStep = 0.1;
+constexpr int kLeastBlocks = 4;
+constexpr double kLikelier = 0.1;  // by which the log of the squared residuals must be less, as a mean over the blocks
+
+/// z = c w + q u as two rows of real numbers.
+void add_row(Rows& rows, Complex z, Complex w, Complex u) {
+  rows.A.row(rows.count) << w.real(), -w.imag(), u.real(), -u.imag();
+  rows.y(rows.count++) = z.real();
+  rows.A.row(rows.count) << w.imag(), w.real(), u.imag(), u.real();
+  rows.y(rows.count++) = z.imag();
+}
+
+/// Dead reckoning on the grid of the tracks.
+class Path {
+ public:
+  Path(const Track& yaw, const Track& way, double per_way, double per_s) {
+    points_.assign(Track::kEdges, {});
+    stretch_.assign(Track::kEdges, 0);
+    int stretch = 1;
+    Complex p;
+    double turned = 0.0;
+    for (int k = 1; k < Track::kEdges; ++k) {
+      const auto edge = static_cast<std::size_t>(k);
+      const auto turn = yaw.change((k - 1) * Track::kStep, k * Track::kStep);
+      const auto driven = way.change((k - 1) * Track::kStep, k * Track::kStep);
+      if (!turn || !driven) {
+        ++stretch;
+        continue;
+      }
+      const double corrected = *turn - per_way * *driven - per_s * Track::kStep;
+      p += *driven * std::polar(1.0, turned + 0.5 * corrected);
+      turned += corrected;
+      points_[edge] = {p, turned};
+      stretch_[edge] = stretch;
+    }
+  }
+
+  struct Point {
+    Complex p;
+    double yaw = 0.0;
+  };
+  /// Both ends of a step; nothing if it is not known throughout.
+  std::optional<std::pair<Point, Point>> step(double from, double to) const {
+    const auto a = at(from);
+    const auto b = at(to);
+    if (!a || !b || stretch_[index(from)] != stretch_[index(to)]) return std::nullopt;
+    return std::pair(*a, *b);
+  }
+
+ private:
+  static std::size_t index(double t) { return static_cast<std::size_t>(t / Track::kStep); }
+  std::optional<Point> at(double t) const {
+    if (!(t >= Track::kStep) || t >= Track::kLength - Track::kStep) return std::nullopt;
+    const std::size_t k = index(t);
+    if (stretch_[k] == 0 || stretch_[k] != stretch_[k + 1]) return std::nullopt;
+    const double part = t / Track::kStep - static_cast<double>(k);
+    return Point{points_[k].p + part * (points_[k + 1].p - points_[k].p),
+                 points_[k].yaw + part * (points_[k + 1].yaw - points_[k].yaw)};
+  }
+
+  std::vector<Point> points_;
+  std::vector<int> stretch_;
+};
+
+/// The steps from fix to fix of one block, for a lag.
+Rows rows_of(const std::vector<Fix>& fixes, std::size_t begin, std::size_t end, const Path& path, double lag) {
+  Rows rows(2 * static_cast<Eigen::Index>(end - begin), 4);
+  std::size_t from = begin;
+  for (std::size_t k = begin + 1; k < end; ++k) {
+    if (fixes[k].t - fixes[from].t < kStep) continue;
+    const Eigen::Vector2d d = fixes[k].p - fixes[from].p;
+    const auto step = path.step(fixes[from].t - lag, fixes[k].t - lag);
+    const bool is_near = fixes[k].t - fixes[from].t < 3.0 * kStep;
+    from = k;
+    if (!step || !is_near) continue;
+    add_row(rows, {d.x(), d.y()}, step->second.p - step->first.p,
+            std::polar(1.0, step->second.yaw) - std::polar(1.0, step->first.yaw));
+  }
+  return rows;
+}
+
+/// Lever arm and remaining error of one block.
+struct BlockFit {
+  Eigen::Vector2d lever;
+  double residual = 0.0;
+};
+
+/// The same with a known lever arm, which leaves the heading and the scale of the block.
+std::optional<double> residual_with(const Rows& rows, const Eigen::Vector2d& lever) {
+  if (rows.count < 2 * kLeastRows) return std::nullopt;
+  Rows known(rows.count, 2);
+  for (Eigen::Index k = 0; k + 1 < rows.count; k += 2) {
+    const Complex w = Complex(rows.A(k, 0), rows.A(k + 1, 0)) +
+                      Complex(rows.A(k, 2), rows.A(k + 1, 2)) * Complex(lever.x(), lever.y());
+    known.A.row(known.count) << w.real(), -w.imag();
+    known.y(known.count++) = rows.y(k);
+    known.A.row(known.count) << w.imag(), w.real();
+    known.y(known.count++) = rows.y(k + 1);
+  }
+  const Fit fit = fit_rows(known);
+  if (!fit.valid) return std::nullopt;
+  // Clipped: one wild fix must not decide.
+  const Eigen::VectorXd r = known.y.head(known.count) - known.A.topRows(known.count) * fit.x;
+  const double clip = 9.0 * fit.residual * fit.residual;
+  return r.array().square().min(clip).mean();
+}
+
+std::optional<BlockFit> fit_block(const Rows& rows) {
+  if (rows.count < 2 * kLeastRows) return std::nullopt;
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return std::nullopt;
+  const Complex c(fit.x(0), fit.x(1));
+  if (std::abs(c) < 0.1) return std::nullopt;
+  const Complex lever = Complex(fit.x(2), fit.x(3)) * std::abs(c) / c;
+  const Eigen::VectorXd r = rows.y.head(rows.count) - rows.A.topRows(rows.count) * fit.x;
+  return BlockFit{{lever.real(), lever.imag()}, std::sqrt(r.squaredNorm() / static_cast<double>(rows.count))};
+}
+
+constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
+
+}  // namespace
+
+MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, double late) {
+  MountingFit mounting;
+  Rows rows(2 * static_cast<Eigen::Index>(steps.size()), 4);
+  for (const ScanStep& step : steps) {
+    const auto driven = way.change(step.from - late, step.to - late);
+    if (!driven || !step.is_shift_known) continue;
+    add_row(rows, {step.shift.x(), step.shift.y()}, *driven * std::polar(1.0, 0.5 * step.yaw),
+            std::polar(1.0, step.yaw) - 1.0);
+  }
+  if (rows.count < 40) return mounting;
+  Eigen::VectorXd first = Eigen::VectorXd::Zero(4);
+  // Direction and scale of the median motion: half of the matches may be wrong.
+  std::vector<double> along;
+  std::vector<double> across;
+  for (Eigen::Index k = 0; k + 1 < rows.count; k += 2) {
+    const Complex w(rows.A(k, 0), rows.A(k + 1, 0));
+    if (std::abs(w) < 1e-3) continue;
+    const Complex c = Complex(rows.y(k), rows.y(k + 1)) / w;
+    along.push_back(c.real());
+    across.push_back(c.imag());
+  }
+  if (along.size() < 20) return mounting;
+  first(0) = median(along);
+  first(1) = median(across);
+  const Fit fit = fit_rows(rows, first);
+  if (!fit.valid) return mounting;
+  const Complex c(fit.x(0), fit.x(1));
+  mounting.scale = std::abs(c);
+  mounting.angle = std::arg(c);
+  const double sigma = std::hypot(fit.sigma(0), fit.sigma(1));
+  if (!(mounting.scale > 5.0 * sigma)) return mounting;
+  mounting.scale_sigma = sigma;
+  mounting.angle_sigma = sigma / mounting.scale;
+  const Complex lever = Complex(fit.x(2), fit.x(3)) / c * mounting.scale;
+  mounting.lever = {lever.real(), lever.imag()};
+  mounting.lever_sigma = {fit.sigma(2), fit.sigma(3)};
+  mounting.kept = fit.kept;
+  mounting.is_known = true;
+  return mounting;
+}
+
+AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
+                       double per_way, double per_s) {
+  AntennaFit antenna;
+  if (fixes.size() < 4 * static_cast<std::size_t>(kLeastRows)) return antenna;
+  const Path path(yaw, way, per_way, per_s);
+  std::vector<std::pair<std::size_t, std::size_t>> blocks;
+  std::size_t begin = 0;
+  for (std::size_t k = 0; k <= fixes.size(); ++k) {
+    if (k < fixes.size() && fixes[k].t - fixes[begin].t < kBlock) continue;
+    blocks.emplace_back(begin, k);
+    begin = k;
+  }
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> residuals;
+  std::vector<std::vector<double>> costs;  // of each block, at each lag
+  for (const auto& [from, to] : blocks) {
+    if (const auto fit = fit_block(rows_of(fixes, from, to, path, 0.0))) {
+      x.push_back(fit->lever.x());
+      y.push_back(fit->lever.y());
+      residuals.push_back(fit->residual);
+    }
+    std::vector<double> of_block;
+    bool is_complete = true;
+    for (int i = -kSteps; i <= kSteps && is_complete; ++i) {
+      const auto residual = residual_with(rows_of(fixes, from, to, path, i * kLagStep), lever);
+      is_complete = residual.has_value();
+      // Each block has a noise of its own: the likelihood at its maximum over that.
+      if (residual) of_block.push_back(std::log(std::max(*residual, 1e-12)));
+    }
+    if (is_complete) costs.push_back(std::move(of_block));
+  }
+  const auto center = [](std::vector<double>& values, double least, double& sigma) {
+    const double middle = median(values);
+    std::vector<double> deviations;
+    for (const double value : values) deviations.push_back(std::abs(value - middle));
+    const auto n = static_cast<double>(values.size());
+    sigma = 1.25 * std::max(1.4826 * median(deviations), least) / std::sqrt(n);
+    return middle;
+  };
+  if (static_cast<int>(x.size()) >= kLeastBlocks) {
+    antenna.lever.x() = center(x, 0.02, antenna.lever_sigma.x());
+    antenna.lever.y() = center(y, 0.02, antenna.lever_sigma.y());
+    antenna.residual = median(residuals);
+    antenna.is_known = true;
+  }
+  antenna.lag = lag_of(costs, kLagStep);
+  if (!antenna.is_known || !antenna.lag.is_known) return antenna;
+  double gain = 0.0;
+  double count = 0.0;
+  for (const auto& [from, to] : blocks) {
+    const auto of_lever = residual_with(rows_of(fixes, from, to, path, 0.0), antenna.lever);
+    const auto of_lag = residual_with(rows_of(fixes, from, to, path, antenna.lag.value), lever);
+    if (!of_lever || !of_lag) continue;
+    gain += std::log(std::max(*of_lag, 1e-12) / std::max(*of_lever, 1e-12));
+    count += 1.0;
+  }
+  antenna.is_lever_likelier = gain > kLikelier * count;
+  return antenna;
+}
+
+}  // namespace waymark::host::diagnosis

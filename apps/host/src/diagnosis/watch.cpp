@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/base/error.hpp"
+#include "waymark/interface/payloads.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+constexpr double kFixStep = 0.19;  // [s], fixes are kept at most so often
+constexpr std::size_t kMostFixes = 2100;
+constexpr std::size_t kMostSteps = 700;
+constexpr double kAstray = 60.0;  // [s] from the newest measurement
+constexpr int kMostAstray = 100;
+constexpr double kShortestPair = 0.03;  // [s] from one scan of a pair to the other
+constexpr double kLongestPair = 1.6;
+constexpr double kUsualPair = 0.55;
+constexpr double kLonger = 1.05;
+constexpr double kShorter = 0.8;
+constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
+constexpr double kCourseSpeed = 0.7;     // [m/s], a slower one has no course
+constexpr std::size_t kRangeEvery = 17;  // of the ranges of a scan, the share that is looked at
+
+}  // namespace
+
+Watch::Watch(const Robot& robot) : robot_(robot), datum_(robot.settings.datum), datum_is_given_(datum_.has_value()) {
+  sensors_.resize(robot.sensors.size());
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const SensorSlot& slot = robot.sensors[i];
+    WatchedSensor& sensor = sensors_[i];
+    sensor.name = slot.name;
+    sensor.plugin = slot.plugin;
+    sensor.is_watched = slot.enabled;
+    sensor.delay = slot.delay;
+    if (const auto& mounted = robot.rig.mountings()[i].T_base_sensor) sensor.T_base_sensor = *mounted;
+    sensor.fixes.reserve(kMostFixes);
+    sensor.steps.reserve(kMostSteps);
+  }
+}
+
+double Watch::stamp_s(double t) const { return begin_ ? to_seconds(begin_->time_since_epoch()) + t : t; }
+
+void Watch::clear_window() {
+  for (WatchedSensor& sensor : sensors_) sensor.clear_window();
+  begin_.reset();
+  astray_ = 0;
+  newest_ = 0.0;
+}
+
+void Watch::take(const Measurement& measurement) {
+  WatchedSensor& sensor = sensors_[measurement.sensor];
+  if (!sensor.is_watched) return;
+  sensor.payload = measurement.payload->type();
+  const std::optional<Time> stamp = moved(measurement.stamp, -sensor.delay);
+  if (!stamp) return;
+  if (sensor.last_stamp) sensor.intervals.add(to_seconds(*stamp - *sensor.last_stamp));
+  sensor.last_stamp = *stamp;
+  if (!begin_) begin_ = *stamp;
+  const double t = to_seconds(*stamp - *begin_);
+  take_raw(sensor, measurement);
+  // A wrong clock of one sensor does not move the window; if all have leapt, a new one begins.
+  if (std::abs(t - newest_) > kAstray) {
+    if (++astray_ > kMostAstray) clear_window();
+    return;
+  }
+  astray_ = 0;
+  newest_ = std::max(newest_, t);
+  if (measurement.payload->type() == LaserScan::kType) {
+    take_scan(sensor, t, static_cast<const LaserScan&>(*measurement.payload));
+    return;
+  }
+  const SensorSlot& slot = robot_.sensors[measurement.sensor];
+  if (!slot.sensor) return;
+  try {
+    if (!datum_ && slot.sensor->traits().is_absolute) {
+      if (const auto hint = slot.sensor->start_hint(measurement, nullptr)) datum_ = hint->datum;
+    }
+    if (const auto motion = slot.sensor->observed_motion(measurement, datum_ ? &*datum_ : nullptr))
+      take_motion(sensor, t, *motion);
+  } catch (const Error&) {
+    // What the sensor cannot use is counted by the filter.
+  }
+}
+
+void Watch::take_raw(WatchedSensor& sensor, const Measurement& measurement) {
+  const Payload& payload = *measurement.payload;
+  if (payload.type() == CompassHeading::kType) {
+    sensor.headings.add(std::abs(static_cast<const CompassHeading&>(payload).heading_rad));
+  } else if (payload.type() == WheelSteering::kType) {
+    sensor.steerings.add(std::abs(static_cast<const WheelSteering&>(payload).steering_rad));
+  } else if (payload.type() == GnssFix::kType) {
+    const auto& fix = static_cast<const GnssFix&>(payload);
+    sensor.courses.add(std::abs(fix.course_rad));
+    if (std::isfinite(fix.latitude_deg) && std::isnan(sensor.latitude_deg) &&
+        (fix.latitude_deg != 0.0 || fix.longitude_deg != 0.0)) {
+      sensor.latitude_deg = fix.latitude_deg;
+      sensor.longitude_deg = fix.longitude_deg;
+    }
+  } else if (payload.type() == LaserScan::kType) {
+    const auto& scan = static_cast<const LaserScan&>(payload);
+    sensor.steps_backwards = scan.step_rad < 0.0;
+    for (std::size_t k = 0; k < scan.ranges_m.size(); k += kRangeEvery) {
+      const double range = scan.ranges_m[k];
+      if (range > 0.0 && range < 0.98 * sensor.largest_range) sensor.ranges.add(range);
+    }
+  }
+}
+
+void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& motion) {
+  sensor.usual = motion;
+  sensor.speeds.add(std::abs(std::isfinite(motion.speed_mps) ? motion.speed_mps : motion.ground_speed_mps));
+  sensor.rates.add(std::abs(motion.yaw_rate_radps));
+  if (motion.interval_s > 0.0) {
+    sensor.way.add_mean(t, motion.interval_s, motion.speed_mps);
+    sensor.yaw.add_mean(t, motion.interval_s, motion.yaw_rate_radps);
+  } else {
+    sensor.way.add_rate(t, motion.speed_mps);
+    sensor.yaw.add_rate(t, motion.yaw_rate_radps);
+  }
+  if (std::isfinite(motion.yaw_rad)) {
+    sensor.has_heading = true;
+    sensor.yaw.add_total(t, motion.yaw_rad, true);
+  }
+  if (std::isfinite(motion.ground_speed_mps)) {
+    sensor.ground_way.add_rate(t, motion.ground_speed_mps);
+    if (std::isfinite(motion.course_rad) && motion.ground_speed_mps > kCourseSpeed)
+      sensor.course.add_total(t, motion.course_rad, true);
+  }
+  if (motion.p_map_point.head<2>().allFinite() && sensor.fixes.size() < kMostFixes &&
+      (sensor.fixes.empty() || t - sensor.fixes.back().t > kFixStep))
+    sensor.fixes.push_back({t, motion.p_map_point.head<2>()});
+  if (motion.f_base.allFinite()) {
+    sensor.forces.add(motion.f_base.norm());
+    sensor.force_sum += motion.f_base;
+    ++sensor.force_count;
+  }
+  if (motion.m_base.allFinite()) sensor.fields.add(motion.m_base.norm());
+}
+
+/// Two scans make a pair; between the pairs scans are passed over, which bounds the cost.
+void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
+  if (sensor.steps.size() >= kMostSteps) return;
+  if (sensor.scan_t >= 0.0 && (t - sensor.scan_t > kLongestPair || t <= sensor.scan_t)) sensor.scan_t = -1.0;
+  if (sensor.scan_t < 0.0) {
+    if (t >= sensor.next_scan_t && sensor.scans[0].take(scan, sensor.largest_range)) sensor.scan_t = t;
+    return;
+  }
+  if (t - sensor.scan_t < sensor.pair_step) return;
+  const double from = sensor.scan_t;
+  sensor.scan_t = -1.0;
+  sensor.next_scan_t = from + kPairEvery;
+  if (!sensor.scans[1].take(scan, sensor.largest_range)) return;
+  const std::optional<ScanMotion> motion = register_scans(sensor.scans[0], sensor.scans[1]);
+  sensor.pair_step =
+      motion ? std::min(kUsualPair, kLonger * sensor.pair_step) : std::max(kShortestPair, kShorter * sensor.pair_step);
+  if (!motion) return;
+  const Eigen::Matrix3d R = sensor.T_base_sensor.q.toRotationMatrix();
+  const Eigen::Vector3d shift = R * Eigen::Vector3d(motion->x, motion->y, 0.0);
+  sensor.steps.push_back(
+      {from, t, shift.head<2>(), motion->is_shift_known, R(2, 2) >= 0.0 ? motion->yaw : -motion->yaw});
+}
+
+}  // namespace waymark::host::diagnosis

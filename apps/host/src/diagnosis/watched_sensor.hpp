@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scan_registration.hpp"
+#include "track.hpp"
+#include "waymark/interface/observed_motion.hpp"
+#include "waymark/math/pose.hpp"
+
+namespace waymark::host::diagnosis {
+
+/// Values of a long log, thinned out evenly to a bounded number.
+class Thinned {
+ public:
+  static constexpr std::size_t kMost = 1024;
+  Thinned() { values_.reserve(kMost); }
+  void add(double value);
+  /// Value below which a share of all lies; 0 if there are none.
+  double quantile(double share) const;
+  std::size_t size() const { return values_.size(); }
+
+ private:
+  std::vector<double> values_;
+  long every_ = 1;
+  long seen_ = 0;
+};
+
+/// A fix and its time in the window [s].
+struct Fix {
+  double t;
+  Eigen::Vector2d p;
+};
+
+/// The motion of a scanner between two scans, its plane turned as it is mounted, without its lever arm.
+struct ScanStep {
+  double from;
+  double to;
+  Eigen::Vector2d shift;  ///< in the axes of the base at `from`
+  bool is_shift_known;
+  double yaw;
+};
+
+/// What a sensor is for the comparisons: by what it measures, not by its plugin.
+enum class Role { wheels, gyro, heading, scanner, fix, other };
+
+/// What is kept of one sensor's measurements.
+struct WatchedSensor {
+  std::string name;
+  std::string plugin;
+  std::string payload;  ///< type of its last measurement
+  bool is_watched = false;
+  Pose T_base_sensor;
+  Duration delay{};  ///< of its stamps, as the YAML gives it
+
+  // Of the whole log.
+  Thinned intervals;  ///< between two stamps [s]
+  Thinned speeds;     ///< magnitudes
+  Thinned rates;
+  Thinned forces;
+  Thinned fields;
+  Thinned headings;  ///< magnitude of what a compass delivers
+  Thinned ranges;
+  Thinned courses;
+  Thinned steerings;
+  std::optional<Time> last_stamp;
+  Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();
+  long force_count = 0;
+  double latitude_deg = ObservedMotion::kUnknown;  ///< of the first fix
+  double longitude_deg = ObservedMotion::kUnknown;
+  bool steps_backwards = false;  ///< beams of its scans go clockwise
+
+  // Of the window.
+  Track yaw;
+  Track way;
+  Track course;  ///< direction of the motion over ground, where the speed is measured by itself
+  Track ground_way;
+  bool has_heading = false;  ///< `yaw` counts from east
+  std::vector<Fix> fixes;
+  std::vector<ScanStep> steps;
+  ObservedMotion usual;  ///< its newest one, for the errors that are usual
+
+  // Scans are compared in pairs.
+  ThinScan scans[2];
+  double largest_range = 0.0;
+  double scan_t = -1.0;      ///< of the first scan of a pair; < 0: there is none
+  double next_scan_t = 0.0;  ///< the next pair begins then
+  double pair_step = 0.3;    ///< [s] from one scan of a pair to the other; shorter after a failure
+
+  Role role() const;
+  void clear_window();
+};
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry, dgps, imu, compass
+// Single mistakes of a robot that drives curves, and who is named for them.
+#include "waymark/host/diagnosis.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "waymark/interface/payloads.hpp"
+
+namespace waymark::host {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kLength = 200.0;  // [s]
+constexpr const char* kYaml = R"({ initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
+  sensors: [{ name: wheels, plugin: odometry, model: differential, track_m: 0.5 },
+            { name: imu, plugin: imu, base_T_sensor: { xyz_m: [0, 0, 0] } },
+            { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.2 },
+            { name: compass, plugin: compass, declination: none, base_T_sensor: { xyz_m: [0, 0, 0] } }] })";
+enum Sensor : std::uint32_t { kWheels, kImu, kGps, kCompass };
+
+/// What a robot measures; a test makes its mistake in it.
+struct Readings {
+  WheelSpeeds wheels;
+  ImuSample imu;
+  GnssFix gps;
+  CompassHeading compass;
+};
+
+struct Examined {
+  std::vector<Finding> findings;
+  std::vector<std::string> named() const {
+    std::vector<std::string> names;
+    for (const Finding& finding : findings) {
+      if (finding.certainty == Finding::Certainty::named) names.push_back(finding.sensors.front());
+    }
+    return names;
+  }
+};
+
+/// Drives in curves of changing direction and lets the diagnosis see it. `delay_s`: of the compass's stamps.
+Examined examine(const std::function<void(Readings&)>& mistake, const std::string& yaml = kYaml, double delay_s = 0.0) {
+  const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+  Diagnosis diagnosis(robot);
+  std::mt19937 dice(7);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.3;
+  std::uint64_t sequence = 0;
+  const auto pass = [&](std::uint32_t sensor, double t, std::shared_ptr<Payload> payload) {
+    Measurement measurement;
+    measurement.stamp = measurement.arrival = Time{} + from_seconds(t);
+    measurement.sensor = sensor;
+    measurement.sequence = sequence++;
+    measurement.payload = std::move(payload);
+    diagnosis.arrived(measurement);
+  };
+  for (int k = 0; k < kLength * 50; ++k) {
+    const double t = 0.02 * k;
+    const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
+    const double rate = 0.4 * std::sin(0.23 * t) + 0.3 * std::sin(0.9 * t);
+    x += 0.02 * speed * std::cos(yaw);
+    y += 0.02 * speed * std::sin(yaw);
+    yaw += 0.02 * rate;
+    Readings readings;
+    readings.wheels.left_mps = speed - 0.25 * rate + 0.02 * noise(dice);
+    readings.wheels.right_mps = speed + 0.25 * rate + 0.02 * noise(dice);
+    readings.imu.w_sensor = {0.0, 0.0, rate + 0.003 + 0.01 * noise(dice)};
+    readings.imu.f_sensor = {0.05 * noise(dice), speed * rate, 9.81};
+    readings.gps.p_map_antenna = {x + 0.1 * noise(dice), y + 0.1 * noise(dice), 0.0};
+    readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
+    mistake(readings);
+    pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
+    pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
+    if (k % 25 == 0) pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
+    if (k % 5 == 0) pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
+  }
+  diagnosis.finish();
+  return {diagnosis.findings()};
+}
+
+/// The number that follows a text; NaN if the text is not there.
+double number_after(const std::string& text, const std::string& line) {
+  const std::size_t at = line.find(text);
+  return at == std::string::npos ? std::nan("") : std::stod(line.substr(at + text.size()));
+}
+
+TEST(Diagnosis, FindsNothingOnARobotWithoutAMistake) {
+  const Examined examined = examine([](Readings&) {});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
+TEST(Diagnosis, NamesWheelsThatAreSwapped) {
+  EXPECT_THAT(examine([](Readings& r) { std::swap(r.wheels.left_mps, r.wheels.right_mps); }).named(),
+              ElementsAre("wheels"));
+}
+
+TEST(Diagnosis, NamesWheelsThatCountTooMuchOnce) {
+  const Examined examined = examine([](Readings& r) {
+    r.wheels.left_mps *= 10.0;
+    r.wheels.right_mps *= 10.0;
+  });
+  ASSERT_THAT(examined.named(), ElementsAre("wheels"));
+  EXPECT_NEAR(number_after("times ", examined.findings.front().change), 0.1, 0.005);
+}
+
+TEST(Diagnosis, FitsTheTrackWidth) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("0.5"), 3, "0.7");
+  const Examined examined = examine([](Readings&) {}, yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("wheels"));
+  EXPECT_NEAR(number_after("sensors.wheels.track_m: ", examined.findings.front().change), 0.5, 0.03);
+}
+
+TEST(Diagnosis, NamesAGyroInDegrees) {
+  EXPECT_THAT(examine([](Readings& r) { r.imu.w_sensor *= 57.29578; }).named(), ElementsAre("imu"));
+}
+
+TEST(Diagnosis, NamesAGyroThatMeasuresAnotherAxis) {
+  EXPECT_THAT(examine([](Readings& r) { std::swap(r.imu.w_sensor.x(), r.imu.w_sensor.z()); }).named(),
+              ElementsAre("imu"));
+}
+
+TEST(Diagnosis, NamesAnAccelerometerInG) {
+  const Examined examined = examine([](Readings& r) { r.imu.f_sensor /= 9.81; });
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_THAT(examined.findings.front().seen, HasSubstr("it is in g"));
+}
+
+TEST(Diagnosis, FitsTheYawOfACompass) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.rfind("xyz_m: [0, 0, 0]"), 16, "yaw_deg: -90");
+  const Examined examined = examine([](Readings&) {}, yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_NEAR(number_after("sensors.compass.base_T_sensor.yaw_deg: ", examined.findings.front().change), 0.0, 3.0);
+}
+
+TEST(Diagnosis, NamesACompassThatCountsTheOtherWay) {
+  EXPECT_THAT(examine([](Readings& r) { r.compass.heading_rad *= -1.0; }).named(), ElementsAre("compass"));
+}
+
+TEST(Diagnosis, NamesSwappedEastAndNorth) {
+  EXPECT_THAT(examine([](Readings& r) { std::swap(r.gps.p_map_antenna.x(), r.gps.p_map_antenna.y()); }).named(),
+              ElementsAre("gps"));
+}
+
+TEST(Diagnosis, FitsTheDelayOfASensor) {
+  const Examined examined = examine([](Readings&) {}, kYaml, 0.6);
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_NEAR(number_after("sensors.compass.delay_s: ", examined.findings.front().change), 0.6, 0.05);
+}
+
+TEST(Diagnosis, SaysThatOneOfTwoIsWrongWhereNothingDecides) {
+  const std::string yaml = R"({ initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
+    sensors: [{ name: wheels, plugin: odometry, model: differential, track_m: 0.5 },
+              { name: imu, plugin: imu, base_T_sensor: { xyz_m: [0, 0, 0] } },
+              { name: gps, plugin: dgps, enabled: false },
+              { name: compass, plugin: compass, enabled: false }] })";
+  const Examined examined = examine([](Readings& r) { r.imu.w_sensor.z() *= -1.0; }, yaml);
+  ASSERT_EQ(examined.findings.size(), 1u);
+  EXPECT_EQ(examined.findings.front().certainty, Finding::Certainty::one_of);
+  EXPECT_THAT(examined.findings.front().sensors, testing::UnorderedElementsAre("wheels", "imu"));
+}
+
+}  // namespace
+}  // namespace waymark::host

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the diagnosis is made of: tracks, robust fits, registration of scans, lags.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "diagnosis/comparison.hpp"
+#include "diagnosis/fit.hpp"
+#include "diagnosis/scan_registration.hpp"
+#include "diagnosis/track.hpp"
+
+namespace waymark::host::diagnosis {
+namespace {
+
+TEST(Track, SumsARateUpBetweenItsSamples) {
+  Track track;
+  for (int k = 0; k <= 100; ++k) track.add_rate(0.1 * k, 0.1 * k);
+  const auto change = track.change(2.0, 6.0);
+  ASSERT_TRUE(change);
+  EXPECT_NEAR(*change, 0.5 * (36.0 - 4.0), 0.01);
+}
+
+TEST(Track, KnowsNoChangeAcrossAGap) {
+  Track track;
+  for (int k = 0; k < 50; ++k) track.add_rate(0.1 * k, 1.0);
+  for (int k = 0; k < 50; ++k) track.add_rate(10.0 + 0.1 * k, 1.0);
+  EXPECT_TRUE(track.change(1.0, 4.0));
+  EXPECT_TRUE(track.change(11.0, 14.0));
+  EXPECT_FALSE(track.change(4.0, 11.0));
+  EXPECT_FALSE(track.change(6.0, 8.0));
+}
+
+TEST(Track, UnwrapsAnAngle) {
+  Track track;
+  for (int k = 0; k <= 200; ++k) track.add_total(0.1 * k, std::remainder(0.1 * k, 2.0 * M_PI), true);
+  const auto change = track.change(1.0, 19.0);
+  ASSERT_TRUE(change);
+  EXPECT_NEAR(*change, 18.0, 1e-6);
+}
+
+TEST(Track, AMeanHoldsForItsInterval) {
+  Track track;
+  for (int k = 0; k < 40; ++k) track.add_mean(0.5 * k, 0.5, k % 2 == 0 ? 1.0 : 0.0);
+  const auto change = track.change(2.0, 3.0);
+  ASSERT_TRUE(change);
+  EXPECT_NEAR(*change, 0.5, 1e-9);
+}
+
+Rows line(double slope, int outliers, std::mt19937& dice) {
+  std::normal_distribution<double> noise(0.0, 0.1);
+  Rows rows(200, 2);
+  for (int k = 0; k < 200; ++k) {
+    const double x = std::sin(0.1 * k);
+    rows.A.row(rows.count) << x, 1.0;
+    rows.y(rows.count++) = k < outliers ? 5.0 : slope * x + 0.3 + noise(dice);
+  }
+  return rows;
+}
+
+TEST(RobustFit, FindsTheSlopeBesideOutliersWithinItsSigma) {
+  std::mt19937 dice(1);
+  int within = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Fit fit = fit_rows(line(2.0, 30, dice));
+    ASSERT_TRUE(fit.valid);
+    within += std::abs(fit.x(0) - 2.0) < 3.0 * fit.sigma(0) ? 1 : 0;
+  }
+  EXPECT_GE(within, 38);
+}
+
+TEST(RobustFit, IsNoResultIfOneStretchDecides) {
+  Rows rows(100, 1);
+  for (int k = 0; k < 100; ++k) {
+    rows.A(rows.count, 0) = k < 8 ? 1.0 : 0.0;
+    rows.y(rows.count++) = k < 8 ? 3.0 : 0.0;
+  }
+  EXPECT_FALSE(fit_rows(rows).valid);
+}
+
+TEST(Comparison, CallsASignNotANoise) {
+  std::mt19937 dice(1);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  Track gyro;
+  Track wheels;
+  for (int k = 0; k < 4000; ++k) {
+    const double rate = 0.5 * std::sin(0.01 * k);
+    gyro.add_rate(0.05 * k, rate + noise(dice));
+    wheels.add_rate(0.05 * k, -rate + noise(dice));
+  }
+  const Ratio ratio = compare(spans_of(wheels, 2.0, 200.0), gyro, {.tolerance = 0.1});
+  EXPECT_EQ(ratio.verdict, Ratio::Verdict::differ);
+  EXPECT_NEAR(ratio.value, -1.0, 0.05);
+  EXPECT_GT(ratio.sigmas, 10.0);
+}
+
+TEST(Comparison, FindsALagAndItsSign) {
+  Track on_time;
+  Track late;
+  for (int k = 0; k < 8000; ++k) {
+    const double t = 0.05 * k;
+    on_time.add_rate(t, std::sin(0.7 * t) + 0.5 * std::sin(1.9 * t));
+    late.add_rate(t, std::sin(0.7 * (t - 0.4)) + 0.5 * std::sin(1.9 * (t - 0.4)));
+  }
+  const Lag lag = find_lag(spans_of(late, 0.5, 400.0), on_time, 1.0);
+  ASSERT_TRUE(lag.is_known);
+  EXPECT_NEAR(lag.value, 0.4, 0.02);
+  EXPECT_LT(lag.sigma, 0.05);
+}
+
+/// A room of 8 m × 6 m around the origin, with a box in a corner, seen from a pose.
+LaserScan scan_from(double x, double y, double yaw, double step_deg) {
+  LaserScan scan;
+  scan.step_rad = step_deg * M_PI / 180.0;
+  scan.start_rad = step_deg > 0.0 ? -M_PI / 2.0 : M_PI / 2.0;
+  for (int k = 0; k < 181; ++k) {
+    const double angle = yaw + scan.start_rad + k * scan.step_rad;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    double range = 1e9;
+    const auto wall = [&](double distance, double along) {
+      if (along > 1e-9) range = std::min(range, distance / along);
+    };
+    wall(5.0 - x, c);
+    wall(3.0 + x, -c);
+    wall(3.5 - y, s);
+    wall(2.5 + y, -s);
+    const double to_box = (3.0 - x) / std::max(c, 1e-9);
+    const double at = y + to_box * s;
+    if (c > 0.0 && at > 1.5 && at < 3.5) range = std::min(range, to_box);
+    scan.ranges_m.push_back(static_cast<float>(range));
+  }
+  return scan;
+}
+
+class Registration : public testing::TestWithParam<double> {};
+
+TEST_P(Registration, FindsTheMotionOfTheScanner) {
+  ThinScan first;
+  ThinScan second;
+  double largest = 100.0;
+  ASSERT_TRUE(first.take(scan_from(0.0, 0.0, 0.1, GetParam()), largest));
+  ASSERT_TRUE(second.take(scan_from(0.25, 0.05, 0.3, GetParam()), largest));
+  const auto motion = register_scans(first, second);
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(motion->yaw, 0.2, 0.01);
+  EXPECT_NEAR(motion->x, 0.25 * std::cos(0.1) + 0.05 * std::sin(0.1), 0.03);
+  EXPECT_NEAR(motion->y, -0.25 * std::sin(0.1) + 0.05 * std::cos(0.1), 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(BothSenses, Registration, testing::Values(1.0, -1.0));
+
+}  // namespace
+}  // namespace waymark::host::diagnosis
