@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "estimation/ekf.hpp"
+#include "estimation/new_start.hpp"
 #include "fusion/horizons.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::fusion {
+
+namespace {
+
+/// Rejected fixes after which their own way is compared with the predicted one.
+constexpr int kFewRejections = 4;
+
+}  // namespace
 
 bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updates) {
   if (update_standstill(m, updates)) return true;
@@ -35,13 +47,46 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   SensorRecord& record = this->record(m);
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
   if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
+  result.observes_position = result.observes_position || update.observes() == Quantity::position;
   if (outcome.accepted) {
     const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
     if (index == 0 && is_position) check_for_bias(m, outcome, result);
-  } else if (record.slot.max_consecutive_rejections > 0 &&
-             ++record.state.rejections_in_a_row[index] >= record.slot.max_consecutive_rejections) {
-    reacquire(m, index, update, outcome);
+  } else if (record.slot.max_consecutive_rejections > 0) {
+    const int rejections = ++record.state.rejections_in_a_row[index];
+    const bool is_position = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position &&
+                             outcome.innovation.size() > 1;
+    const double off = is_position ? heading_off(m, outcome) : 0.0;
+    if (rejections >= kFewRejections && off != 0.0) {
+      turn(m, update, outcome, off);
+    } else if (rejections >= record.slot.max_consecutive_rejections) {
+      reacquire(m, index, update, outcome);
+    }
   }
+}
+
+/// Angle between the way that the fixes went since the first one rejected and the way that the filter predicted, if
+/// both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0
+/// if that does not stand out. Not with maps: they know the heading.
+double PresentHorizon::heading_off(const Measurement& m, const particles::MixtureOutcome& outcome) {
+  constexpr double kSquaredSigmas = 25.0;
+  constexpr double kSameLength = 0.3;
+  SensorState& state = record(m).state;
+  const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
+  const Eigen::Vector2d nu = outcome.innovation.head<2>();
+  if (state.rejections_in_a_row[0] == 1) {
+    state.rejected_p = p;
+    state.rejected_nu = nu;
+  }
+  if (!steps().maps().empty()) return 0.0;
+  const Eigen::Vector2d predicted = p - state.rejected_p;
+  const Eigen::Vector2d fixed = predicted + nu - state.rejected_nu;
+  const double length = predicted.norm();
+  const Eigen::Matrix2d S = outcome.S.topLeftCorner<2, 2>();
+  const Eigen::Vector2d apart = fixed - predicted;
+  if (std::abs(fixed.norm() - length) > kSameLength * length || apart.dot(S.inverse() * apart) < kSquaredSigmas)
+    return 0.0;
+  const double cross = predicted.x() * fixed.y() - predicted.y() * fixed.x();
+  return std::atan2(cross, predicted.dot(fixed));
 }
 
 /// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
@@ -64,6 +109,58 @@ void PresentHorizon::check_for_bias(const Measurement& m, const particles::Mixtu
                     record(m).slot.name, bias.norm(), inflates ? ", and the position's covariance was inflated" : ""));
   }
   state.bias.reset();
+}
+
+namespace {
+
+/// Of the length of an innovation.
+std::string_view unit_of(const Update& update) {
+  switch (update.observes()) {
+    case Quantity::position:
+    case Quantity::height:
+      return " m";
+    case Quantity::attitude:
+      return " rad";
+    case Quantity::velocity:
+      return " m/s";
+    case Quantity::other:
+      break;
+  }
+  return " (of mixed units)";
+}
+
+}  // namespace
+
+/// The heading was wrong by `off`: pose and twist begin anew with the one of the fixes' way. A linear filter would not
+/// find a heading that is wrong by a right angle or more.
+void PresentHorizon::turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome,
+                          double off) {
+  constexpr double kYawSigma = 0.35;  // 20°
+  const StateLayout& layout = filter().layout();
+  estimation::NewStart start{belief(), false};
+  ErrorMatrix& P = start.prior.P;
+  Pose& pose = start.prior.mean.T_map_base;
+  pose.p.head<2>() += outcome.innovation.head<2>();
+  pose.q = (so3::exp({0.0, 0.0, off}) * pose.q).normalized();
+  P.setZero();
+  estimation::ekf::release(start.prior, layout, settings_.start.velocity_sigma, settings_.start.rate_sigma);
+  const auto& index = layout.pose_indices();
+  // An antenna off the axle was elsewhere with the other heading.
+  P(index[0], index[0]) = P(index[1], index[1]) = 1.0 + outcome.S.topLeftCorner<2, 2>().trace();
+  P(index[2], index[2]) = kYawSigma * kYawSigma;
+  filter().begin_anew(start);
+  if (settings_.smooth) steps().committed().smoother.cut_next();
+  SensorRecord& record = this->record(m);
+  steps().committed().health.reacquired(m.stamp);
+  particles::UpdatePolicy without_gate = record.policy;
+  without_gate.ignore_gate = true;
+  filter().update(update, without_gate);
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  steps().committed().note(
+      m.stamp, fmt::format("{}: {} measurements in a row rejected, whose own way is turned by {:.0f}° against the "
+                           "predicted one: the heading was set to theirs",
+                           record.slot.name, record.state.rejections_in_a_row[0], off * kDegrees));
+  record.state.rejections_in_a_row[0] = 0;
 }
 
 /// Inflates what an update observes, so that its last miss is plausible. Where the sensor is absolute, also the yaw.
@@ -112,16 +209,17 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
   steps().committed().note(
-      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}; the covariance was inflated "
-                           "and the sensor re-acquired",
-                           record.slot.name, record.state.rejections_in_a_row[index], miss));
+      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}{}; the covariance was "
+                           "inflated and the sensor re-acquired",
+                           record.slot.name, record.state.rejections_in_a_row[index], miss, unit_of(update)));
   record.state.rejections_in_a_row[index] = 0;
 }
 
 void PresentHorizon::map(const Measurement& m, const Extraction& extraction, UpdateResult& result) {
   steps().map(m, filter().now(), extraction, result);
-  if (std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize))
-    result.localized = filter().localized();
+  if (!std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) return;
+  result.localized = filter().localized();
+  result.match_failed = filter().match_failed();
 }
 
 }  // namespace waymark::fusion

@@ -25,9 +25,11 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  monitoring::BiasWatch bias = {};                               ///< of a position's innovations
-  int biased = 0;                                                ///< how often they were biased
-  bool ignored_noted = false;                                    ///< there is an event already
+  Eigen::Vector2d rejected_p = Eigen::Vector2d::Zero();   ///< predicted position at the first of them, in ENU [m]
+  Eigen::Vector2d rejected_nu = Eigen::Vector2d::Zero();  ///< its innovation [m]
+  monitoring::BiasWatch bias = {};                        ///< of a position's innovations
+  int biased = 0;                                         ///< how often they were biased
+  bool ignored_noted = false;                             ///< there is an event already
   bool not_localized_noted = false;
 
   /// A copy with a clone of the sensor.
@@ -37,7 +39,7 @@ struct SensorState {
   void serialize(Archive& archive) {
     archive(fuse, counters);
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
-    archive(bias);
+    archive(rejected_p, rejected_nu, bias);
     archive.within(biased, 0, kMostCounted);
     archive(ignored_noted, not_localized_noted);
     bool in_service = sensor != nullptr;

@@ -52,7 +52,8 @@ struct Result {
 
 Result run(const Fault& fault, const std::string& keys = "", std::uint64_t seed = 11) {
   FusionRobot robot("initial: { x_m: 0, y_m: 0, position_sigma_m: 0.5, yaw_deg: 0, yaw_sigma_deg: 5 }\nsensors:\n" +
-                    kWheels + "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3" + keys + " }\n");
+                    kWheels + "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3, offset_sigma_m: 0" +
+                    keys + " }\n");
   robot.play(log_with(fault, seed));
   Result result;
   double sum = 0.0;
@@ -123,7 +124,8 @@ TEST(DgpsFaults, AWrongStartIsFoundOut) {
     return std::optional<Eigen::Vector2d>(good + Eigen::Vector2d(60.0, -40.0));
   };
   FusionRobot robot("initial: { x_m: 0, y_m: 0, position_sigma_m: 0.5, yaw_deg: 0, yaw_sigma_deg: 5 }\nsensors:\n" +
-                    kWheels + "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3 }\n");
+                    kWheels +
+                    "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3, offset_sigma_m: 0 }\n");
   robot.play(log_with(elsewhere, 11));
   const Eigen::Vector2d end = truth(kEnd).p.head<2>() + Eigen::Vector2d(60.0, -40.0);
   EXPECT_LT((robot.pose().p.head<2>() - end).norm(), 1.5);
