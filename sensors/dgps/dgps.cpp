@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "adaptive_noise.hpp"
+#include "fix_continuity.hpp"
 #include "fix_monitor.hpp"
 #include "fix_noise.hpp"
 #include "fix_position.hpp"
@@ -112,7 +113,16 @@ class Dgps final : public Sensor {
     const double horizontal = noise_.horizontal(fix);
     const double vertical = noise_.vertical(fix);
     const double slow = noise_.slow(fix);
-    const ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, slow, prediction);
+    ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, slow, prediction);
+    continuity_.take({.stamp = seen.stamp,
+                      .z = seen.z,
+                      .white_sigma = horizontal * std::sqrt(horizontal_.scale()),
+                      .slow_sigma = slow,
+                      .slow_tau_s = offset_tau_,
+                      .speed = seen.speed,
+                      .speed_sigma = seen.speed_sigma});
+    seen.follows = continuity_.is_unbroken();
+    if (continuity_.is_certain()) out.report_continuous();
 
     const double settling = settling_.factor(measurement.stamp, fix);
     if (settling > 1.0) out.report_degraded("settling after a change of fix type or satellites");
@@ -145,6 +155,7 @@ class Dgps final : public Sensor {
   void outcome(const Outcome& outcome) override {
     if (!pending_ || outcome.update != 0) return;
     pending_ = false;
+    if (outcome.accepted) continuity_.accept();
     if (!adaptive_) return;
     if (!outcome.accepted) {
       horizontal_.interrupt();
@@ -162,8 +173,8 @@ class Dgps final : public Sensor {
   void load(InArchive& in) override { in(*this); }
   template <class Archive>
   void serialize(Archive& archive) {
-    archive.section("dgps", 1);
-    archive(monitor_, settling_, reacquisition_, horizontal_, vertical_, pending_, stated_, used_);
+    if (archive.section("dgps", 2) < 2) throw DataError("dgps: the checkpoint has an older version");
+    archive(continuity_, monitor_, settling_, reacquisition_, horizontal_, vertical_, pending_, stated_, used_);
   }
 
  private:
@@ -251,6 +262,7 @@ class Dgps final : public Sensor {
   VelocitySettings velocity_;
   double sideslip_sigma_;
 
+  FixContinuity continuity_;
   FixMonitor monitor_;
   Settling settling_;
   Reacquisition reacquisition_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -48,17 +47,17 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
   if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
   result.observes_position = result.observes_position || update.observes() == Quantity::position;
+  const bool is_position = index == 0 && update.observes() == Quantity::position && outcome.innovation.size() > 1;
   if (outcome.accepted) {
-    const bool is_position = update.observes() == Quantity::position && outcome.innovation.size() > 1;
-    if (index == 0 && is_position) check_for_bias(m, outcome, result);
+    if (is_position) check_for_bias(m, outcome, result);
+    if (is_position) record.state.way_begin.reset();
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
-    const bool is_position = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position &&
-                             outcome.innovation.size() > 1;
-    const double off = is_position ? heading_off(m, outcome) : 0.0;
-    if (rejections >= kFewRejections && off != 0.0) {
+    const bool is_certain = result.is_continuous && is_position && !steps().maps().localizes();
+    const double off = is_position && record.traits.is_absolute ? heading_off(m, update, outcome) : 0.0;
+    if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
-    } else if (rejections >= record.slot.max_consecutive_rejections) {
+    } else if (is_certain || rejections >= record.slot.max_consecutive_rejections) {
       reacquire(m, index, update, outcome);
     }
   }
@@ -66,27 +65,37 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
 
 /// Angle between the way that the fixes went since the first one rejected and the way that the filter predicted, if
 /// both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0
-/// if that does not stand out. Not with maps: they know the heading.
-double PresentHorizon::heading_off(const Measurement& m, const particles::MixtureOutcome& outcome) {
-  constexpr double kSquaredSigmas = 25.0;
+/// if the noise of the fixes does not determine it. Not with maps: they know the heading.
+double PresentHorizon::heading_off(const Measurement& m, const Update& update,
+                                   const particles::MixtureOutcome& outcome) {
+  constexpr double kSquaredSigmas = 25.0;  // of the way, so that its direction is within 0.2 rad
   constexpr double kSameLength = 0.3;
+  constexpr double kLeast = 0.3;  // [rad]: less is corrected by the update
   SensorState& state = record(m).state;
   const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
   const Eigen::Vector2d nu = outcome.innovation.head<2>();
-  if (state.rejections_in_a_row[0] == 1) {
-    state.rejected_p = p;
-    state.rejected_nu = nu;
+  if (!state.way_begin) {
+    state.way_begin = {p, nu};
+    return 0.0;
   }
   if (!steps().maps().empty()) return 0.0;
-  const Eigen::Vector2d predicted = p - state.rejected_p;
-  const Eigen::Vector2d fixed = predicted + nu - state.rejected_nu;
+  const Eigen::Vector2d predicted = p - state.way_begin->p;
+  const Eigen::Vector2d fixed = predicted + nu - state.way_begin->nu;
   const double length = predicted.norm();
-  const Eigen::Matrix2d S = outcome.S.topLeftCorner<2, 2>();
-  const Eigen::Vector2d apart = fixed - predicted;
-  if (std::abs(fixed.norm() - length) > kSameLength * length || apart.dot(S.inverse() * apart) < kSquaredSigmas)
-    return 0.0;
-  const double cross = predicted.x() * fixed.y() - predicted.y() * fixed.x();
-  return std::atan2(cross, predicted.dot(fixed));
+  Linearization model;
+  const int block = filter().layout().block_offset(static_cast<int>(m.sensor));
+  update.linearize({belief().mean, belief().mean.block.data() + block}, model);
+  const double variance = 2.0 * model.R.diagonal().head<2>().maxCoeff();
+  if (std::abs(fixed.norm() - length) > kSameLength * length || length * length < kSquaredSigmas * variance) return 0.0;
+  const double off = std::atan2(predicted.x() * fixed.y() - predicted.y() * fixed.x(), predicted.dot(fixed));
+  return std::abs(off) > kLeast ? off : 0.0;
+}
+
+/// After a new start at this fix: the next ways count from here.
+void PresentHorizon::begin_way(const Measurement& m, const Eigen::Vector2d& p_before,
+                               const particles::MixtureOutcome& outcome) {
+  const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
+  record(m).state.way_begin = {p, outcome.innovation.head<2>() - (p - p_before)};
 }
 
 /// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
@@ -138,6 +147,7 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   constexpr double kYawSigma = 0.35;  // 20°
   const StateLayout& layout = filter().layout();
   estimation::NewStart start{belief(), false};
+  const Eigen::Vector2d p_before = belief().mean.T_map_base.p.head<2>();
   ErrorMatrix& P = start.prior.P;
   Pose& pose = start.prior.mean.T_map_base;
   pose.p.head<2>() += outcome.innovation.head<2>();
@@ -155,6 +165,7 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
+  begin_way(m, p_before, outcome);
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   steps().committed().note(
       m.stamp, fmt::format("{}: {} measurements in a row rejected, whose own way is turned by {:.0f}° against the "
@@ -202,12 +213,14 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
                                const particles::MixtureOutcome& outcome) {
   SensorRecord& record = this->record(m);
   const double miss = outcome.innovation.norm();
+  const Eigen::Vector2d p_before = belief().mean.T_map_base.p.head<2>();
   inflate(update, record.traits.is_absolute, outcome);
   if (settings_.smooth) steps().committed().smoother.cut_next();
   steps().committed().health.reacquired(m.stamp);
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
+  if (index == 0 && outcome.innovation.size() > 1) begin_way(m, p_before, outcome);
   steps().committed().note(
       m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}{}; the covariance was "
                            "inflated and the sensor re-acquired",

@@ -25,11 +25,20 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  Eigen::Vector2d rejected_p = Eigen::Vector2d::Zero();   ///< predicted position at the first of them, in ENU [m]
-  Eigen::Vector2d rejected_nu = Eigen::Vector2d::Zero();  ///< its innovation [m]
-  monitoring::BiasWatch bias = {};                        ///< of a position's innovations
-  int biased = 0;                                         ///< how often they were biased
-  bool ignored_noted = false;                             ///< there is an event already
+  /// Where the way of rejected positions is compared with the predicted one from, in ENU [m].
+  struct WayBegin {
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();   ///< position of the belief
+    Eigen::Vector2d nu = Eigen::Vector2d::Zero();  ///< innovation of the fix beside it
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(p, nu);
+    }
+  };
+  std::optional<WayBegin> way_begin = {};  ///< at the first rejection, or the last re-acquisition
+  monitoring::BiasWatch bias = {};         ///< of a position's innovations
+  int biased = 0;                          ///< how often they were biased
+  bool ignored_noted = false;              ///< there is an event already
   bool not_localized_noted = false;
 
   /// A copy with a clone of the sensor.
@@ -39,7 +48,7 @@ struct SensorState {
   void serialize(Archive& archive) {
     archive(fuse, counters);
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
-    archive(rejected_p, rejected_nu, bias);
+    archive(way_begin, bias);
     archive.within(biased, 0, kMostCounted);
     archive(ignored_noted, not_localized_noted);
     bool in_service = sensor != nullptr;

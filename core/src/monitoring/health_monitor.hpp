@@ -29,6 +29,7 @@ struct UpdateResult {
   bool observes_position = false;  ///< an update observed the position
   /// The twist before was forgotten, so that the innovations are zero by construction: their NIS is none.
   bool nis_is_trivial = false;
+  bool is_continuous = false;  ///< the sensor states that it follows its last accepted measurements
 };
 
 /// Assesses sensors and pose by the results of their measurements (docs/math/time.md: NIS, gate rates), in stamp order.
