@@ -17,6 +17,22 @@ namespace {
 /// Rejected fixes after which their own way is compared with the predicted one.
 constexpr int kFewRejections = 4;
 
+/// Of the length of an innovation.
+std::string_view unit_of(const Update& update) {
+  switch (update.observes()) {
+    case Quantity::position:
+    case Quantity::height:
+      return " m";
+    case Quantity::attitude:
+      return " rad";
+    case Quantity::velocity:
+      return " m/s";
+    case Quantity::other:
+      break;
+  }
+  return " (of mixed units)";
+}
+
 }  // namespace
 
 bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updates) {
@@ -44,58 +60,70 @@ bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& u
 
 void PresentHorizon::update(const Measurement& m, std::size_t index, const Update& update, UpdateResult& result) {
   SensorRecord& record = this->record(m);
+  const bool has_way = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position;
+  const Eigen::Vector2d p = has_way ? position() : Eigen::Vector2d::Zero();
   const particles::MixtureOutcome outcome = filter().update(update, record.policy);
   if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
   result.observes_position = result.observes_position || update.observes() == Quantity::position;
   const bool is_position = index == 0 && update.observes() == Quantity::position && outcome.innovation.size() > 1;
+  // Maps know the heading.
+  const bool compares_ways = has_way && is_position && steps().maps().empty();
+  const double off = compares_ways ? heading_off(m, update, p, outcome) : 0.0;
   if (outcome.accepted) {
     if (is_position) check_for_bias(m, outcome, result);
-    if (is_position) record.state.way_begin.reset();
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
     const bool is_certain = result.is_continuous && is_position && !steps().maps().localizes();
-    const double off = is_position && record.traits.is_absolute ? heading_off(m, update, outcome) : 0.0;
     if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
-    } else if (is_certain || rejections >= record.slot.max_consecutive_rejections) {
-      reacquire(m, index, update, outcome);
+    } else if (is_certain) {
+      reacquire(m, index, update, outcome,
+                fmt::format("a measurement does not fit the prediction, but follows the ones before it: the motion was "
+                            "wrong by {:.3g}{}",
+                            outcome.innovation.norm(), unit_of(update)));
+    } else if (rejections >= record.slot.max_consecutive_rejections) {
+      reacquire(m, index, update, outcome,
+                fmt::format("{} measurements in a row rejected, the last one by {:.3g}{}", rejections,
+                            outcome.innovation.norm(), unit_of(update)));
     }
   }
+  if (auto& way = record.state.way; has_way && way) way->p = position();
 }
 
-/// Angle between the way that the fixes went since the first one rejected and the way that the filter predicted, if
-/// both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0
-/// if the noise of the fixes does not determine it. Not with maps: they know the heading.
-double PresentHorizon::heading_off(const Measurement& m, const Update& update,
+Eigen::Vector2d PresentHorizon::position() { return belief().mean.T_map_base.p.head<2>(); }
+
+/// Angle between the way that the fixes went since a rejected one and the way that was predicted between them, if both
+/// are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0 while
+/// the noise of the fixes does not determine it. `p`: the position before the update.
+double PresentHorizon::heading_off(const Measurement& m, const Update& update, const Eigen::Vector2d& p,
                                    const particles::MixtureOutcome& outcome) {
   constexpr double kSquaredSigmas = 25.0;  // of the way, so that its direction is within 0.2 rad
   constexpr double kSameLength = 0.3;
   constexpr double kLeast = 0.3;  // [rad]: less is corrected by the update
-  SensorState& state = record(m).state;
-  const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
-  const Eigen::Vector2d nu = outcome.innovation.head<2>();
-  if (!state.way_begin) {
-    state.way_begin = {p, nu};
+  auto& way = record(m).state.way;
+  const Eigen::Vector2d z = p + outcome.innovation.head<2>();
+  if (!way) {
+    if (!outcome.accepted) way = {.z = z, .p = p, .predicted = Eigen::Vector2d::Zero()};
     return 0.0;
   }
-  if (!steps().maps().empty()) return 0.0;
-  const Eigen::Vector2d predicted = p - state.way_begin->p;
-  const Eigen::Vector2d fixed = predicted + nu - state.way_begin->nu;
-  const double length = predicted.norm();
+  way->predicted += p - way->p;
   Linearization model;
   const int block = filter().layout().block_offset(static_cast<int>(m.sensor));
   update.linearize({belief().mean, belief().mean.block.data() + block}, model);
   const double variance = 2.0 * model.R.diagonal().head<2>().maxCoeff();
-  if (std::abs(fixed.norm() - length) > kSameLength * length || length * length < kSquaredSigmas * variance) return 0.0;
-  const double off = std::atan2(predicted.x() * fixed.y() - predicted.y() * fixed.x(), predicted.dot(fixed));
-  return std::abs(off) > kLeast ? off : 0.0;
-}
-
-/// After a new start at this fix: the next ways count from here.
-void PresentHorizon::begin_way(const Measurement& m, const Eigen::Vector2d& p_before,
-                               const particles::MixtureOutcome& outcome) {
-  const Eigen::Vector2d p = belief().mean.T_map_base.p.head<2>();
-  record(m).state.way_begin = {p, outcome.innovation.head<2>() - (p - p_before)};
+  const Eigen::Vector2d predicted = way->predicted;
+  const Eigen::Vector2d fixed = z - way->z;
+  const double length = predicted.norm();
+  if (length * length < kSquaredSigmas * variance) return 0.0;
+  const double angle = std::atan2(predicted.x() * fixed.y() - predicted.y() * fixed.x(), predicted.dot(fixed));
+  const bool is_off = std::abs(fixed.norm() - length) < kSameLength * length && std::abs(angle) > kLeast;
+  // What it shows is used now or not at all.
+  if (outcome.accepted) {
+    way.reset();
+  } else {
+    way = {.z = z, .p = p, .predicted = Eigen::Vector2d::Zero()};
+  }
+  return is_off && !outcome.accepted ? angle : 0.0;
 }
 
 /// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
@@ -120,26 +148,6 @@ void PresentHorizon::check_for_bias(const Measurement& m, const particles::Mixtu
   state.bias.reset();
 }
 
-namespace {
-
-/// Of the length of an innovation.
-std::string_view unit_of(const Update& update) {
-  switch (update.observes()) {
-    case Quantity::position:
-    case Quantity::height:
-      return " m";
-    case Quantity::attitude:
-      return " rad";
-    case Quantity::velocity:
-      return " m/s";
-    case Quantity::other:
-      break;
-  }
-  return " (of mixed units)";
-}
-
-}  // namespace
-
 /// The heading was wrong by `off`: pose and twist begin anew with the one of the fixes' way. A linear filter would not
 /// find a heading that is wrong by a right angle or more.
 void PresentHorizon::turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome,
@@ -147,7 +155,6 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   constexpr double kYawSigma = 0.35;  // 20°
   const StateLayout& layout = filter().layout();
   estimation::NewStart start{belief(), false};
-  const Eigen::Vector2d p_before = belief().mean.T_map_base.p.head<2>();
   ErrorMatrix& P = start.prior.P;
   Pose& pose = start.prior.mean.T_map_base;
   pose.p.head<2>() += outcome.innovation.head<2>();
@@ -165,12 +172,12 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
-  begin_way(m, p_before, outcome);
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   steps().committed().note(
-      m.stamp, fmt::format("{}: {} measurements in a row rejected, whose own way is turned by {:.0f}° against the "
-                           "predicted one: the heading was set to theirs",
-                           record.slot.name, record.state.rejections_in_a_row[0], off * kDegrees));
+      m.stamp,
+      fmt::format("{}: rejected measurements, whose own way is turned by {:.0f}° against the predicted one: the "
+                  "heading was set to theirs",
+                  record.slot.name, off * kDegrees));
   record.state.rejections_in_a_row[0] = 0;
 }
 
@@ -207,24 +214,19 @@ void PresentHorizon::inflate(const Update& update, bool is_absolute, const parti
   if (is_of_twist) filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);
 }
 
-/// After too many rejections in a row the filter is assumed to be wrong: to reject a correct sensor for ever is the
-/// worse error.
+/// After too many rejections in a row, or one that the sensor states to be right, the filter is assumed to be wrong: to
+/// reject a correct sensor for ever is the worse error.
 void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Update& update,
-                               const particles::MixtureOutcome& outcome) {
+                               const particles::MixtureOutcome& outcome, const std::string& why) {
   SensorRecord& record = this->record(m);
-  const double miss = outcome.innovation.norm();
-  const Eigen::Vector2d p_before = belief().mean.T_map_base.p.head<2>();
   inflate(update, record.traits.is_absolute, outcome);
   if (settings_.smooth) steps().committed().smoother.cut_next();
   steps().committed().health.reacquired(m.stamp);
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);
-  if (index == 0 && outcome.innovation.size() > 1) begin_way(m, p_before, outcome);
   steps().committed().note(
-      m.stamp, fmt::format("{}: {} measurements in a row rejected, the last one by {:.3g}{}; the covariance was "
-                           "inflated and the sensor re-acquired",
-                           record.slot.name, record.state.rejections_in_a_row[index], miss, unit_of(update)));
+      m.stamp, fmt::format("{}: {}; the covariance was inflated and the sensor re-acquired", record.slot.name, why));
   record.state.rejections_in_a_row[index] = 0;
 }
 

@@ -25,20 +25,21 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  /// Where the way of rejected positions is compared with the predicted one from, in ENU [m].
-  struct WayBegin {
-    Eigen::Vector2d p = Eigen::Vector2d::Zero();   ///< position of the belief
-    Eigen::Vector2d nu = Eigen::Vector2d::Zero();  ///< innovation of the fix beside it
+  /// The way since a rejected position, in ENU [m].
+  struct Way {
+    Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< the rejected position, of the base
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();          ///< position of the belief after the last update
+    Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< the way of the predictions alone
 
     template <class Archive>
     void serialize(Archive& archive) {
-      archive(p, nu);
+      archive(z, p, predicted);
     }
   };
-  std::optional<WayBegin> way_begin = {};  ///< at the first rejection, or the last re-acquisition
-  monitoring::BiasWatch bias = {};         ///< of a position's innovations
-  int biased = 0;                          ///< how often they were biased
-  bool ignored_noted = false;              ///< there is an event already
+  std::optional<Way> way = {};
+  monitoring::BiasWatch bias = {};  ///< of a position's innovations
+  int biased = 0;                   ///< how often they were biased
+  bool ignored_noted = false;       ///< there is an event already
   bool not_localized_noted = false;
 
   /// A copy with a clone of the sensor.
@@ -48,7 +49,7 @@ struct SensorState {
   void serialize(Archive& archive) {
     archive(fuse, counters);
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
-    archive(way_begin, bias);
+    archive(way, bias);
     archive.within(biased, 0, kMostCounted);
     archive(ignored_noted, not_localized_noted);
     bool in_service = sensor != nullptr;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "monitoring/settled_state.hpp"
+#include "waymark/base/api.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/health.hpp"
@@ -35,7 +36,7 @@ struct UpdateResult {
 /// Assesses sensors and pose by the results of their measurements (docs/math/time.md: NIS, gate rates), in stamp order.
 /// Its clock stands while nothing at all is measured, so that a pause of the log is no silence of a sensor. Copyable:
 /// it is rolled back with the filter.
-class HealthMonitor {
+class WAYMARK_API HealthMonitor {
  public:
   /// Properties of a sensor, known at load.
   struct Role {
