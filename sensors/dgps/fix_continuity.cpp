@@ -9,7 +9,7 @@ namespace waymark::dgps {
 namespace {
 
 constexpr double kOutlierRadius = 20.0;  // [m]: outliers lie anywhere within it
-constexpr double kEnough = 100.0;        // times as likely as outliers
+constexpr double kEnough = 50.0;         // times as likely as outliers
 constexpr double kSigmas = 3.0;
 constexpr double kStretch = 1.1;   // scale error of wheels, and acceleration between two fixes
 constexpr double kShortest = 0.5;  // chord by way: a curve between two fixes, or wheels that spin
@@ -30,8 +30,11 @@ void FixContinuity::take(const FixStep& fix) {
     if (moved > longest || moved < shortest) {
       broken_ = true;
       evidence_ = 1.0;
+    } else if (longest > kOutlierRadius) {
+      // After a gap the robot can be anywhere, and receivers need some fixes to settle.
+      evidence_ = kAfterGap;
     } else if (!broken_) {
-      const double ratio = std::max(1.0, kOutlierRadius / std::max(longest, 1e-3));
+      const double ratio = kOutlierRadius / std::max(longest, 1e-3);
       evidence_ = std::min(evidence_ * ratio * ratio, kMostEvidence);
     }
   }

@@ -38,11 +38,12 @@ class FixContinuity {
   void serialize(Archive& archive) {
     archive.section("fix_continuity", 1);
     archive(last_, z_, white_variance_, slow_variance_, speed_, broken_);
-    archive.within(evidence_, 1.0, kMostEvidence);
+    archive.within(evidence_, kAfterGap, kMostEvidence);
   }
 
  private:
   static constexpr double kMostEvidence = 1e12;
+  static constexpr double kAfterGap = 0.01;
 
   std::optional<Time> last_;
   Eigen::Vector2d z_ = Eigen::Vector2d::Zero();  // of the last fix

@@ -77,11 +77,13 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
     if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
     } else if (is_certain) {
+      result.degraded_reason = "the motion source was wrong, or the heading";
       reacquire(m, index, update, outcome,
                 fmt::format("a measurement does not fit the prediction, but follows the ones before it: the motion was "
                             "wrong by {:.3g}{}",
                             outcome.innovation.norm(), unit_of(update)));
     } else if (rejections >= record.slot.max_consecutive_rejections) {
+      steps().committed().health.reacquired(m.stamp);
       reacquire(m, index, update, outcome,
                 fmt::format("{} measurements in a row rejected, the last one by {:.3g}{}", rejections,
                             outcome.innovation.norm(), unit_of(update)));
@@ -92,9 +94,9 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
 
 Eigen::Vector2d PresentHorizon::position() { return belief().mean.T_map_base.p.head<2>(); }
 
-/// Angle between the way that the fixes went since a rejected one and the way that was predicted between them, if both
-/// are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel. 0 while
-/// the noise of the fixes does not determine it. `p`: the position before the update.
+/// Angle between the way that the fixes went since the last accepted one and the way that was predicted between them,
+/// if both are as long as each other: then the fixes are right, and the heading is wrong, as after a slip of one wheel.
+/// 0 while the noise of the fixes does not determine it. `p`: the position before the update.
 double PresentHorizon::heading_off(const Measurement& m, const Update& update, const Eigen::Vector2d& p,
                                    const particles::MixtureOutcome& outcome) {
   constexpr double kSquaredSigmas = 25.0;  // of the way, so that its direction is within 0.2 rad
@@ -102,10 +104,12 @@ double PresentHorizon::heading_off(const Measurement& m, const Update& update, c
   constexpr double kLeast = 0.3;  // [rad]: less is corrected by the update
   auto& way = record(m).state.way;
   const Eigen::Vector2d z = p + outcome.innovation.head<2>();
-  if (!way) {
-    if (!outcome.accepted) way = {.z = z, .p = p, .predicted = Eigen::Vector2d::Zero()};
+  const auto begin = [&] { way = {.z = z, .p = p, .predicted = Eigen::Vector2d::Zero(), .open = !outcome.accepted}; };
+  if (!way || (outcome.accepted && !way->open)) {
+    begin();
     return 0.0;
   }
+  way->open = true;
   way->predicted += p - way->p;
   Linearization model;
   const int block = filter().layout().block_offset(static_cast<int>(m.sensor));
@@ -117,13 +121,10 @@ double PresentHorizon::heading_off(const Measurement& m, const Update& update, c
   if (length * length < kSquaredSigmas * variance) return 0.0;
   const double angle = std::atan2(predicted.x() * fixed.y() - predicted.y() * fixed.x(), predicted.dot(fixed));
   const bool is_off = std::abs(fixed.norm() - length) < kSameLength * length && std::abs(angle) > kLeast;
-  // What it shows is used now or not at all.
-  if (outcome.accepted) {
-    way.reset();
-  } else {
-    way = {.z = z, .p = p, .predicted = Eigen::Vector2d::Zero()};
-  }
-  return is_off && !outcome.accepted ? angle : 0.0;
+  if (is_off && outcome.accepted)
+    return 0.0;  // perhaps the updates find the heading; else the next rejected one shows it
+  begin();
+  return is_off ? angle : 0.0;
 }
 
 /// Biased innovations of a position: the wheels slip, or the fixes drift. The two cannot be distinguished here; in both
@@ -152,7 +153,8 @@ void PresentHorizon::check_for_bias(const Measurement& m, const particles::Mixtu
 /// find a heading that is wrong by a right angle or more.
 void PresentHorizon::turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome,
                           double off) {
-  constexpr double kYawSigma = 0.35;  // 20°
+  // The slip may go on, or have begun in the middle of the way: the heading is off by more than the way then.
+  const double yaw_sigma = std::max(0.35, std::abs(off) / 3.0);  // 20°
   const StateLayout& layout = filter().layout();
   estimation::NewStart start{belief(), false};
   ErrorMatrix& P = start.prior.P;
@@ -164,7 +166,7 @@ void PresentHorizon::turn(const Measurement& m, const Update& update, const part
   const auto& index = layout.pose_indices();
   // An antenna off the axle was elsewhere with the other heading.
   P(index[0], index[0]) = P(index[1], index[1]) = 1.0 + outcome.S.topLeftCorner<2, 2>().trace();
-  P(index[2], index[2]) = kYawSigma * kYawSigma;
+  P(index[2], index[2]) = yaw_sigma * yaw_sigma;
   filter().begin_anew(start);
   if (settings_.smooth) steps().committed().smoother.cut_next();
   SensorRecord& record = this->record(m);
@@ -221,7 +223,6 @@ void PresentHorizon::reacquire(const Measurement& m, std::size_t index, const Up
   SensorRecord& record = this->record(m);
   inflate(update, record.traits.is_absolute, outcome);
   if (settings_.smooth) steps().committed().smoother.cut_next();
-  steps().committed().health.reacquired(m.stamp);
   particles::UpdatePolicy without_gate = record.policy;
   without_gate.ignore_gate = true;
   filter().update(update, without_gate);

@@ -25,15 +25,16 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  /// The way since a rejected position, in ENU [m].
+  /// The way since the last accepted position, in ENU [m]; goes on after a rejected one until its direction is known.
   struct Way {
-    Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< the rejected position, of the base
+    Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< that position, of the base
     Eigen::Vector2d p = Eigen::Vector2d::Zero();          ///< position of the belief after the last update
     Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< the way of the predictions alone
+    bool open = false;                                    ///< a position was rejected
 
     template <class Archive>
     void serialize(Archive& archive) {
-      archive(z, p, predicted);
+      archive(z, p, predicted, open);
     }
   };
   std::optional<Way> way = {};

@@ -28,14 +28,33 @@ std::vector<Measurement> turned_by(double turned) {
   return in_order(log);
 }
 
-TEST(FusionTurn, FixesWhoseWayIsTurnedAgainstThePredictedOneSetTheHeading) {
+TEST(FusionTurn, TheHeadingIsFoundWithinAFewFixes) {
   for (const double turned : {1.5, -2.0, 3.1}) {
     FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
     robot.play(turned_by(turned));
-    EXPECT_THAT(robot.events(), HasSubstr("the heading was set to theirs")) << turned;
+    EXPECT_THAT(robot.events(), HasSubstr("follows the ones before it")) << turned;
     EXPECT_NEAR(std::remainder(robot.pose().yaw() - turned, 2.0 * std::numbers::pi), 0.0, 0.1) << turned;
-    EXPECT_LT(robot.report(1).gated, 20U) << turned;
+    EXPECT_LT(robot.report(1).gated, 8U) << turned;
+    for (const Seen& seen : robot.seen()) {
+      if (seen.stamp < 14.0) continue;
+      const double after = seen.stamp - 10.0;
+      const Eigen::Vector2d true_p(10.0 + after * std::cos(turned), after * std::sin(turned));
+      ASSERT_LT((seen.belief.mean.T_map_base.p.head<2>() - true_p).norm(), 0.7) << turned << " at " << seen.stamp;
+    }
   }
+}
+
+TEST(FusionTurn, ARobotThatDrivesBackwardsByItsFixesTurnsAround) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
+  robot.play(turned_by(3.1));
+  EXPECT_THAT(robot.events(), HasSubstr("the heading was set to theirs"));
+}
+
+TEST(FusionTurn, OneFixOfAGoodReceiverIsEnough) {
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels +
+                    "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.01, offset_sigma_m: 0 }\n");
+  robot.play(turned_by(2.0));
+  EXPECT_LT(robot.report(1).gated, 4U);
 }
 
 TEST(FusionTurn, FixesThatStandElsewhereDoNot) {

@@ -421,8 +421,9 @@ TEST(DgpsDoubts, FewSatellitesCountAsWorse) {
 // ----------------------------------------------------------------------------------------------------------
 
 TEST(Dgps, RefusesAnOffsetOfTheHeightAlone) {
-  EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, offset_vertical_sigma_m: 1 }"),
-              HasSubstr("needs offset_sigma_m"));
+  EXPECT_THAT(
+      refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, offset_sigma_m: 0, offset_vertical_sigma_m: 1 }"),
+      HasSubstr("needs offset_sigma_m"));
 }
 
 TEST(Dgps, RefusesAMissingLeverArm) { EXPECT_THAT(refusal("dgps", "{ sigma_m: 0.3 }"), HasSubstr("base_p_antenna_m")); }
@@ -441,10 +442,9 @@ TEST(Dgps, RefusesALeverArmOfTwoNumbers) {
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: [1, 2], sigma_m: 0.3 }"), HasSubstr("base_p_antenna_m"));
 }
 
-TEST(Dgps, RefusesZeroNegativeOrMissingNoise) {
+TEST(Dgps, RefusesZeroOrNegativeNoise) {
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0 }"), HasSubstr("sigma_m"));
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: -0.3 }"), HasSubstr("sigma_m"));
-  EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none }"), HasSubstr("sigma_m"));
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, sigma_by_type_m: { single: 0 } }"),
               HasSubstr("single"));
 }
