@@ -9,7 +9,7 @@ namespace waymark::dgps {
 namespace {
 
 constexpr double kOutlierRadius = 20.0;  // [m]: outliers lie anywhere within it
-constexpr double kEnough = 50.0;         // times as likely as outliers
+constexpr double kEnough = 30.0;         // times as likely as outliers
 constexpr double kSigmas = 3.0;
 constexpr double kStretch = 1.1;   // scale error of wheels, and acceleration between two fixes
 constexpr double kShortest = 0.5;  // chord by way: a curve between two fixes, or wheels that spin

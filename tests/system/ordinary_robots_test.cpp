@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Of, OrdinaryRobots,
                              Ordinary{"SlippingWheel", 3, 1.03, 1.0, 0.95, 0.2, 0.4, 90.0, "differential", 1.5, 0.0,
                                       100.0},
                              Ordinary{"Rtk", 4, 0.97, 1.02, 1.04, 0.012, 0.02, 60.0, "rtk_fixed", 0.6, 1.5, -10.0}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& robot) { return robot.param.name; });
 
 }  // namespace
 }  // namespace waymark::system_test

@@ -60,9 +60,9 @@ TEST(FixContinuity, FixesAfterAJumpDoNotFollowUntilOneIsAccepted) {
 
 TEST(FixContinuity, OneFixOfAGoodReceiverIsCertainSomeOfAPoorOneAreNeeded) {
   EXPECT_TRUE(Bench::of(0.01, 1.5).at(0.0, 1.5).is_certain());
-  Bench poor = Bench::of(0.5, 1.5);
-  EXPECT_FALSE(poor.at(0.0, 1.5).is_certain());
-  EXPECT_TRUE(poor.at(0.0, 3.0).is_certain());
+  Bench poor = Bench::of(0.5, 2.0);
+  EXPECT_FALSE(poor.at(0.0, 2.0).is_certain());
+  EXPECT_TRUE(poor.at(0.0, 4.0).is_certain());
 }
 
 TEST(FixContinuity, AfterALongGapMoreOfThemAreNeeded) {
@@ -75,10 +75,10 @@ TEST(FixContinuity, AfterALongGapMoreOfThemAreNeeded) {
 }
 
 TEST(FixContinuity, AnAcceptedFixBeginsANewRun) {
-  Bench poor = Bench::of(0.5, 1.5);
-  poor.at(0.0, 1.5);
+  Bench poor = Bench::of(0.5, 2.0);
+  poor.at(0.0, 2.0);
   poor.continuity.accept();
-  EXPECT_FALSE(poor.at(0.0, 3.0).is_certain());
+  EXPECT_FALSE(poor.at(0.0, 4.0).is_certain());
 }
 
 }  // namespace
