@@ -42,6 +42,9 @@ struct Refinement {
   /// False: `insert` will write nothing that depends on the pose. If no map writes, the host does not sample the pose.
   /// The particle then keeps its covariance until it re-observes its map.
   bool writes = true;
+  /// True: the observation does not fit the map anywhere near the prior. False if it fits, and if there is nothing to
+  /// fit it to yet.
+  bool failed = false;
   std::unique_ptr<Association> association;  ///< kept by the host from step to step; a map can reuse its storage
 };
 
@@ -82,6 +85,9 @@ struct MotionWindow {
   Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]
   Pose T_map_base = {};
+  /// False if no sensor measures the motion (`motion.source: maps`): the twist follows from the maps themselves, so a
+  /// map that waits for motion before it looks at a scan would wait for ever.
+  bool is_measured = true;
   /// Motion of the base over a short time before or after the stamp, at constant twist: T_base(t)_base(t + dt).
   Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }
 };
