@@ -18,6 +18,7 @@
 #include "apps/waymark/command/flight_record.hpp"
 #include "apps/waymark/command/progress.hpp"
 #include "apps/waymark/command/run_log.hpp"
+#include "apps/waymark/command/sensor_table.hpp"
 #include "waymark/host/session.hpp"
 #include "waymark/io/output_file.hpp"
 
@@ -159,6 +160,7 @@ int run(const RunOptions& options) {
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),
             out.string());
+  log.print(LogLevel::info, "{}", sensor_table(result.report));
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
   if (!result.failures.empty()) log.print(LogLevel::error, "waymark: error: {}\n", fmt::join(result.failures, "; "));
   return exit_code_of(result, is_live);

@@ -47,6 +47,8 @@ struct Robot {
   std::shared_ptr<LiveInput> live_input = {};        ///< the source, if one of the YAML's is live; else null
   std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
   std::shared_ptr<const PluginLoader> loader = {};   ///< of its plugins
+  /// Writes the report of a run that owns its folder; null if it is switched off, or its plugin is not there.
+  std::shared_ptr<Sink> report = {};
 
   static constexpr int kCommands = -2;  ///< in `sensor_of_channel`: a channel of commands
 
