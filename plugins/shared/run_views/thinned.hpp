@@ -22,6 +22,8 @@ class Thinned {
     stride_ *= 2;
   }
 
+  /// True if the next element will be kept: for elements that are expensive to make.
+  bool wants_next() const { return count_ % stride_ == 0; }
   /// Number of all elements, those left out included.
   std::size_t count() const { return count_; }
   /// The kept elements and the last one.

@@ -20,8 +20,6 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kMostLinePoints = 6000;
 constexpr std::size_t kMostTexts = 500;
 
-double sigma_of(double variance) { return std::sqrt(std::max(variance, 0.0)); }
-
 class Document {
  public:
   explicit Document(const Content& content) : c_(content) {}

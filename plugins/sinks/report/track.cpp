@@ -7,8 +7,6 @@
 namespace waymark::report {
 namespace {
 
-double sigma_of(double variance) { return std::sqrt(std::max(variance, 0.0)); }
-
 TrackRow row_of(const Snapshot& snapshot) {
   const Belief& belief = snapshot.belief();
   const StateLayout& layout = snapshot.layout();

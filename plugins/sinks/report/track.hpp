@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "waymark/interface/snapshot.hpp"
 
 namespace waymark::report {
+
+/// Rounding may leave a variance slightly below zero.
+inline double sigma_of(double variance) { return std::sqrt(std::max(variance, 0.0)); }
 
 /// The estimate at one time.
 struct TrackRow {

@@ -162,7 +162,7 @@ const timeButton = (t, onTime) => el('button', { class: 'event-time', title: 'Sh
 
 function eventsPanel(data, onTime) {
   const rows = data.events.first.map((event) => el('tr', {},
-    el('td', { class: 'number' }, timeButton(event.t, onTime)), el('td', { class: event.failure ? 'failure' : null }, event.text)));
+    el('td', { class: 'number time' }, timeButton(event.t, onTime)), el('td', { class: event.failure ? 'failure' : null }, event.text)));
   const line = (text) => rows.push(el('tr', {}, el('td', {}), el('td', {}, text)));
   if (data.events.count > data.events.first.length) line(`… and ${whole(data.events.count - data.events.first.length)} more`);
   data.notices.forEach((notice) => line(notice));
