@@ -37,16 +37,16 @@ function tiles(data) {
   const at = reference?.at_track;
   const error = at ? statistics(track.x.map((x, i) => (at.x[i] == null ? null : Math.hypot(x - at.x[i], track.y[i] - at.y[i])))) : null;
   if (error?.count) {
-    tile('Position error', length(error.rms), `RMS in the plane; at most ${length(error.max).join(' ')}`);
+    tile(data.spatial ? 'Error in the plane' : 'Position error', length(error.rms), `RMS; max ${length(error.max).join(' ')}`);
     if (reference.has_yaw) {
       const yaw = statistics(minus(track.yaw, at.yaw, wrapped));
-      tile('Heading error', [digits(yaw.rms), '°'], `RMS; at most ${digits(yaw.max)}°`);
+      tile('Heading error', [digits(yaw.rms), '°'], `RMS; max ${digits(yaw.max)}°`);
     }
   }
   const sigma = (i) => Math.sqrt(Math.max(track.sx[i] ** 2, track.sy[i] ** 2));
   let largest = 0;
   for (let i = 0; i <= last; ++i) largest = Math.max(largest, sigma(i));
-  tile('σ of the position', length(sigma(last)), `at the end; at most ${length(largest).join(' ')}`);
+  tile('σ of the position', length(sigma(last)), `at the end; max ${length(largest).join(' ')}`);
   const landmarks = (data.map?.maps ?? []).flatMap((map) => map.landmarks).filter((l) => l.confirmed);
   if (landmarks.length) tile('Landmarks', [whole(landmarks.length), ''], 'confirmed');
   const grid = data.map?.maps.find((map) => map.grid)?.grid;
