@@ -160,7 +160,7 @@ int run(const RunOptions& options) {
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),
             out.string());
-  log.print(LogLevel::info, "{}", sensor_table(result.report));
+  for (const std::string& line : sensor_table(result.report)) log.print(LogLevel::info, "{}\n", line);
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
   if (!result.failures.empty()) log.print(LogLevel::error, "waymark: error: {}\n", fmt::join(result.failures, "; "));
   return exit_code_of(result, is_live);

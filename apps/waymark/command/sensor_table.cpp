@@ -14,7 +14,7 @@
 
 namespace waymark::command {
 
-std::string sensor_table(const RunReport& report) {
+std::vector<std::string> sensor_table(const RunReport& report) {
   constexpr std::size_t kColumns = 7;
   using Row = std::array<std::string, kColumns>;
   std::vector<Row> rows{{"sensor", "rate", "measured", "used", "rejected", "NIS/dof", "verdict"}};
@@ -30,13 +30,13 @@ std::string sensor_table(const RunReport& report) {
   for (const Row& row : rows) {
     for (std::size_t i = 0; i < kColumns; ++i) widths[i] = std::max(widths[i], row[i].size());
   }
-  std::string text;
+  std::vector<std::string> lines;
   for (const Row& row : rows) {
-    text += fmt::format("  {:<{}}", row[0], widths[0]);
-    for (std::size_t i = 1; i + 1 < kColumns; ++i) text += fmt::format("  {:>{}}", row[i], widths[i]);
-    text += fmt::format("  {}\n", row.back());
+    std::string& line = lines.emplace_back(fmt::format("  {:<{}}", row[0], widths[0]));
+    for (std::size_t i = 1; i + 1 < kColumns; ++i) line += fmt::format("  {:>{}}", row[i], widths[i]);
+    line += "  " + row.back();
   }
-  return text;
+  return lines;
 }
 
 }  // namespace waymark::command

@@ -44,9 +44,8 @@
     parts.push(
       ...section(hasReference ? 'Error and σ' : 'Uncertainty', 'drag over a chart to enlarge a time, double-click to go back' + shaded, addPoseCharts(charts, data)),
       ...section('Consistency', 'normalised innovations squared (NIS) over their expectation: 1 if the filter is consistent, above if it is overconfident',
-        addNisCharts(charts, data)),
-      ...section('Biases and scales', 'the sensors\u2019 own states', addStateCharts(charts, data)),
-      ...section('Particles', '', addParticleCharts(charts, data)));
+        [...addNisCharts(charts, data), ...addParticleCharts(charts, data)]),
+      ...section('Biases and scales', 'the sensors\u2019 own states', addStateCharts(charts, data)));
   }
   parts.push(el('div', { class: 'section' }, el('h2', {}, 'Sensors and events')), sensorTable(data), eventsPanel(data, visit), configPanel(data));
   page.append(...parts.filter(Boolean));

@@ -46,15 +46,15 @@ class RunMap {
       const [name, tint] = kinds[fixes.kind];
       add('GNSS ' + name, ['dot', tint], (c) => this.drawDots(c, fixes.x, fixes.y, tint, 2.2), fixes.count);
     }
-    if (data.outages.length) {
-      add('outage of ' + [...new Set(data.outages.map((o) => o.sensor))].join(', '), ['thick', 'outage-line'],
-        (c) => this.drawOutages(c), data.outages.length);
-    }
     const reference = data.reference;
     if (reference?.line.x.length > 1)
       add('reference', ['line', 'reference'], (c) => this.drawLine(c, reference.line.x, reference.line.y, 'reference', 1.8));
     if (data.track.x.length) {
       add('3σ ellipse', ['ring', 'estimate'], (c) => this.drawEllipses(c));
+      if (data.outages.length) {
+        add('outage of ' + [...new Set(data.outages.map((o) => o.sensor))].join(', '), ['thick', 'outage-line'],
+          (c) => this.drawOutages(c), data.outages.length);
+      }
       add('estimate', ['line', 'estimate'], (c) => this.drawEstimate(c));
     }
     if (data.map?.path.x.length > 1 && data.map.maps.length)

@@ -53,7 +53,7 @@ function tiles(data) {
   if (grid) tile('Map', [`${digits(grid.width_m)} × ${digits(grid.height_m)}`, 'm'], `cells of ${length(grid.resolution_m).join(' ')}`);
   const shares = healthRows(data)[0].shares;
   const ok = shares.ok ?? 0;
-  tile('Health', [digits(100 * ok), '%'], ok > 0.9995 ? 'of the time ok' : `of the time ok; lost ${digits(100 * (shares.lost ?? 0), 2)} %`);
+  tile('Health', [digits(100 * ok), '%'], shares.lost ? `of the time ok; lost ${digits(100 * shares.lost, 2)} %` : 'of the time ok');
   return element;
 }
 
