@@ -18,10 +18,12 @@ struct Outage {
 };
 
 /// The outages of one sensor that fixes the position: times between two used fixes that are longer than 2 s and than
-/// five times the usual one. Of more than 1000 the longest are kept.
+/// five times the usual one. Of more than 1000 the longest are kept. A sensor with few used fixes has none: it only
+/// places the map.
 class OutageLog {
  public:
   void used(Time stamp) {
+    ++count_;
     if (last_ && stamp > *last_) {
       const Duration gap = stamp - *last_;
       if (gap > kShortest) {
@@ -37,6 +39,7 @@ class OutageLog {
 
   /// In the order of time; `end` is that of the log.
   std::vector<Outage> outages(Time end) const {
+    if (count_ < kFewest) return {};
     std::vector<Outage> out = gaps_;
     if (last_ && end > *last_) out.push_back({*last_, end});
     Duration usual = usual_count_ > 0 ? usual_sum_ / usual_count_ : Duration::zero();
@@ -50,6 +53,7 @@ class OutageLog {
 
  private:
   static constexpr std::size_t kMost = 1000;
+  static constexpr std::uint64_t kFewest = 10;
   static constexpr Duration kShortest = std::chrono::seconds(2);
 
   Duration median_gap() const {
@@ -71,6 +75,7 @@ class OutageLog {
   std::vector<Outage> gaps_;
   Duration usual_sum_{};
   std::int64_t usual_count_ = 0;
+  std::uint64_t count_ = 0;  // used fixes
 };
 
 }  // namespace waymark::report

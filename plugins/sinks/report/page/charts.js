@@ -1,5 +1,8 @@
 // Charts over the time of the log; all of them show the same times.
 
+/** Steps between the times on an axis [s]. */
+const kTimeSteps = [0.001, 0.01, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 28800, 86400, 604800];
+
 class Charts {
   /** `onTime(t or null)`, `onWindow([from, to] or null)`: what the pointer is at, what is shown. */
   constructor(data, onTime, onWindow) {
@@ -63,15 +66,15 @@ class Charts {
       width: card.clientWidth - 24,
       height: 178,
       legend: { show: false },
-      padding: [8, 8, 0, 0],
+      padding: [8, 16, 0, 0],
       cursor: { sync: { key: 'run', scales: ['x', null] }, drag: { x: true, y: false }, y: false, points: { size: 6 } },
       scales: {
         x: { time: false, range: (u, low, high) => (low == null || low === high ? [0, this.end] : [low, high]) },
         y: logarithmic ? { distr: 3, range: range ?? undefined } : { range: range ?? ((u, low, high) => this.niceRange(low, high)) },
       },
       axes: [
-        { ...axis, size: 26, values: (u, splits) => splits.map((s) => clock(s, splits[1] - splits[0] < 1 ? 1 : 0)), space: 65 },
-        { ...axis, size: 56, space: 34, values: (u, splits) => splits.map((s) => (s == null ? '' : tick(s, splits))) },
+        { ...axis, size: 26, incrs: kTimeSteps, values: (u, splits) => splits.map((s) => clock(s, splits[1] - splits[0] < 1 ? 1 : 0)), space: 65 },
+        { ...axis, size: 56, space: 34, values: (u, splits) => splits.map((s) => (s == null ? '' : logarithmic ? digits(s, 1) : tick(s, splits))) },
       ],
       series: [{}, ...lines],
       bands,
@@ -156,7 +159,8 @@ class Charts {
 function tick(value, splits) {
   const there = splits.filter((s) => s != null);
   const step = there.length > 1 ? Math.abs(there[1] - there[0]) : Math.abs(value);
-  const decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step || 1) + 1e-9)));
+  let decimals = 0;
+  while (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-3) ++decimals;
   if (step < 1e-5 && value !== 0) return value.toExponential(1).replace('-', '−');
   return value.toFixed(decimals).replace('-', '−');
 }
@@ -165,6 +169,9 @@ function tick(value, splits) {
 
 /** Rounding and full turns aside: an angle within half a turn. */
 const wrapped = (degrees) => degrees - 360 * Math.round(degrees / 360);
+
+/** Angles with a gap where they pass half a turn, so that no line crosses the chart there. */
+const unwoven = (angles) => angles.map((a, i) => (i > 0 && Math.abs(a - angles[i - 1]) > 180 ? null : a));
 
 /** Difference of two columns; null where one is. */
 const minus = (a, b, wrap = (d) => d) => a.map((value, i) => (value == null || b[i] == null ? null : wrap(value - b[i])));
@@ -190,11 +197,14 @@ function addPoseCharts(charts, data) {
         band: { high: three, low: three.map((v) => (v == null ? null : -v)) },
       }));
     } else if (data.spatial && (isAngle || column === 'z') && column !== 'yaw') {
-      const values = track[column];
+      const values = isAngle ? unwoven(track[column]) : track[column];
       cards.push(charts.add({
         title: name, note: `±3σ shaded, ${unit}`, t: track.t, unit,
         series: [{ name: 'estimate', values, tint: 'estimate' }],
-        band: { high: values.map((v, i) => v + three[i]), low: values.map((v, i) => v - three[i]) },
+        band: {
+          high: values.map((v, i) => (v == null ? null : v + three[i])),
+          low: values.map((v, i) => (v == null ? null : v - three[i])),
+        },
       }));
     }
   }
@@ -259,7 +269,9 @@ function addNisCharts(charts, data) {
 
 /** Biases, scales, offsets: the sensors' own states. */
 function addStateCharts(charts, data) {
-  return data.states.map((state) => {
+  // What no measurement ever changed shows nothing.
+  const moving = data.states.filter(({ value }) => value.some((v) => v !== value[0]));
+  return moving.map((state) => {
     const [name, unit] = nameAndUnit(state.name);
     return charts.add({
       title: `${state.sensor}: ${name}`, note: `±3σ shaded${unit ? ', ' + unit : ''}`, t: data.track.t, unit,
@@ -278,7 +290,7 @@ function addParticleCharts(charts, data) {
   if (count < 2) return [];
   return [charts.add({
     title: 'Effective sample size', note: `of ${count} particles`, t: data.track.t,
-    series: [{ name: 'N_eff', values: data.track.n_eff, tint: 'estimate', width: 1 }],
+    series: [{ name: 'N_eff', values: data.track.n_eff, tint: 'estimate', width: 0.7 }],
     range: () => [0, count * 1.05],
   })];
 }

@@ -44,7 +44,7 @@ class RunMap {
     for (const fixes of [...data.fixes].reverse()) {
       if (fixes.x.length === 0) continue;
       const [name, tint] = kinds[fixes.kind];
-      add('GNSS ' + name, ['dot', tint], (c) => this.drawDots(c, fixes.x, fixes.y, tint, 2.2), fixes.count);
+      add('GNSS ' + name, ['dot', tint], (c) => this.drawDots(c, fixes.x, fixes.y, tint, fixes.x.length > 1000 ? 1.6 : 2.2), fixes.count);
     }
     const reference = data.reference;
     if (reference?.line.x.length > 1)

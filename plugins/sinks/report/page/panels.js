@@ -33,7 +33,8 @@ function tiles(data) {
     return element;
   }
   const last = track.t.length - 1;
-  tile('Distance', length(distance(track)), `in ${data.duration}`);
+  const way = distance(track);
+  if (way > 0.05) tile('Distance', length(way), `in ${data.duration}`);
   const at = reference?.at_track;
   const error = at ? statistics(track.x.map((x, i) => (at.x[i] == null ? null : Math.hypot(x - at.x[i], track.y[i] - at.y[i])))) : null;
   if (error?.count) {

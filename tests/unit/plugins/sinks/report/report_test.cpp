@@ -126,6 +126,18 @@ TEST_F(ReportSink, ReportsAnOutageAndNoUsualGap) {
   EXPECT_EQ(outages[0]["to"], 22.0);
 }
 
+TEST_F(ReportSink, ASensorThatOnlyPlacesTheMapHasNoOutage) {
+  const auto sink = make_sink("report");
+  sink->start(info());
+  FakeSnapshot snapshot;
+  GnssFix local;
+  local.p_map_antenna = {0.0, 0.0, 0.0};
+  fix(snapshot, 0.0, local, Fate::fused, *sink);
+  for (int i = 1; i <= 60; ++i) fix(snapshot, i, local, Fate::held_out, *sink);
+  sink->finish(&snapshot, two_sensors());
+  EXPECT_TRUE(data()["outages"].empty());
+}
+
 TEST_F(ReportSink, ThinsALongRunEvenlyAndKeepsItsEnds) {
   const auto sink = make_sink("report");
   sink->start(info());
