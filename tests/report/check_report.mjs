@@ -24,7 +24,7 @@ const [waymark, ...given] = process.argv.slice(2);
 const folder = mkdtempSync(join(tmpdir(), 'waymark-report-'));
 process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 
-/** Runs a configuration; gives the report and what the command printed. */
+/** Runs a configuration; gives the report. */
 function run(config, out, ...options) {
   execFileSync(waymark, ['run', join(tree, 'config', config), '--out', out, ...options], { stdio: ['ignore', 'ignore', 'pipe'] });
   return join(out, 'report.html');
@@ -155,8 +155,9 @@ try {
     const file = run('quickstart.yaml', join(folder, 'first'));
     await check(file);
     const again = run('quickstart.yaml', join(folder, 'second'), '--threads', '2');
-    const page = (path) => readFileSync(path, 'utf8').replace(/threads: \d.*/, '').replace(/threads: \d[^\\]*/g, '');
-    assert.equal(page(again), page(file), 'the same run gives the same page');
+    // The configuration that is shown has the number of threads.
+    const page = (path) => readFileSync(path, 'utf8').replace(/"config":"(\\.|[^"])*"/, '');
+    assert.ok(page(again) === page(file), 'the same run gives the same page with any number of threads');
     run('quickstart.yaml', join(folder, 'third'), '--set', 'report.enabled=false');
     assert.ok(!existsSync(join(folder, 'third/report.html')), '`report.enabled: false` leaves the page out');
   }

@@ -9,7 +9,7 @@
 namespace waymark::command {
 
 /// A table with a row for every sensor: rate, measurements, how many were used and rejected, NIS, what that means. As
-/// in the report. Each line ends with a newline; empty without sensors.
-std::string sensor_table(const RunReport& report);
+/// in the report. One line each, without newlines; empty without sensors.
+std::vector<std::string> sensor_table(const RunReport& report);
 
 }  // namespace waymark::command

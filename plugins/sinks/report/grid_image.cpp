@@ -2,6 +2,7 @@
 #include "grid_image.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -42,7 +43,11 @@ cv::Vec2b shade(const GridView& grid, int first_column, int first_row, int side)
     }
   }
   if (most < 0) return {0, 0};
-  return {static_cast<uchar>(255 - 255 * std::min(most, 100) / 100), 255};
+  // What is more likely free than not is free to the eye: probabilities between are noise of the sensor.
+  constexpr int kFree = 238;
+  constexpr int kOccupied = 40;
+  const double share = std::clamp((most - 35) / 40.0, 0.0, 1.0);
+  return {static_cast<uchar>(std::lround(kFree + share * (kOccupied - kFree))), 255};
 }
 
 }  // namespace

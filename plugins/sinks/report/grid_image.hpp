@@ -9,7 +9,7 @@ namespace waymark::report {
 
 /// A grid as a picture.
 struct GridImage {
-  std::string png_base64;  ///< grey: 255 is free, 0 is occupied; unknown cells are transparent. First row: north
+  std::string png_base64;  ///< grey: light is free, dark occupied; unknown cells are transparent. First row: north
   double width_m = 0.0;
   double height_m = 0.0;
 };

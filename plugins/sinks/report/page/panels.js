@@ -207,7 +207,7 @@ class Legend {
   constructor(map, data) {
     this.data = data;
     const buttons = [...map.layers].reverse().map((layer) => el('button', {
-      'aria-pressed': layer.visible, title: 'Show or hide',
+      'aria-pressed': String(layer.visible), title: 'Show or hide',
       onclick: (event) => {
         layer.visible = !layer.visible;
         event.currentTarget.setAttribute('aria-pressed', layer.visible);
