@@ -59,8 +59,8 @@ std::uint64_t identity_of(std::string_view effective_config) {
     const std::string_view line = effective_config.substr(0, end);
     effective_config.remove_prefix(end == std::string_view::npos ? effective_config.size() : end + 1);
     if (!line.starts_with(' ')) {
-      counts = !line.starts_with("sinks:") && !line.starts_with("plugin_path:") && !line.starts_with("live:") &&
-               !line.starts_with("diagnosis:");
+      counts = !line.starts_with("sinks:") && !line.starts_with("report:") && !line.starts_with("plugin_path:") &&
+               !line.starts_with("live:") && !line.starts_with("diagnosis:");
       of_filter = line.starts_with("filter:");
     }
     if (counts && !(of_filter && line.starts_with("  threads:"))) result = mix(mix(result, line), "\n");

@@ -118,6 +118,23 @@ std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader,
   return slots;
 }
 
+/// The sink of the report, unless the YAML switches it off, or lists one of its own.
+std::shared_ptr<Sink> load_report(const Config& yaml, const PluginLoader& loader, const Rig& rig,
+                                  const std::vector<SinkSlot>& sinks) {
+  const Config entry =
+      yaml.child_or_empty({"report", "the page `report.html` that a run leaves: keys of the sink `report`"});
+  const bool is_wanted = entry.boolean({"enabled", "false: there is no report"}, true);
+  const bool is_installed = std::ranges::any_of(loader.folders(), [](const std::filesystem::path& folder) {
+    std::error_code ignored;
+    return std::filesystem::exists(folder / "waymark_report.so", ignored);
+  });
+  if (!is_wanted || !is_installed || std::ranges::any_of(sinks, [](const auto& s) { return s.plugin == "report"; })) {
+    entry.ignore();
+    return nullptr;
+  }
+  return loader.create<Sink>("report", entry, rig);
+}
+
 std::vector<std::filesystem::path> plugin_path(const Config& yaml) {
   std::vector<std::filesystem::path> folders;
   for (const std::string& folder : yaml.texts(
@@ -205,9 +222,14 @@ Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensor
   std::vector<SensorSlot> sensors = load_sensors(entries, loader, rig, own);
   std::vector<MapSlot> maps = load_maps(yaml, loader, rig, sensors);
   std::vector<SinkSlot> sinks;
-  if (with_sinks) sinks = load_sinks(yaml, loader, rig);
+  std::shared_ptr<Sink> report;
+  if (with_sinks) {
+    sinks = load_sinks(yaml, loader, rig);
+    report = load_report(yaml, loader, rig, sinks);
+  }
   Robot robot{yaml, std::move(rig),   settings,       std::move(sensors), std::move(maps), nullptr,
               {},   std::move(sinks), std::move(live)};
+  robot.report = std::move(report);
   robot.is_diagnosed =
       yaml.child_or_empty({"diagnosis", "", "cross-checks of the sensors (docs/doctor.md)", "defaults"})
           .boolean({"enabled", "false: the sensors are not compared with each other"}, true);
@@ -303,7 +325,7 @@ Robot Robot::retuned(const Config::Override& key_and_value) const {
   // The name keeps the folder from which relative paths count.
   const std::string name = fmt::format("{} (effective)", yaml.file().string());
   const Config tuned = Config::parse(yaml.effective(), name, {key_and_value});
-  for (const char* key : {"source", "sources", "sinks", "record"}) {
+  for (const char* key : {"source", "sources", "sinks", "record", "report"}) {
     if (tuned.is_mapping(key)) tuned.child(key).ignore();
     if (!tuned.is_list(key)) continue;
     for (const Config& entry : tuned.items(key)) entry.ignore();

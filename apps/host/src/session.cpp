@@ -38,6 +38,13 @@ std::shared_ptr<const Reference> reference_of(const Robot& robot, std::string& p
   }
 }
 
+/// With the report, if the run owns its folder.
+std::vector<SinkSlot> sinks_of(Robot& robot, bool owns_folder) {
+  std::vector<SinkSlot> sinks = std::move(robot.sinks);
+  if (robot.report && owns_folder) sinks.push_back({"report", std::move(robot.report)});
+  return sinks;
+}
+
 /// Converts every exception of a source to Error: it ends the log, not the program.
 std::optional<Measurement> next_of(Source& source) {
   try {
@@ -93,8 +100,9 @@ Session::Session(Robot robot, SessionOptions options)
     : robot_(std::move(robot)),
       options_(std::move(options)),
       lock_(options_.owns_folder && !options_.out.empty() ? std::make_unique<FolderLock>(options_.out) : nullptr),
-      results_(std::move(robot_.sinks),
-               RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective()},
+      results_(sinks_of(robot_, lock_ != nullptr),
+               RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective(),
+                       robot_.yaml.file().stem().string()},
                lock_ != nullptr),
       fusion_(make_fusion(robot_)),
       diagnosis_(robot_.is_diagnosed ? std::make_unique<Diagnosis>(robot_) : nullptr),

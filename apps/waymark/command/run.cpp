@@ -20,6 +20,7 @@
 #include "apps/waymark/command/folded_events.hpp"
 #include "apps/waymark/command/progress.hpp"
 #include "apps/waymark/command/run_log.hpp"
+#include "apps/waymark/command/sensor_table.hpp"
 #include "waymark/host/session.hpp"
 #include "waymark/io/output_file.hpp"
 
@@ -178,6 +179,7 @@ int run(const RunOptions& options) {
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),
             out.string());
+  for (const std::string& line : sensor_table(result.report)) log.print(LogLevel::info, "{}\n", line);
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
   std::vector<std::string> problems = result.failures;
   if (!result.lost.empty()) problems.push_back(result.lost);

@@ -14,20 +14,24 @@ namespace waymark::fusion {
 class SnapshotView final : public Snapshot {
  public:
   SnapshotView(const Committed& committed, const std::vector<MapSlot>& maps, bool started,
-               const Measurement& measurement, Fate fate)
+               const Measurement& measurement, Fate fate, const std::optional<Datum>& datum)
       : filter_(committed.filter),
         maps_(maps),
+        counters_(committed.record(measurement).state.counters),
         health_(committed.health.health()),
         started_(started),
         measurement_(measurement),
-        fate_(fate) {}
+        fate_(fate),
+        datum_(datum) {}
 
   Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
   Fate fate() const override { return fate_; }
+  const SensorCounters& counters() const override { return counters_; }
   bool started() const override { return started_; }
   const Belief& belief() const override { return filter_.mixture(); }
   const StateLayout& layout() const override { return filter_.layout(); }
+  std::optional<Datum> datum() const override { return datum_; }
   double effective_sample_size() const override { return filter_.effective_sample_size(); }
   std::uint64_t mapping_steps() const override { return filter_.mapping_steps(); }
   const Health& health() const override { return health_; }
@@ -43,10 +47,12 @@ class SnapshotView final : public Snapshot {
 
   const particles::ParticleFilter& filter_;
   const std::vector<MapSlot>& maps_;
+  const SensorCounters& counters_;
   const Health& health_;
   bool started_;
   const Measurement& measurement_;
   Fate fate_;
+  const std::optional<Datum>& datum_;
 };
 
 }  // namespace waymark::fusion

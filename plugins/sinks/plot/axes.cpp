@@ -9,17 +9,11 @@
 #include <vector>
 
 #include "framing.hpp"
+#include "plugins/shared/run_views/titles.hpp"
 #include "sheet.hpp"
 
 namespace waymark::plot {
 namespace {
-
-std::string duration_text(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(seconds));
-  if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
-  if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-  return fmt::format("{:.1f} s", seconds);
-}
 
 double grid_step(const Sheet& sheet) { return round_step(sheet.px(90) / sheet.view.pixels_per_metre()); }
 
@@ -57,19 +51,19 @@ void draw_axis_labels(Sheet& sheet) {
     const double x = sheet.view.to_pixel({east, 0.0}).x();
     const std::string words = fmt::format("{:.10g}", number);
     sheet.canvas.line({x, area.bottom}, {x, area.bottom + sheet.px(5)}, sheet.px(1), kFrame);
-    sheet.canvas.text({x - 0.5 * Canvas::text_width(words, size), area.bottom + sheet.px(20)}, words, size, kSoftInk,
-                      sheet.px(1));
+    sheet.canvas.text({x - 0.5 * sheet.canvas.text_width(words, size), area.bottom + sheet.px(20)}, words, size,
+                      kSoftInk, sheet.px(1));
   });
   for_each_grid_line(sheet, 1, [&](double north, double number) {
     const double y = sheet.view.to_pixel({0.0, north}).y();
     const std::string words = fmt::format("{:.10g}", number);
     sheet.canvas.line({area.left - sheet.px(5), y}, {area.left, y}, sheet.px(1), kFrame);
-    sheet.canvas.text({area.left - sheet.px(10) - Canvas::text_width(words, size), y + 0.5 * size}, words, size,
+    sheet.canvas.text({area.left - sheet.px(10) - sheet.canvas.text_width(words, size), y + 0.5 * size}, words, size,
                       kSoftInk, sheet.px(1));
   });
   const double middle = 0.5 * (area.left + area.right);
   const std::string& east = sheet.content.axes.east;
-  sheet.canvas.text({middle - 0.5 * Canvas::text_width(east, sheet.px(11)), area.bottom + sheet.px(44)}, east,
+  sheet.canvas.text({middle - 0.5 * sheet.canvas.text_width(east, sheet.px(11)), area.bottom + sheet.px(44)}, east,
                     sheet.px(11), kInk, sheet.px(1));
   sheet.canvas.text({sheet.px(12), area.top - sheet.px(12)}, sheet.content.axes.north, sheet.px(11), kInk, sheet.px(1));
 }
@@ -85,12 +79,15 @@ void draw_scale_bar(Sheet& sheet) {
   sheet.canvas.line({left, y}, {left + length, y}, sheet.px(2), kInk);
   for (const double x : {left, left + length})
     sheet.canvas.line({x, y - sheet.px(5)}, {x, y + sheet.px(5)}, sheet.px(2), kInk);
-  sheet.canvas.text({left + 0.5 * (length - Canvas::text_width(words, sheet.px(11))), y - sheet.px(11)}, words,
+  sheet.canvas.text({left + 0.5 * (length - sheet.canvas.text_width(words, sheet.px(11))), y - sheet.px(11)}, words,
                     sheet.px(11), kInk, sheet.px(1.2));
 }
 
 void draw_title(Sheet& sheet) {
-  std::vector<std::string> parts{"log " + duration_text(sheet.content.log_duration_s)};
+  std::vector<std::string> parts;
+  if (!sheet.content.name.empty()) parts.push_back(sheet.content.name);
+  if (const std::string date = run_views::date_text(sheet.content.log_start); !date.empty()) parts.push_back(date);
+  parts.push_back(run_views::duration_text(sheet.content.log_duration_s) + " of log");
   if (sheet.content.end) {
     const std::size_t particles = sheet.content.end->particles.size();
     if (particles > 0) parts.push_back(fmt::format("{} particle{}", particles, particles == 1 ? "" : "s"));
@@ -103,8 +100,8 @@ void draw_title(Sheet& sheet) {
   if (sheet.content.interrupted) parts.emplace_back("interrupted");
   const std::string words = fmt::format("{}", fmt::join(parts, "  |  "));
   const double middle = 0.5 * (sheet.view.area().left + sheet.view.area().right);
-  sheet.canvas.text({middle - 0.5 * Canvas::text_width(words, sheet.px(15)), sheet.px(38)}, words, sheet.px(15), kInk,
-                    sheet.px(1.6));
+  sheet.canvas.text({middle - 0.5 * sheet.canvas.text_width(words, sheet.px(15)), sheet.px(38)}, words, sheet.px(15),
+                    kInk, sheet.px(1.6));
 }
 
 }  // namespace waymark::plot

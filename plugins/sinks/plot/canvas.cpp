@@ -7,6 +7,11 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#ifdef WAYMARK_FONT
+#include <opencv2/freetype.hpp>
+#endif
+#include <string>
+#include <utility>
 
 #include "waymark/base/error.hpp"
 
@@ -17,8 +22,8 @@ namespace {
 constexpr int kOversampling = 2;
 constexpr int kShift = 4;  // fractional bits of OpenCV's fixed-point coordinates
 constexpr double kLargestCoordinate = 1e5;
-constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-constexpr double kFontCapitals = 21.0;  // height of capitals at scale 1
+constexpr int kStrokeFont = cv::FONT_HERSHEY_SIMPLEX;
+constexpr double kStrokeFontCapitals = 21.0;  // height of capitals at scale 1
 
 cv::Scalar scalar(Color c) { return cv::Scalar(c.blue, c.green, c.red); }
 
@@ -36,7 +41,58 @@ std::vector<Eigen::Vector2d> circle(const Eigen::Vector2d& centre, double radius
   return points;
 }
 
+/// What the stroke font can draw.
+std::string in_ascii(std::string_view words) {
+  std::string text(words);
+  for (const auto& [from, to] :
+       {std::pair<std::string_view, std::string_view>{"±", "+-"}, {"σ", " sigma"}, {"°", " deg"}}) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
 }  // namespace
+
+#ifdef WAYMARK_FONT
+/// A font that is read from a file.
+class Canvas::Font {
+ public:
+  /// Null if the file is not there any more, or cannot be read.
+  static std::shared_ptr<const Font> load() {
+    try {
+      const auto renderer = cv::freetype::createFreeType2();
+      renderer->loadFontData(WAYMARK_FONT, 0);
+      return std::make_shared<const Font>(renderer);
+    } catch (const cv::Exception&) {
+      return nullptr;
+    }
+  }
+  explicit Font(cv::Ptr<cv::freetype::FreeType2> renderer) : renderer_(std::move(renderer)) {}
+
+  void draw(cv::Mat& image, const std::string& words, const cv::Point& base, double capitals,
+            const cv::Scalar& color) const {
+    renderer_->putText(image, words, base, size(capitals), color, -1, cv::LINE_AA, true);
+  }
+  double width(const std::string& words, double capitals) const {
+    int base = 0;
+    return renderer_->getTextSize(words, size(capitals), -1, &base).width;
+  }
+
+ private:
+  /// Capitals of DejaVu Sans are 0.729 of the em.
+  static int size(double capitals) { return std::max(1, static_cast<int>(std::lround(capitals / 0.729))); }
+
+  cv::Ptr<cv::freetype::FreeType2> renderer_;
+};
+#else
+class Canvas::Font {
+ public:
+  static std::shared_ptr<const Font> load() { return nullptr; }
+  void draw(cv::Mat&, const std::string&, const cv::Point&, double, const cv::Scalar&) const {}
+  double width(const std::string&, double) const { return 0.0; }
+};
+#endif
 
 View::View(const Rect& area, Eigen::Vector2d low, Eigen::Vector2d high) : area_(area), centre_(0.5 * (low + high)) {
   const Eigen::Vector2d size = (high - low).cwiseMax(2.0);
@@ -55,6 +111,7 @@ Eigen::Vector2d View::high() const { return centre_ + Eigen::Vector2d(area_.widt
 Canvas::Canvas(int width, int height)
     : width_(width),
       height_(height),
+      font_(Font::load()),
       image_(height * kOversampling, width * kOversampling, CV_8UC3, cv::Scalar::all(255)) {
   no_clip();
 }
@@ -184,14 +241,20 @@ void Canvas::text(const Eigen::Vector2d& origin, std::string_view words, double 
   if (!drawable(origin)) return;
   const cv::Point at(static_cast<int>(std::lround(origin.x() * kOversampling)) - clip_.x,
                      static_cast<int>(std::lround(origin.y() * kOversampling)) - clip_.y);
-  cv::putText(target(), std::string(words), at, kFont, height * kOversampling / kFontCapitals, scalar(color),
+  cv::Mat area = target();
+  if (font_) {
+    font_->draw(area, std::string(words), at, height * kOversampling, scalar(color));
+    return;
+  }
+  cv::putText(area, in_ascii(words), at, kStrokeFont, height * kOversampling / kStrokeFontCapitals, scalar(color),
               pen(width), cv::LINE_AA);
 }
 
-double Canvas::text_width(std::string_view words, double height) {
+double Canvas::text_width(std::string_view words, double height) const {
+  if (font_) return font_->width(std::string(words), height * kOversampling) / kOversampling;
   int base = 0;
   const cv::Size size =
-      cv::getTextSize(std::string(words), kFont, height * kOversampling / kFontCapitals, pen(1.2), &base);
+      cv::getTextSize(in_ascii(words), kStrokeFont, height * kOversampling / kStrokeFontCapitals, pen(1.2), &base);
   return static_cast<double>(size.width) / kOversampling;
 }
 

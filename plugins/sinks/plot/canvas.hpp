@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
@@ -73,9 +74,10 @@ class Canvas {
   void cross(const Eigen::Vector2d& centre, double half_size, double width, Color color);
   void box(const Rect& area, Color fill);
   void frame(const Rect& area, double width, Color color);
-  /// Text with its left end and base line at `origin`, capitals `height` high. ASCII only.
+  /// Text with its left end and base line at `origin`, capitals `height` high. UTF-8; without a font file OpenCV's
+  /// stroke font is taken, which has ASCII only, plus "±" and "σ" as "+-" and "sigma".
   void text(const Eigen::Vector2d& origin, std::string_view words, double height, Color color, double width = 1.2);
-  static double text_width(std::string_view words, double height);
+  double text_width(std::string_view words, double height) const;
 
   /// A grid of cells, each in the colour of its value. Cells smaller than a pixel are averaged.
   void cells(const View& view, const GridView& grid, const std::array<Color, 256>& colors);
@@ -90,8 +92,10 @@ class Canvas {
   cv::Point fixed(const Eigen::Vector2d& p) const;
   std::vector<cv::Point> fixed(std::span<const Eigen::Vector2d> points) const;
 
+  class Font;
   int width_;
   int height_;
+  std::shared_ptr<const Font> font_;  // null: there is none
   cv::Mat image_;
   cv::Rect clip_;
 };

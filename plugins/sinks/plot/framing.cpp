@@ -72,6 +72,7 @@ View make_view(const Content& content, const Style& style, const Rect& area) {
     }
   }
   extent.add_most(content.gnss_fused);
+  extent.add_most(content.gnss_rejected);
   extent.add_most(content.gnss_held_out);
   if (extent.empty()) return View(area, {-10.0, -10.0}, {10.0, 10.0});
   const double margin = std::max(1.0, 0.05 * (extent.high() - extent.low()).maxCoeff());

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "framing.hpp"
+#include "plugins/shared/run_views/titles.hpp"
 #include "sheet.hpp"
 
 namespace waymark::plot {
@@ -22,18 +23,19 @@ class Legend {
       : sheet_(sheet),
         left_(sheet.view.area().right + sheet.px(26)),
         y_(sheet.view.area().top + sheet.px(12)),
-        ellipse_name_(fmt::format("its {:g}-sigma ellipse", sheet.style.sigma)) {}
+        ellipse_name_(fmt::format("its {:g}σ ellipse", sheet.style.sigma)) {}
 
   void add_trajectories() {
     const Content& content = sheet_.content;
-    entry(content.online.size() > 1, "estimate, online", stroke(3.5, kEstimate));
-    entry(sheet_.style.ellipses && !content.uncertainty.empty(), ellipse_name_, oval(1.0, kUncertainty));
-    entry(content.end && content.end->best_path.size() > 1, "path of the best particle", stroke(0.7, kBestPath));
-    entry(content.reference != nullptr && content.reference->trajectory.size() > 1, "reference",
+    const Seen& seen = sheet_.seen;
+    entry(seen.online > 1, "estimate, online", stroke(3.5, kEstimate));
+    entry(seen.uncertainty > 0, ellipse_name_, oval(1.0, kUncertainty));
+    entry(seen.path > 1, "path of the best particle", stroke(0.7, kBestPath));
+    entry(seen.reference > 1, content.reference_is_aligned ? "reference, aligned" : "reference",
           stroke(2.5, kReference));
-    entry(content.gnss_fused_count > 0, fmt::format("GNSS, fused ({})", content.gnss_fused_count), blob(3.0, kFused));
-    entry(content.gnss_held_out_count > 0, fmt::format("GNSS, held out ({})", content.gnss_held_out_count),
-          blob(3.0, kHeldOut));
+    entry(seen.fused > 0, fmt::format("GNSS, fused ({})", content.gnss_fused_count), blob(3.0, kFused));
+    entry(seen.rejected > 0, fmt::format("GNSS, rejected ({})", content.gnss_rejected_count), blob(3.0, kRejected));
+    entry(seen.held_out > 0, fmt::format("GNSS, held out ({})", content.gnss_held_out_count), blob(3.0, kHeldOut));
   }
 
   void add_maps() {
@@ -52,24 +54,25 @@ class Legend {
     std::size_t provisional = 0;
     sheet_.for_each_landmark(true, [&](const LandmarkView&) { ++confirmed; });
     sheet_.for_each_landmark(false, [&](const LandmarkView&) { ++provisional; });
-    entry(confirmed > 0, fmt::format("landmark ({})", confirmed), blob(5.0, kLandmark));
-    entry(confirmed > 0, ellipse_name_, oval(1.3, kLandmarkEllipse));
-    entry(provisional > 0, fmt::format("provisional ({})", provisional), [&](Eigen::Vector2d a, Eigen::Vector2d b) {
-      sheet_.canvas.ring(0.5 * (a + b), sheet_.px(5), sheet_.px(1.5), kProvisional);
-    });
+    entry(sheet_.seen.landmarks > 0, fmt::format("landmark ({})", confirmed), blob(5.0, kLandmark));
+    entry(sheet_.seen.landmark_ellipses > 0, ellipse_name_, oval(1.3, kLandmarkEllipse));
+    entry(sheet_.seen.provisional > 0, fmt::format("provisional ({})", provisional),
+          [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+            sheet_.canvas.ring(0.5 * (a + b), sheet_.px(5), sheet_.px(1.5), kProvisional);
+          });
     const std::size_t surveyed = content.reference != nullptr ? content.reference->landmarks.size() : 0;
-    entry(surveyed > 0, fmt::format("surveyed landmark ({})", surveyed), [&](Eigen::Vector2d a, Eigen::Vector2d b) {
-      sheet_.canvas.cross(0.5 * (a + b), sheet_.px(5), sheet_.px(1.3), kReference);
-    });
+    entry(sheet_.seen.surveyed > 0, fmt::format("surveyed landmark ({})", surveyed),
+          [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+            sheet_.canvas.cross(0.5 * (a + b), sheet_.px(5), sheet_.px(1.3), kReference);
+          });
   }
 
   void add_robot() {
-    const auto& end = sheet_.content.end;
-    entry(end && !end->particles.empty(), "particles at the end", blob(2.5, kParticle));
-    entry(end.has_value(), "robot at the end", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+    entry(sheet_.seen.particles > 0, "particles at the end", blob(2.5, kParticle));
+    entry(sheet_.seen.robot > 0, "robot at the end", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
       sheet_.canvas.polygon(arrow(0.5 * (a + b), 0.0, sheet_.px(11)), kRobot);
     });
-    entry(end.has_value(), ellipse_name_, oval(1.5, kRobot));
+    entry(sheet_.seen.robot_ellipse > 0, ellipse_name_, oval(1.5, kRobot));
   }
 
   /// In numbers, with σ.
@@ -78,11 +81,11 @@ class Legend {
     const Eigen::Vector3d deviation = end.P.diagonal().cwiseMax(0.0).cwiseSqrt();
     const Eigen::Vector2d place = end.T_map_base.p.head<2>() + sheet_.content.axes.origin;
     y_ += sheet_.px(16);
-    sheet_.canvas.text({left_, y_}, "Pose at the end (1 sigma)", sheet_.px(11), kInk, sheet_.px(1.1));
+    sheet_.canvas.text({left_, y_}, "Pose at the end (1σ)", sheet_.px(11), kInk, sheet_.px(1.1));
     y_ += sheet_.px(30);
-    row("east", fmt::format("{:.2f} +- {:.2f} m", place.x(), deviation.x()));
-    row("north", fmt::format("{:.2f} +- {:.2f} m", place.y(), deviation.y()));
-    row("yaw", fmt::format("{:.1f} +- {:.1f} deg", end.T_map_base.yaw() * kDegrees, deviation.z() * kDegrees));
+    row("east", run_views::value_text(place.x(), deviation.x()) + " m");
+    row("north", run_views::value_text(place.y(), deviation.y()) + " m");
+    row("yaw", run_views::value_text(end.T_map_base.yaw() * kDegrees, deviation.z() * kDegrees) + "°");
   }
 
  private:

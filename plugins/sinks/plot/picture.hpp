@@ -46,10 +46,15 @@ struct Content {
   };
   std::vector<PositionBelief> uncertainty;  ///< along the way
   std::vector<Eigen::Vector2d> gnss_fused;
+  std::vector<Eigen::Vector2d> gnss_rejected;  ///< by the gate
   std::vector<Eigen::Vector2d> gnss_held_out;
   std::size_t gnss_fused_count = 0;  ///< before thinning
+  std::size_t gnss_rejected_count = 0;
   std::size_t gnss_held_out_count = 0;
   Axes axes;
+  std::string name;                   ///< of the run; may be empty
+  bool reference_is_aligned = false;  ///< the reference had a frame of its own and was moved
+  Time log_start{};
   double log_duration_s = 0.0;
   bool interrupted = false;
 

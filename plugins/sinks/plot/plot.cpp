@@ -4,43 +4,15 @@
 #include <filesystem>
 
 #include "picture.hpp"
+#include "plugins/shared/run_views/fix_track.hpp"
+#include "plugins/shared/run_views/reference_frame.hpp"
+#include "plugins/shared/run_views/thinned.hpp"
 #include "utm.hpp"
-#include "waymark/interface/payloads.hpp"
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/sink.hpp"
 
 namespace waymark::plot {
 namespace {
-
-/// Keeps every n-th point; n doubles whenever there are too many, so memory is bounded and the choice depends on the
-/// data only.
-class ThinnedPoints {
- public:
-  void add(const Eigen::Vector2d& point) {
-    last_ = point;
-    if (count_++ % stride_ != 0) return;
-    points_.push_back(point);
-    if (points_.size() < kLimit) return;
-    for (std::size_t i = 0; 2 * i < points_.size(); ++i) points_[i] = points_[2 * i];
-    points_.resize((points_.size() + 1) / 2);
-    stride_ *= 2;
-  }
-
-  std::size_t count() const { return count_; }
-  /// The kept points and the last one.
-  std::vector<Eigen::Vector2d> points() const {
-    std::vector<Eigen::Vector2d> out = points_;
-    if (count_ > 0 && (count_ - 1) % stride_ != 0) out.push_back(last_);
-    return out;
-  }
-
- private:
-  static constexpr std::size_t kLimit = 1 << 16;
-  std::vector<Eigen::Vector2d> points_;
-  Eigen::Vector2d last_ = Eigen::Vector2d::Zero();
-  std::size_t count_ = 0;
-  std::size_t stride_ = 1;
-};
 
 /// Beliefs about the position along the way, evenly spread over the distance: the spacing doubles whenever there are
 /// too many.
@@ -92,6 +64,7 @@ class Plot : public Sink {
   void start(const RunInfo& info) override {
     out_dir_ = info.out_dir;
     reference_ = info.reference;
+    name_ = info.name;
   }
 
   void write(const Snapshot& snapshot) override {
@@ -100,14 +73,16 @@ class Plot : public Sink {
     any_ = true;
     first_ = std::min(first_, measurement.stamp);
     last_ = std::max(last_, measurement.stamp);
-    if (measurement.payload != nullptr && measurement.payload->type() == GnssFix::kType) {
-      const Eigen::Vector2d p = measurement.as<GnssFix>().p_map_antenna.head<2>();
-      if (p.allFinite() && snapshot.fate() == Fate::fused) fused_.add(p);
-      if (p.allFinite() && snapshot.fate() == Fate::held_out) held_out_.add(p);
-    }
+    fixes_.add(snapshot);
     if (!snapshot.started()) return;
     const Belief& belief = snapshot.belief();
-    online_.add(belief.mean.T_map_base.p.head<2>());
+    if (online_.wants_next()) {
+      const Eigen::Matrix3d P = pose_covariance(belief, snapshot.layout());
+      const auto sigma = [](double variance) { return std::sqrt(std::max(variance, 0.0)); };
+      online_.add({snapshot.stamp(), belief.mean.T_map_base, sigma(std::max(P(0, 0), P(1, 1))), sigma(P(2, 2))});
+    } else {
+      online_.add({snapshot.stamp(), belief.mean.T_map_base, 0.0, 0.0});
+    }
     // With maps the covariance means most at mapping steps: of the refined mixture, before it is sampled.
     maps_ = maps_ || snapshot.fate() == Fate::mapped;
     if (maps_ && snapshot.fate() != Fate::mapped) return;
@@ -117,13 +92,13 @@ class Plot : public Sink {
 
   void finish(const Snapshot* last, const RunReport& report) override {
     Content content;
-    content.reference = reference_;
-    content.online = online_.points();
+    content.name = name_;
+    content.log_start = first_;
+    for (const run_views::Estimate& estimate : online_.elements())
+      content.online.emplace_back(estimate.T_map_base.p.head<2>());
+    take_reference(content);
     content.uncertainty = uncertainty_.beliefs();
-    content.gnss_fused = fused_.points();
-    content.gnss_held_out = held_out_.points();
-    content.gnss_fused_count = fused_.count();
-    content.gnss_held_out_count = held_out_.count();
+    take_fixes(content, last != nullptr ? last->datum() : std::nullopt);
     content.log_duration_s = to_seconds(last_ - first_);
     content.interrupted = report.interrupted;
     if (last != nullptr && last->started()) {
@@ -159,14 +134,31 @@ class Plot : public Sink {
     return {origin[0], origin[1]};
   }
 
+  void take_reference(Content& content) const {
+    if (reference_ == nullptr) return;
+    const run_views::ReferenceFrame frame = run_views::frame_of(*reference_, online_.elements());
+    content.reference = run_views::in_map(reference_, frame);
+    content.reference_is_aligned = frame.is_aligned;
+  }
+
+  void take_fixes(Content& content, const std::optional<Datum>& datum) const {
+    using Kind = run_views::FixTrack::Kind;
+    content.gnss_fused = fixes_.positions(Kind::used, datum);
+    content.gnss_rejected = fixes_.positions(Kind::rejected, datum);
+    content.gnss_held_out = fixes_.positions(Kind::held_out, datum);
+    content.gnss_fused_count = fixes_.count(Kind::used);
+    content.gnss_rejected_count = fixes_.count(Kind::rejected);
+    content.gnss_held_out_count = fixes_.count(Kind::held_out);
+  }
+
   std::filesystem::path file_;
+  std::string name_;
   std::optional<Origin> origin_;
   Style style_;
   std::filesystem::path out_dir_;
   std::shared_ptr<const Reference> reference_;
-  ThinnedPoints online_;
-  ThinnedPoints fused_;
-  ThinnedPoints held_out_;
+  run_views::Thinned<run_views::Estimate, 1 << 16> online_;
+  run_views::FixTrack fixes_;
   SpreadBeliefs uncertainty_;
   bool maps_ = false;
   bool any_ = false;

@@ -20,6 +20,7 @@ inline constexpr Color kBestPath{20, 48, 98};
 inline constexpr Color kReference{204, 78, 70};
 inline constexpr Color kHeldOut{216, 164, 158};
 inline constexpr Color kFused{140, 192, 138};
+inline constexpr Color kRejected{232, 121, 12};
 inline constexpr Color kLandmark{28, 128, 120};
 inline constexpr Color kLandmarkEllipse{132, 190, 184};
 inline constexpr Color kProvisional{172, 186, 190};
@@ -30,6 +31,24 @@ inline constexpr Color kParticle{232, 150, 46};
 inline constexpr Color kRobot{20, 48, 98};
 
 using Points = std::vector<Eigen::Vector2d>;
+
+/// What could be seen of some layers, for the legend.
+struct Seen {
+  std::size_t online = 0;
+  std::size_t uncertainty = 0;
+  std::size_t path = 0;
+  std::size_t reference = 0;
+  std::size_t surveyed = 0;
+  std::size_t fused = 0;
+  std::size_t rejected = 0;
+  std::size_t held_out = 0;
+  std::size_t landmarks = 0;
+  std::size_t landmark_ellipses = 0;
+  std::size_t provisional = 0;
+  std::size_t particles = 0;
+  std::size_t robot = 0;
+  std::size_t robot_ellipse = 0;
+};
 
 /// A picture in the making: what is drawn, the canvas, and the view of the map on it.
 struct Sheet {
@@ -54,6 +73,7 @@ struct Sheet {
   double unit;
   Canvas canvas;
   View view;
+  Seen seen;
 };
 
 /// An arrow head: the robot.

@@ -57,7 +57,7 @@ class Projection {
 
 void to_utm(Content& content, const Origin& origin) {
   const Projection utm(origin);
-  for (auto* points : {&content.online, &content.gnss_fused, &content.gnss_held_out}) {
+  for (auto* points : {&content.online, &content.gnss_fused, &content.gnss_rejected, &content.gnss_held_out}) {
     for (Eigen::Vector2d& p : *points) p = utm.point(p);
   }
   for (Content::PositionBelief& belief : content.uncertainty)

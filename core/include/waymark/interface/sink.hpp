@@ -20,6 +20,7 @@ struct RunInfo {
   const Rig* rig = nullptr;
   std::shared_ptr<const Reference> reference;  ///< null if unknown
   std::string config = {};                     ///< the effective configuration as YAML; empty if unknown
+  std::string name = {};                       ///< for titles: that of the YAML without its ending; empty if unknown
 };
 
 /// Receives read-only snapshots. Constructed from the YAML: `explicit MySink(const Config&)`. Files are written through

@@ -13,6 +13,7 @@
 #include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark {
@@ -60,6 +61,8 @@ enum class MapDetail {
   with_mixtures  ///< with grids, and with their mixture over all particles; costs a grid of each particle
 };
 
+struct SensorCounters;
+
 /// The belief after one measurement, read-only, valid during `Sink::write`. Expensive views are made on request.
 class WAYMARK_TYPE Snapshot {
  public:
@@ -68,12 +71,16 @@ class WAYMARK_TYPE Snapshot {
   virtual Time stamp() const = 0;
   virtual const Measurement& measurement() const = 0;  ///< the measurement behind this snapshot
   virtual Fate fate() const = 0;
+  /// Of the measurement's sensor, this measurement included. The reference is valid during the call.
+  virtual const SensorCounters& counters() const = 0;
   /// True once the filter has started, and not while its pose is lost; otherwise only `measurement`, `fate` and
   /// `health` are valid.
   virtual bool started() const = 0;
   /// Moments of the mixture (circular mean for yaw) at `stamp`.
   virtual const Belief& belief() const = 0;
   virtual const StateLayout& layout() const = 0;
+  /// The map's origin on the Earth; nothing while unknown.
+  virtual std::optional<Datum> datum() const = 0;
   virtual double effective_sample_size() const = 0;
   virtual const Health& health() const = 0;
   virtual std::vector<ParticleView> particles() const = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -44,9 +45,11 @@ class FakeSnapshot : public Snapshot {
   Time stamp() const override { return belief_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
   Fate fate() const override { return fate_; }
+  const SensorCounters& counters() const override { return counters_; }
   bool started() const override { return started_; }
   const Belief& belief() const override { return belief_; }
   const StateLayout& layout() const override { return layout_; }
+  std::optional<Datum> datum() const override { return datum_; }
   double effective_sample_size() const override { return effective_sample_size_; }
   const Health& health() const override { return health_; }
   std::vector<ParticleView> particles() const override { return particles_; }
@@ -56,6 +59,8 @@ class FakeSnapshot : public Snapshot {
 
   Measurement measurement_;
   Fate fate_ = Fate::fused;
+  SensorCounters counters_;
+  std::optional<Datum> datum_;
   bool started_ = true;
   double effective_sample_size_ = 1.0;
   std::uint64_t mapping_steps_ = 0;

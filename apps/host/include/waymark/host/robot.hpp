@@ -55,6 +55,8 @@ struct Robot {
   std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
   std::shared_ptr<const PluginLoader> loader = {};   ///< of its plugins
   std::vector<std::string> mounted_by_robot = {};    ///< sensors whose mounting is `Mountings::assumed`
+  /// Writes the report of a run that owns its folder; null if it is switched off, or its plugin is not there.
+  std::shared_ptr<Sink> report = {};
 
   static constexpr int kCommands = -2;  ///< in `sensor_of_channel`: a channel of commands
 

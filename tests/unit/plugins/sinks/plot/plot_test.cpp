@@ -117,6 +117,39 @@ TEST_F(PlotSink, DrawsTheReferenceInRed) {
   EXPECT_TRUE(red);
 }
 
+TEST_F(PlotSink, DrawsAReferenceOfAnotherFrameOnTheEstimate) {
+  const auto sink = make_sink("plot", "{width_px: 800, height_px: 600, ellipses: false}");
+  auto reference = std::make_shared<Reference>();
+  for (int i = 0; i <= 40; ++i) {
+    const double along = 0.5 * i;
+    const Pose T = i <= 20 ? Pose::planar(along - 5, -5, 0) : Pose::planar(5, along - 15, 1.57);
+    reference->trajectory.push_back({Time(from_seconds(0.1 * i)), Pose::planar(500, 200, 0.5) * T, true});
+  }
+  sink->start({out_.path(), nullptr, reference});
+  FakeSnapshot snapshot;
+  drive(*sink, snapshot, false);
+  sink->finish(&snapshot, {});
+  // Drawn where it is, 500 m away, the estimate would be a dot: the corner of the square would not be in the picture's
+  // lower right.
+  EXPECT_GT(marked(picture(), cv::Rect(500, 400, 130, 165)), 100);
+}
+
+TEST_F(PlotSink, DrawsAGeodeticFixWhereTheDatumPlacesIt) {
+  for (const bool is_known : {false, true}) {
+    const auto sink = make_sink("plot", "{width_px: 800, height_px: 600, ellipses: false, window_m: [-1, -1, 1, 1]}");
+    sink->start({out_.path(), nullptr, nullptr});
+    FakeSnapshot snapshot;
+    if (is_known) snapshot.datum_ = Datum{49.0, 8.0, 0.0};
+    auto fix = std::make_shared<GnssFix>();
+    fix->latitude_deg = 49.0;
+    fix->longitude_deg = 8.0;
+    snapshot.measurement_.payload = fix;
+    sink->write(snapshot.at(0.0, Pose::planar(50, 50, 0)));
+    sink->finish(&snapshot, {});
+    EXPECT_EQ(marked(picture(), cv::Rect(kMiddleX - 4, kMiddleY - 4, 8, 8)) > 0, is_known);
+  }
+}
+
 /// A survey of one thing, far from where the robot drives.
 std::shared_ptr<Reference> thing_at(double east, double north) {
   auto reference = std::make_shared<Reference>();

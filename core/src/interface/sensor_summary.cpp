@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "waymark/interface/sensor_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "waymark/math/gaussian.hpp"
+
+namespace waymark {
+namespace {
+
+/// A factor in the variance that matters in practice: 1.4 in σ.
+constexpr double kToleratedFactor = 2.0;
+/// χ² of so many degrees of freedom is within 0.3 % of its expectation, and the quantile's argument is an int.
+constexpr std::uint64_t kMostDof = 2'000'000;
+
+std::string verdict_without_updates(const SensorReport& sensor) {
+  if (sensor.measurements == 0) return "no measurements";
+  if (sensor.held_out > 0) return "held out";
+  if (sensor.mapped > 0) return "for maps";
+  return "not used";
+}
+
+std::string verdict_on(const SensorSummary& summary) {
+  const double ratio = summary.nis_ratio;
+  if (ratio > kToleratedFactor && ratio > summary.nis_high)
+    return fmt::format("overconfident: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
+  if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low)
+    return fmt::format("conservative: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
+  return "consistent";
+}
+
+}  // namespace
+
+SensorSummary summarize(const SensorReport& sensor) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  SensorSummary summary{.name = sensor.name,
+                        .plugin = sensor.plugin,
+                        .measurements = sensor.measurements,
+                        .used = sensor.fused + sensor.mapped,
+                        .rejected = sensor.gated + sensor.unusable,
+                        .nis_ratio = kNone,
+                        .nis_low = kNone,
+                        .nis_high = kNone,
+                        .verdict = {}};
+  const double duration_s = to_seconds(sensor.last - sensor.first);
+  if (sensor.measurements > 1 && duration_s > 0.0)
+    summary.rate_hz = static_cast<double>(sensor.measurements - 1) / duration_s;
+  if (sensor.nis_dof == 0 || !std::isfinite(sensor.nis_sum)) {
+    summary.verdict = verdict_without_updates(sensor);
+    return summary;
+  }
+  summary.nis_ratio = sensor.nis_sum / static_cast<double>(sensor.nis_dof);
+  const auto dof = static_cast<int>(std::min(sensor.nis_dof, kMostDof));
+  summary.nis_low = gaussian::chi_squared_quantile(0.025, dof) / dof;
+  summary.nis_high = gaussian::chi_squared_quantile(0.975, dof) / dof;
+  summary.verdict = verdict_on(summary);
+  return summary;
+}
+
+}  // namespace waymark
