@@ -27,7 +27,9 @@ void FixContinuity::take(const FixStep& fix) {
     const double longest = kStretch * (std::max(speed_, fix.speed) + 2.0 * fix.speed_sigma) * dt + margin;
     const double shortest = kShortest * (std::min(speed_, fix.speed) - 2.0 * fix.speed_sigma) * dt - margin;
     const double moved = (fix.z - z_).norm();
-    if (moved > longest || moved < shortest) {
+    // No receiver repeats a position to the millimetre while it moves.
+    const bool is_frozen = moved < 1e-3 && std::min(speed_, fix.speed) > 2.0 * fix.speed_sigma;
+    if (is_frozen || moved > longest || moved < shortest) {
       broken_ = true;
       evidence_ = 1.0;
     } else if (longest > kOutlierRadius) {

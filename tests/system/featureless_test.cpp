@@ -28,7 +28,8 @@ initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
 motion: { kind: planar, velocity_noise_mps_per_sqrt_s: [0.3, 0.3, 0.3], rate_noise_radps_per_sqrt_s: [0.5, 0.5, 0.5] }
 sensors:
   - { name: wheels, plugin: odometry, model: differential, track_m: 0.5, speed_noise_m_per_sqrt_s: [0.00707, 0],
-      lateral_noise_m_per_sqrt_s: [0.001, 0], yaw_noise_rad_per_sqrt_s: [0.0283, 0, 0] }
+      lateral_noise_m_per_sqrt_s: [0.001, 0], yaw_noise_rad_per_sqrt_s: [0.0283, 0, 0],
+      speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }
   - { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0.2, 0, 0.3], yaw_deg: 0 } }
 maps:
   - { name: place, plugin: PLUGIN, inputs: [lidar], resolution_m: 0.05, range_max_m: 7.5, no_return_m: 8.5,

@@ -89,7 +89,8 @@ std::vector<MatchReport> matches_of(const Snapshot& last) {
 
 /// What is said of a run that was lost for too large a share of its time; else empty.
 std::string lost_of(const HealthTimes& times, double allowed) {
-  if (times.lost_share() <= allowed) return {};
+  constexpr double kFewSeconds = 5.0;  // of a short run, or after its pose was set: no verdict
+  if (times.lost_s < kFewSeconds || times.lost_share() <= allowed) return {};
   return fmt::format("the pose was lost for {:.1f} s, {:.0f} % of the run; health.max_lost_share allows {:.0f} %",
                      times.lost_s, 100.0 * times.lost_share(), 100.0 * allowed);
 }

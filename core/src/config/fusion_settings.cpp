@@ -191,9 +191,9 @@ HealthSettings read_health(const Config& config) {
   health.unaided_after = from_seconds(
       config.positive({"unaided_after_s", "s", "dead reckoning for longer than this is reported as degraded"},
                       default_s(health.unaided_after)));
-  health.max_lost_share = config.number_in(
-      {"max_lost_share", "a run that was lost for a larger share of its time ends with exit code 4"}, 0.0, 1.0,
-      health.max_lost_share);
+  health.max_lost_share =
+      config.number_in({"max_lost_share", "a run that was lost for a larger share of its time ends with exit code 4"},
+                       0.0, 1.0, health.max_lost_share);
   return health;
 }
 

@@ -16,6 +16,8 @@ namespace {
 
 /// Rejected fixes after which their own way is compared with the predicted one.
 constexpr int kFewRejections = 4;
+/// A single rejection so far off is no chance: 6σ.
+constexpr double kFarNis = 36.0;
 
 /// Of the length of an innovation.
 std::string_view unit_of(const Update& update) {
@@ -73,7 +75,9 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
     if (is_position) check_for_bias(m, outcome, result);
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
-    const bool is_certain = result.is_continuous && is_position && !steps().maps().localizes();
+    // The gate alone rejects one of a thousand good ones.
+    const bool is_far = outcome.nis > kFarNis || rejections > 1;
+    const bool is_certain = result.is_continuous && is_position && is_far && !steps().maps().localizes();
     if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
     } else if (is_certain) {
