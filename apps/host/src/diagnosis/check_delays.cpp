@@ -17,8 +17,8 @@ using Certainty = Finding::Certainty;
 
 constexpr double kSpan = 0.5;  // [s] of the spans over which lags are sought
 constexpr double kSigmas = 4.0;
-constexpr double kTolerance = 0.08;         // [s]: half an interval of usual sensors
-constexpr double kFixTolerance = 0.3;       // [s]: receivers filter
+constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
+constexpr double kFixTolerance = 0.3;  // [s]: receivers filter
 constexpr double kShareOfInterval = 0.6;
 constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
 constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
