@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "adaptive_noise.hpp"
+#include "fix_continuity.hpp"
 #include "fix_monitor.hpp"
 #include "fix_noise.hpp"
 #include "fix_position.hpp"
@@ -34,15 +35,12 @@ class Dgps final : public Sensor {
   explicit Dgps(const Config& config)
       : lever_arm_(read_lever_arm(config)),
         noise_(config),
-        offset_sigma_(config.non_negative({"offset_sigma_m", "m",
-                                           "slowly varying error as a state of its own (first-order Gauss–Markov), so "
-                                           "that repeated fixes do not count as independent; 0: none"},
-                                          0.0)),
+        offset_sigma_(noise_.usual_slow()),
         offset_vertical_sigma_(config.non_negative({"offset_vertical_sigma_m", "m",
                                                     "slowly varying error of the height, a third state (`motion.kind: "
                                                     "spatial`), beside `offset_sigma_m`; 0: none"},
                                                    0.0)),
-        offset_tau_(config.positive({"offset_tau_s", "s", "time constant of the slowly varying error"}, 30.0)),
+        offset_tau_(config.positive({"offset_tau_s", "s", "time constant of the slowly varying error"}, 60.0)),
         min_satellites_(static_cast<int>(
             config.integer_in({"min_satellites", "fixes with fewer satellites count as unusable"}, 0, 100, 0))),
         velocity_(read_velocity(config)),
@@ -59,7 +57,7 @@ class Dgps final : public Sensor {
         reacquisition_(config),
         adaptive_(
             config.boolean({"adaptive_noise", "", "the noise grows up to 5 times in σ if the last innovations show it",
-                            "true without `offset_sigma_m`, else false"},
+                            "true if `offset_sigma_m` is 0, else false"},
                            offset_sigma_ == 0.0)),
         horizontal_(read_window(config)),
         vertical_(horizontal_) {
@@ -97,7 +95,9 @@ class Dgps final : public Sensor {
     hint.p_map_point = position(fix, datum);
     if (!std::isfinite(hint.p_map_point->z())) hint.p_map_point->z() = 0.0;
     hint.p_base_point = lever_arm_;
-    hint.sigma_m = std::hypot(noise_.horizontal(fix), offset_sigma_);
+    hint.slow_sigma_m = noise_.slow(fix);
+    hint.slow_tau_s = offset_tau_;
+    hint.sigma_m = std::hypot(noise_.horizontal(fix), hint.slow_sigma_m);
     if (velocity_.gives_heading && has_course(fix)) {
       hint.yaw_rad = so3::wrap(0.5 * std::numbers::pi - fix.course_rad);
       hint.yaw_sigma_rad = std::hypot(velocity_.sigma / fix.speed_mps, velocity_.course_sigma, kSideslip);
@@ -124,7 +124,17 @@ class Dgps final : public Sensor {
     const Eigen::Vector3d p = position(fix, prediction.datum);
     const double horizontal = noise_.horizontal(fix);
     const double vertical = noise_.vertical(fix);
-    const ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, prediction);
+    const double slow = noise_.slow(fix);
+    ObservedFix seen = beside_prediction(measurement.stamp, p, horizontal, slow, prediction);
+    continuity_.take({.stamp = seen.stamp,
+                      .z = seen.z,
+                      .white_sigma = horizontal * std::sqrt(horizontal_.scale()),
+                      .slow_sigma = slow,
+                      .slow_tau_s = offset_tau_,
+                      .speed = seen.speed,
+                      .speed_sigma = seen.speed_sigma});
+    seen.follows = continuity_.is_unbroken();
+    if (continuity_.is_certain()) out.report_continuous();
 
     const double settling = settling_.factor(measurement.stamp, fix);
     if (settling > 1.0) out.report_degraded("settling after a change of fix type or satellites");
@@ -142,7 +152,7 @@ class Dgps final : public Sensor {
 
     const bool height = !prediction.planar() && std::isfinite(p.z());
     out.emplace<PositionUpdate>(p, lever_arm_, Eigen::Vector3d(used_.x(), used_.x(), used_.y()), height ? 3 : 2,
-                                offset_states());
+                                offset_states(), offset_scale(slow));
     pending_ = true;
     if (velocity_.sigma > 0.0 && has_course(fix)) {
       out.emplace<VelocityUpdate>(fix.speed_mps, fix.course_rad, velocity_.sigma, velocity_.course_sigma, lever_arm_,
@@ -157,6 +167,7 @@ class Dgps final : public Sensor {
   void outcome(const Outcome& outcome) override {
     if (!pending_ || outcome.update != 0) return;
     pending_ = false;
+    if (outcome.accepted) continuity_.accept();
     if (!adaptive_) return;
     if (!outcome.accepted) {
       horizontal_.interrupt();
@@ -174,8 +185,8 @@ class Dgps final : public Sensor {
   void load(InArchive& in) override { in(*this); }
   template <class Archive>
   void serialize(Archive& archive) {
-    archive.section("dgps", 1);
-    archive(monitor_, settling_, reacquisition_, horizontal_, vertical_, pending_, stated_, used_);
+    if (archive.section("dgps", 2) < 2) throw DataError("dgps: the checkpoint has an older version");
+    archive(continuity_, monitor_, settling_, reacquisition_, horizontal_, vertical_, pending_, stated_, used_);
   }
 
  private:
@@ -225,15 +236,17 @@ class Dgps final : public Sensor {
     return offset_vertical_sigma_ == 0.0 ? 2 : 3;
   }
 
+  double offset_scale(double slow_sigma) const { return offset_sigma_ > 0.0 ? slow_sigma / offset_sigma_ : 1.0; }
+
   bool has_course(const GnssFix& fix) const {
     return std::isfinite(fix.speed_mps) && std::isfinite(fix.course_rad) && fix.speed_mps >= velocity_.min_speed;
   }
 
   /// The fix beside what the mixture expects. The offset counts with its whole stationary uncertainty, not with what is
-  /// left of it: the monitor should reject too little rather than too much.
-  ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma,
+  /// left of it: the monitor had rather doubt too little.
+  ObservedFix beside_prediction(Time stamp, const Eigen::Vector3d& p, double sigma, double slow_sigma,
                                 const Prediction& prediction) const {
-    const double variance = sigma * sigma + offset_sigma_ * offset_sigma_;
+    const double variance = sigma * sigma + slow_sigma * slow_sigma;
     const PositionUpdate model(p, lever_arm_, Eigen::Vector3d::Constant(variance), 2, 0);
     const PredictedInnovation innovation = prediction.innovation(model);
     const NavState& state = prediction.belief.mean;
@@ -241,7 +254,8 @@ class Dgps final : public Sensor {
     seen.stamp = stamp;
     seen.z = p.head<2>();
     seen.innovation = innovation.nu;
-    if (offset_sigma_ > 0.0) seen.innovation -= Eigen::Map<const Eigen::Vector2d>(prediction.block);
+    if (offset_sigma_ > 0.0)
+      seen.innovation -= offset_scale(slow_sigma) * Eigen::Map<const Eigen::Vector2d>(prediction.block);
     seen.S = innovation.S;
     seen.sigma = std::sqrt(variance);
     const Eigen::Vector3d v = state.v_base + state.w_base.cross(lever_arm_);
@@ -260,6 +274,7 @@ class Dgps final : public Sensor {
   VelocitySettings velocity_;
   double sideslip_sigma_;
 
+  FixContinuity continuity_;
   FixMonitor monitor_;
   Settling settling_;
   Reacquisition reacquisition_;

@@ -101,8 +101,9 @@ bool FixMonitor::is_drifting(const ObservedFix& fix) {
 bool FixMonitor::is_jump(const ObservedFix& fix, double dt) {
   const Eigen::LLT<Eigen::Matrix2d> factor(fix.S);
   const double distance2 = fix.innovation.dot(factor.solve(fix.innovation));
-  // The first fix has nothing to jump from; the host's gate judges it.
-  if (jump_sigmas_ == 0.0 || !known_ || distance2 <= jump_sigmas_ * jump_sigmas_) {
+  // The first fix has nothing to jump from, and one that follows the last accepted ones has not jumped: the host's gate
+  // judges them.
+  if (jump_sigmas_ == 0.0 || !known_ || fix.follows || distance2 <= jump_sigmas_ * jump_sigmas_) {
     agreeing_ = jumps_ = 0;
     believing_ = false;
     return false;

@@ -22,6 +22,7 @@ struct ObservedFix {
   double speed = 0.0;          ///< of the antenna as predicted [m/s]
   double speed_sigma = 0.0;
   bool standing = false;  ///< the host detects standstill
+  bool follows = false;   ///< it and those before follow the last accepted one without a jump (FixContinuity)
 };
 
 /// Plausibility of fixes before they are fused (docs/math/dgps.md): a jump that no covariance

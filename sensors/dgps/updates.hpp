@@ -10,25 +10,30 @@
 
 namespace waymark::dgps {
 
-/// A position fix of the antenna: z = p + R l + b, with lever arm l and, if configured, the slowly varying offset b out
-/// of the block.
+/// A position fix of the antenna: z = p + R l + k b, with lever arm l and, if there is one, the slowly varying offset b
+/// out of the block. k: how much larger the slow error of this fix is than that of a usual one.
 class PositionUpdate final : public Update {
  public:
   PositionUpdate(const Eigen::Vector3d& p_map_antenna, const Eigen::Vector3d& lever_arm,
-                 const Eigen::Vector3d& variance, int rows, int block_size)
-      : z_(p_map_antenna), arm_(lever_arm), variance_(variance), rows_(rows), block_size_(block_size) {}
+                 const Eigen::Vector3d& variance, int rows, int block_size, double offset_scale = 1.0)
+      : z_(p_map_antenna),
+        arm_(lever_arm),
+        variance_(variance),
+        rows_(rows),
+        block_size_(block_size),
+        offset_scale_(offset_scale) {}
 
   Quantity observes() const override { return Quantity::position; }
   void linearize(const StateView& state, Linearization& out) const override {
     out.reset(rows_, block_size_);
     const Eigen::Vector3d arm = state.nav.T_map_base.q * arm_;
     Eigen::Vector3d residual = z_ - state.nav.T_map_base.p - arm;
-    for (int i = 0; i < std::min(block_size_, rows_); ++i) residual[i] -= state.block[i];
+    for (int i = 0; i < std::min(block_size_, rows_); ++i) residual[i] -= offset_scale_ * state.block[i];
     out.residual = residual.head(rows_);
     out.R.diagonal() = variance_.head(rows_);
     out.position() = Eigen::Matrix3d::Identity().topRows(rows_);
     if (!arm_.isZero(0.0)) out.attitude() = -so3::skew(arm).topRows(rows_);
-    if (block_size_ > 0) out.block().leftCols(std::min(block_size_, rows_)).setIdentity();
+    for (int i = 0; i < std::min(block_size_, rows_); ++i) out.block()(i, i) = offset_scale_;
   }
 
  private:
@@ -37,6 +42,7 @@ class PositionUpdate final : public Update {
   Eigen::Vector3d variance_;
   int rows_;
   int block_size_;
+  double offset_scale_;
 };
 
 /// The antenna's velocity over ground out of speed and course: z = (R (v + ω × l))_xy.

@@ -111,8 +111,9 @@ class Odometry final : public Sensor {
                          {0.0, 0.1})),
         yaw_(read_density(
             config,
-            {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate"},
-            {0.0, 0.01, 0.05})),
+            {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate",
+             "differential [0.015/`track_m`, the same, 0.2], ackermann [0, 0.01, 0.05], else [0.03, 0.03, 0.2]"},
+            model_->usual_yaw_noise())),
         still_speed_(config.non_negative(
             {"still_speed_mps", "m/s", "below this speed, and below `still_rate_radps`, the robot counts as standing"},
             0.01)),
@@ -127,18 +128,23 @@ class Odometry final : public Sensor {
       config.fail("speed_noise_m_per_sqrt_s", "a speed without noise is not believable");
     systematic_.add(
         Systematic::kSpeedScale, "speed_scale",
-        config.non_negative({"speed_scale_sigma", "scale error of the wheels as a state: its first σ"}, 0.0),
+        config.non_negative(
+            {"speed_scale_sigma", "scale error of the wheels as a state: its first σ; 0, and no walk: no state"}, 0.02),
         config.non_negative({"speed_scale_walk_per_sqrt_m", "1/√m", "walk of the wheels' scale error with distance"},
                             0.0));
-    systematic_.add(Systematic::kCurvature, "curvature_per_m",
-                    config.non_negative({"curvature_sigma_per_m", "1/m",
-                                         "a steering offset (a robot that pulls to one side) as a state: its first σ"},
-                                        0.0),
-                    config.non_negative(
-                        {"curvature_walk_per_m_sqrt_m", "1/m/√m", "walk of the steering offset with distance"}, 0.0));
+    systematic_.add(
+        Systematic::kCurvature, "curvature_per_m",
+        config.non_negative(
+            {"curvature_sigma_per_m", "1/m",
+             "a steering offset (a robot that pulls to one side) as a state: its first σ; 0, and no walk: no state",
+             "0.025/`track_m`, 0.02/`wheelbase_m`, else 0.03"},
+            model_->usual_curvature_sigma()),
+        config.non_negative({"curvature_walk_per_m_sqrt_m", "1/m/√m", "walk of the steering offset with distance"},
+                            0.0));
     systematic_.add(
         Systematic::kYawScale, "yaw_scale",
-        config.non_negative({"yaw_scale_sigma", "scale error of the rotation as a state: its first σ"}, 0.0),
+        config.non_negative(
+            {"yaw_scale_sigma", "scale error of the rotation as a state: its first σ; 0, and no walk: no state"}, 0.03),
         config.non_negative({"yaw_scale_walk_per_sqrt_m", "1/√m", "walk of the rotation's scale error with distance"},
                             0.0));
   }
@@ -154,11 +160,11 @@ class Odometry final : public Sensor {
     if (yaw_.floor < kNoRotation) seen.yaw_rate_radps = twist.w_z;
     seen.interval_s = twist.interval_s.value_or(0.0);
     seen.speed_scale_sigma = systematic_.usual(Systematic::kSpeedScale, seen.speed_scale_sigma);
-    // Noise that grows with the rate is what a skid-steered robot has instead of a scale.
+    // Noise that grows with the rate, more than by default, is what a skid-steered robot has instead of a scale.
+    const double noise_per_rate = yaw_.per_rate > model_->usual_yaw_noise().back() ? yaw_.per_rate : 0.0;
     seen.yaw_scale_sigma =
-        std::hypot(systematic_.usual(Systematic::kYawScale, seen.yaw_scale_sigma), kScaleOfNoise * yaw_.per_rate);
-    seen.curvature_sigma_per_m =
-        std::hypot(systematic_.usual(Systematic::kCurvature, 0.0), model_->usual_curvature_per_m());
+        std::hypot(systematic_.usual(Systematic::kYawScale, seen.yaw_scale_sigma), kScaleOfNoise * noise_per_rate);
+    seen.curvature_sigma_per_m = systematic_.usual(Systematic::kCurvature, model_->usual_curvature_sigma());
     seen.yaw_scales_with_speed = model_->rotation_scales_with_speed();
     return seen;
   }

@@ -11,9 +11,8 @@ namespace waymark::odometry {
 
 namespace {
 
-constexpr double kUnequalWheels = 0.02;   // σ of the difference of their scales
-constexpr double kUsualTrack = 0.4;       // [m], where the model does not contain it
-constexpr double kSteeringOffset = 0.01;  // [rad], σ
+/// Where the geometry is not given: wheels that differ by 2.5 % on a track of 0.8 m [1/m].
+constexpr double kUnknownVehicle = 0.03;
 
 class Differential final : public WheelModel {
  public:
@@ -24,7 +23,10 @@ class Differential final : public WheelModel {
     return {0.5 * (wheels.left_mps + wheels.right_mps), 0.0, (wheels.right_mps - wheels.left_mps) / track_};
   }
   bool rotation_scales_with_speed() const override { return true; }
-  double usual_curvature_per_m() const override { return kUnequalWheels / track_; }
+  /// Wheels with 0.01 m/√s and 1 % of their speed each: the narrower the track, the worse.
+  std::vector<double> usual_yaw_noise() const override { return {0.015 / track_, 0.015 / track_, 0.2}; }
+  /// Wheels whose radii differ by 2.5 % (σ).
+  double usual_curvature_sigma() const override { return 0.025 / track_; }
 
  private:
   double track_;
@@ -47,7 +49,10 @@ class Ackermann final : public WheelModel {
     return {v, 0.0, v * curvature};
   }
   bool rotation_scales_with_speed() const override { return true; }
-  double usual_curvature_per_m() const override { return kSteeringOffset / wheelbase_; }
+  /// A car turns by its steering, which is measured, not by the difference of two wheels.
+  std::vector<double> usual_yaw_noise() const override { return {0.0, 0.01, 0.05}; }
+  /// A steering offset of 1.1° (σ).
+  double usual_curvature_sigma() const override { return 0.02 / wheelbase_; }
 
  private:
   double wheelbase_;
@@ -61,7 +66,7 @@ class ReadyTwist final : public WheelModel {
     return {twist.v_x_mps, twist.v_y_mps, twist.w_z_radps};
   }
   bool rotation_scales_with_speed() const override { return false; }
-  double usual_curvature_per_m() const override { return kUnequalWheels / kUsualTrack; }
+  double usual_curvature_sigma() const override { return kUnknownVehicle; }
 };
 
 /// The constant twist that moves the base as far in the interval: the logarithm of the motion, by the interval.
@@ -79,7 +84,7 @@ class Increment final : public WheelModel {
             rate * step.yaw_rad, step.interval_s};
   }
   bool rotation_scales_with_speed() const override { return false; }
-  double usual_curvature_per_m() const override { return kUnequalWheels / kUsualTrack; }
+  double usual_curvature_sigma() const override { return kUnknownVehicle; }
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "waymark/config/config.hpp"
 #include "waymark/interface/measurement.hpp"
@@ -28,8 +29,10 @@ class WheelModel {
   /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
   /// both.
   virtual bool rotation_scales_with_speed() const = 0;
-  /// σ of the yaw per way that wheels of unequal size, or a steering that is not quite straight, usually make [rad/m].
-  virtual double usual_curvature_per_m() const = 0;
+  /// σ of what a usual vehicle of this kind pulls to one side: ω = κ v for wheels that report to go straight [1/m].
+  virtual double usual_curvature_sigma() const = 0;
+  /// What the noise density of the rotation usually is: a + b · speed + c · rate [rad/√s].
+  virtual std::vector<double> usual_yaw_noise() const { return {0.03, 0.03, 0.2}; }
 
   /// Reads `model` (differential, ackermann, twist, increment) and its geometry. Throws ConfigError.
   static std::shared_ptr<const WheelModel> read(const Config& config);

@@ -141,9 +141,7 @@ void LiveRun::reply(std::uint64_t command, std::string answer) {
   if (control_) control_->reply(command, std::move(answer));
 }
 
-void LiveRun::note(std::string text) {
-  events_.push_back({std::move(text), to_seconds(clock_->now().time_since_epoch()), false});
-}
+void LiveRun::note(std::string text) { events_.push_back({std::move(text), clock_->now(), false}); }
 
 std::vector<Event> LiveRun::take_events() {
   for (std::string& text : input_->take_events()) note(std::move(text));

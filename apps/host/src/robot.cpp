@@ -162,13 +162,17 @@ std::string mounting_text(const Pose& T_base_sensor) {
                      kDegrees * std::atan2(R(1, 0), R(0, 0)));
 }
 
-/// Puts the numbers in the place of `base_T_sensor: from_tf`, so that they are part of the configuration and of every
-/// record of the run. Returns the sources, if that needed them.
-SourceObjects settle_mountings(const Config& yaml, const PluginLoader& loader) {
+/// The entries of `sensors:` that leave the mounting to the robot.
+std::vector<Config> entries_mounted_by_robot(const Config& yaml) {
   if (!yaml.is_list("sensors")) return {};  // load_parts reports it
   std::vector<Config> open = yaml.items("sensors");
   std::erase_if(open, [](const Config& entry) { return !is_mounted_by_source(entry); });
-  if (open.empty()) return {};
+  return open;
+}
+
+/// Puts the numbers in the place of `base_T_sensor: from_tf`, so that they are part of the configuration and of every
+/// record of the run. Returns the sources, which that needs.
+SourceObjects settle_mountings(const std::vector<Config>& open, const Config& yaml, const PluginLoader& loader) {
   SourceObjects sources = make_sources(yaml, loader, read_rig(yaml.items("sensors")));
   for (const Config& entry : open) {
     if (!entry.boolean("enabled", true)) continue;
@@ -249,8 +253,14 @@ Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::O
   return load(yaml, plugin_loader(yaml));
 }
 
-Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
-  SourceObjects sources = settle_mountings(yaml, loader);
+Robot Robot::load(const Config& yaml, const PluginLoader& loader, Mountings mountings) {
+  const std::vector<Config> open = entries_mounted_by_robot(yaml);
+  SourceObjects sources;
+  if (mountings == Mountings::assumed) {
+    for (const Config& entry : open) entry.replace("base_T_sensor", mounting_text(Pose{}));
+  } else if (!open.empty()) {
+    sources = settle_mountings(open, yaml, loader);
+  }
   Robot robot = load_parts(yaml, loader, {});
   // Who did not write the YAML should know that it brings code.
   for (const std::filesystem::path& folder : plugin_path(yaml)) {
@@ -265,6 +275,12 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader) {
   robot.loader = std::make_shared<const PluginLoader>(loader);
   // Only the parts together show whether they fit: a motion source, room for the blocks.
   robot.fusion(nullptr);
+  if (mountings == Mountings::assumed) {
+    for (const Config& entry : open) {
+      entry.replace("base_T_sensor", "from_tf");
+      robot.mounted_by_robot.push_back(entry.text("name"));
+    }
+  }
   return robot;
 }
 

@@ -58,10 +58,33 @@ std::vector<std::string> failures_of(const SessionResult& result, const std::vec
   const bool names_cause = !result.started && result.log_error.empty() && !result.report.interrupted;
   for (const Event& event : result.report.events) {
     if (event.is_failure || (names_cause && &event == &result.report.events.back()))
-      failures.push_back(fmt::format("at {:.3f} s: {}", event.stamp_s, event.text));
+      failures.push_back(fmt::format("at {} s: {}", format_time(event.stamp, 3), event.text));
   }
   failures.insert(failures.end(), of_sinks.begin(), of_sinks.end());
   return failures;
+}
+
+/// Nothing for maps that match no scans.
+std::vector<MatchReport> matches_of(const Snapshot& last) {
+  std::vector<MatchReport> reports;
+  if (!last.started()) return reports;
+  for (const MapDescription& map : last.best_maps(MapDetail::summary)) {
+    const auto figure = [&](std::string_view name) {
+      const auto found = std::ranges::find(map.figures, name, &MapFigure::name);
+      return found == map.figures.end() ? std::optional<std::uint64_t>{} : static_cast<std::uint64_t>(found->value);
+    };
+    const auto matches = figure("matches");
+    const auto failed = figure("failed_matches");
+    if (matches && failed) reports.push_back({map.module, *matches, *failed, figure("coarse_searches").value_or(0)});
+  }
+  return reports;
+}
+
+/// What is said of a run that was lost for too large a share of its time; else empty.
+std::string lost_of(const HealthTimes& times, double allowed) {
+  if (times.lost_share() <= allowed) return {};
+  return fmt::format("the pose was lost for {:.1f} s, {:.0f} % of the run; health.max_lost_share allows {:.0f} %",
+                     times.lost_s, 100.0 * times.lost_share(), 100.0 * allowed);
 }
 
 }  // namespace
@@ -372,7 +395,7 @@ SessionResult Session::conclude() {
                       live_events_left_out_, kMostEvents / 2));
     }
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
-    std::ranges::stable_sort(result.report.events, {}, &Event::stamp_s);
+    std::ranges::stable_sort(result.report.events, {}, &Event::stamp);
   }
   if (diagnosis_) {
     diagnosis_->finish();
@@ -383,10 +406,12 @@ SessionResult Session::conclude() {
   bool reported = false;
   fusion_->visit_last([&](const Snapshot& last) {
     reported = true;
+    result.report.matches = matches_of(last);
     results_.finish(&last, result.report);
   });
   if (!reported) results_.finish(nullptr, result.report);
   result.failures = failures_of(result, results_.failures());
+  result.lost = lost_of(result.report.health, robot_.settings.health.max_lost_share);
   if (!checkpoint_error_.empty()) result.failures.push_back(checkpoint_error_);
   if (!reference_error_.empty()) result.failures.push_back("no reference: " + reference_error_);
   return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <numbers>
 
@@ -34,7 +35,9 @@ void explain_sensors(const host::Robot& robot) {
       role = fmt::format("{}, for maps only", mounting.payload);
     }
     print_output("  {:<10} {}\n", slot.name, role);
-    if (mounting.T_base_sensor) {
+    if (std::ranges::find(robot.mounted_by_robot, slot.name) != robot.mounted_by_robot.end()) {
+      print_output("  {:<10} mounted where the robot reports it (from_tf)\n", "");
+    } else if (mounting.T_base_sensor) {
       const Eigen::Vector3d rpy = so3::to_rpy(mounting.T_base_sensor->q) * kDegPerRad;
       const Eigen::Vector3d& p = mounting.T_base_sensor->p;
       print_output("  {:<10} at x {:.3f} y {:.3f} z {:.3f} m, roll {:.2f} pitch {:.2f} yaw {:.2f} deg in base_link\n",
@@ -62,7 +65,7 @@ void explain_maps(const host::Robot& robot) {
 void check(const std::filesystem::path& file, const std::vector<std::string>& overrides, bool allow_outside) {
   const Config yaml = Config::load(file, overrides);
   if (allow_outside) yaml.permit_outside();
-  const host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml));
+  const host::Robot robot = host::Robot::load(yaml, host::plugin_loader(yaml), host::Mountings::assumed);
   const std::unique_ptr<Fusion> fusion = robot.fusion(nullptr);
   print_output("{}: valid\n", file.string());
   const StateLayout& layout = fusion->layout();

@@ -11,6 +11,7 @@ enum ExitCode {
   kError = 1,          ///< a user's error; one line on stderr names what and where
   kUsage = 2,          ///< the command line is wrong; one line on stderr names what
   kImpaired = 3,       ///< the run ended, but a plugin was taken out of service or an output could not be written
+  kLost = 4,           ///< the run ended, but its pose was lost for too large a share of it
   kFindings = 5,       ///< `doctor` has found contradictions between the sensors
   kInterrupted = 130,  ///< Ctrl-C: ended cleanly, outputs written
 };
@@ -23,6 +24,7 @@ void add_plugins_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
 void add_ctl_command(CLI::App& app, int& exit_code);
+void add_import_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
 
 }  // namespace waymark::command

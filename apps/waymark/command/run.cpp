@@ -9,13 +9,15 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/command/flight_record.hpp"
+#include "apps/waymark/command/folded_events.hpp"
 #include "apps/waymark/command/progress.hpp"
 #include "apps/waymark/command/run_log.hpp"
 #include "waymark/host/session.hpp"
@@ -26,9 +28,6 @@ namespace waymark::command {
 namespace {
 
 std::atomic<bool> interrupted{false};
-
-/// Events that a running robot's report repeats and that are not printed twice.
-constexpr std::size_t kMostPrinted = 2000;
 
 constexpr std::array<int, 3> kEndings{SIGINT, SIGTERM, SIGHUP};
 
@@ -72,12 +71,30 @@ std::filesystem::path prepare_output(const RunOptions& options) {
   return out;
 }
 
-/// `printed`: events that were printed when they happened.
-void print_report(const RunReport& report, const std::set<std::string>& printed, const RunLog& log) {
-  for (const Event& event : report.events) {
-    if (!event.is_failure && !printed.contains(event.text))
-      log.print(LogLevel::warning, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+/// A larger share of scans that do not fit the map is a warning.
+constexpr double kFewFailedMatches = 0.1;
+
+void print_matches(const std::vector<MatchReport>& maps, const RunLog& log) {
+  for (const MatchReport& map : maps) {
+    const std::uint64_t scans = map.matches + map.failed;
+    if (scans == 0) continue;
+    const double share = static_cast<double>(map.failed) / static_cast<double>(scans);
+    log.print(share > kFewFailedMatches ? LogLevel::warning : LogLevel::info,
+              "waymark: map {}: {} of {} scans did not fit ({:.0f} %), {} needed a search around the predicted pose\n",
+              map.map, map.failed, scans, 100.0 * share, map.searches);
   }
+}
+
+/// `was_printed`: single events were printed when they happened.
+void print_report(const RunReport& report, bool was_printed, const RunLog& log) {
+  std::vector<Event> events;
+  // Failures come in the last line.
+  std::ranges::copy_if(report.events, std::back_inserter(events), [](const Event& e) { return !e.is_failure; });
+  for (const FoldedEvents& folded : fold(events)) {
+    if (was_printed && folded.count == 1) continue;
+    for (const std::string& line : folded.lines()) log.print(LogLevel::warning, "waymark: {}\n", line);
+  }
+  print_matches(report.matches, log);
   constexpr std::size_t kShown = 5;
   for (std::size_t i = 0; i < std::min(kShown, report.bad_records.size()); ++i) {
     log.print(LogLevel::warning, "waymark: skipped {}: {}\n", report.bad_records[i].place,
@@ -112,7 +129,8 @@ int exit_code_of(const host::SessionResult& result, bool is_live) {
   if (!result.log_error.empty()) return kError;
   if (result.report.interrupted && !is_live) return kInterrupted;
   if (!result.started) return kError;
-  return result.failures.empty() ? kSuccess : kImpaired;
+  if (!result.failures.empty()) return kImpaired;
+  return result.lost.empty() || is_live ? kSuccess : kLost;
 }
 
 int run(const RunOptions& options) {
@@ -131,12 +149,13 @@ int run(const RunOptions& options) {
   end_on_signals();
   Progress progress;
   host::SessionOptions session_options{.out = out, .until_s = options.until_s, .stop = &interrupted};
-  std::set<std::string> printed;
+  RepeatedEvents repeated;
   if (is_live) {
     session_options.on_event = [&](const Event& event) {
-      // A run of months has more of them than are worth keeping.
-      if (printed.size() < kMostPrinted) printed.insert(event.text);
-      log.print(LogLevel::warning, "waymark: at {:.3f} s: {}\n", event.stamp_s, event.text);
+      std::uint64_t count = 0;
+      if (!repeated.shows(event, count)) return;
+      log.print(LogLevel::warning, "waymark: at {} s: {}{}\n", format_time(event.stamp, 3), event.text,
+                count > 3 ? fmt::format(" (the {}th time)", count) : "");
     };
   }
   HealthChanges health(log);
@@ -155,12 +174,14 @@ int run(const RunOptions& options) {
   session.play();
   const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
   progress.finish();
-  print_report(result.report, printed, log);
+  print_report(result.report, is_live, log);
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),
             out.string());
   // All that went wrong, in one line and the last one, so that nobody has to look for it.
-  if (!result.failures.empty()) log.print(LogLevel::error, "waymark: error: {}\n", fmt::join(result.failures, "; "));
+  std::vector<std::string> problems = result.failures;
+  if (!result.lost.empty()) problems.push_back(result.lost);
+  if (!problems.empty()) log.print(LogLevel::error, "waymark: error: {}\n", fmt::join(problems, "; "));
   return exit_code_of(result, is_live);
 }
 
@@ -175,7 +196,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  waymark run config/quickstart.yaml --resume half.ckpt --out out/second\n"
       "  waymark run out/robot/flight.mcap --out out/replay\n\n"
       "Exit code: 0 all well; 1 error; 2 wrong command line; 3 ended, but a plugin was taken out of service or the "
-      "pose was lost to the end; 130 interrupted (outputs are written; a live run ends with 0).");
+      "pose was lost to the end; 4 ended, but the pose was lost for a larger share of the run than "
+      "health.max_lost_share; "
+      "130 interrupted (outputs are written; a live run ends with 0).");
   command
       ->add_option("config", options->config,
                    "the YAML that describes robot, log and outputs; or a flight record (.mcap), which is replayed")

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/waymark/evaluation/trajectory_io.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 
 namespace waymark::evaluation {
 

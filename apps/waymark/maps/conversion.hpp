@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 
 namespace waymark::maps {
 

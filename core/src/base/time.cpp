@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 
 #include "waymark/base/error.hpp"
@@ -101,6 +102,19 @@ Time parse_time(std::string_view decimal_seconds) {
   if (nanoseconds > static_cast<Wide>(kLongest.count())) refuse(decimal_seconds, kNoStamp);
   const auto magnitude = static_cast<std::int64_t>(nanoseconds);
   return Time{Duration{number.negative ? -magnitude : magnitude}};
+}
+
+std::string format_time(Time time, int digits) {
+  std::int64_t unit = 1;
+  for (int i = digits; i < kNanosecondDigits; ++i) unit *= 10;
+  const std::int64_t count = time.time_since_epoch().count();
+  // Away from zero, without an overflow at the ends of the range.
+  const std::int64_t rest = count % unit;
+  std::int64_t rounded = count - rest;
+  if (2 * std::abs(rest) >= unit && is_stamp(time)) rounded += count < 0 ? -unit : unit;
+  std::string text = format_time(Time{Duration{rounded}});
+  text.resize(text.size() - static_cast<std::size_t>(digits > 0 ? kNanosecondDigits - digits : kNanosecondDigits + 1));
+  return text;
 }
 
 std::string format_time(Time time) {

@@ -82,7 +82,7 @@ StartSettings read_start(const Config& initial) {
         initial.number_in({"yaw_deg", "°", "heading, counter-clockwise from east", "from the sensors"}, -360.0, 360.0);
   }
   start.yaw_sigma =
-      kRadPerDeg * initial.number_in({"yaw_sigma_deg", "°", "σ of the heading; of a heading from two fixes the least σ",
+      kRadPerDeg * initial.number_in({"yaw_sigma_deg", "°", "σ of the heading; of a heading from fixes the least σ",
                                       "0 if `yaw_deg` is given, else 10"},
                                      0.0, 180.0, start.yaw ? 0.0 : 10.0);
   start.velocity_sigma =
@@ -91,7 +91,7 @@ StartSettings read_start(const Config& initial) {
       initial.positive({"rate_sigma_radps", "rad/s", "σ of the unknown first angular rate"}, start.rate_sigma);
   start.min_course_distance = initial.positive(
       {"min_course_distance_m", "m",
-       "two fixes of one antenna give a heading if they are this far apart, and at least five of their σ"},
+       "fixes give a heading if the antenna has moved so far between them, and if its σ is below 11.5°"},
       start.min_course_distance);
   return start;
 }
@@ -191,6 +191,9 @@ HealthSettings read_health(const Config& config) {
   health.unaided_after = from_seconds(
       config.positive({"unaided_after_s", "s", "dead reckoning for longer than this is reported as degraded"},
                       default_s(health.unaided_after)));
+  health.max_lost_share = config.number_in(
+      {"max_lost_share", "a run that was lost for a larger share of its time ends with exit code 4"}, 0.0, 1.0,
+      health.max_lost_share);
   return health;
 }
 

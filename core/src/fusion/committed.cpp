@@ -9,9 +9,7 @@
 
 namespace waymark::fusion {
 
-void Committed::note(Time stamp, std::string text) {
-  events.push_back({std::move(text), to_seconds(stamp.time_since_epoch())});
-}
+void Committed::note(Time stamp, std::string text) { events.push_back({std::move(text), stamp}); }
 
 void Committed::note_failure(Time stamp, std::string_view name, std::string_view why) {
   note(stamp, fmt::format("{}: taken out of service: {}", name, why));

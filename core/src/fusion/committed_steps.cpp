@@ -45,11 +45,13 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
   }
   SensorState& state = committed_.record(m).state;
   const auto rows = static_cast<int>(outcome.innovation.size());
-  state.counters.nis_sum += outcome.nis;
-  state.counters.nis_dof += static_cast<std::uint64_t>(rows);
-  ++state.counters.nis_count;
-  result.nis += outcome.nis;
-  result.dof += rows;
+  if (!result.nis_is_trivial) {
+    state.counters.nis_sum += outcome.nis;
+    state.counters.nis_dof += static_cast<std::uint64_t>(rows);
+    ++state.counters.nis_count;
+    result.nis += outcome.nis;
+    result.dof += rows;
+  }
   state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
   if (outcome.accepted) {
     state.rejections_in_a_row[index] = 0;
@@ -60,7 +62,8 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
 }
 
 Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
-  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base}, committed_);
+  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, motion_is_measured_},
+                       committed_);
 }
 
 void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,

@@ -15,8 +15,8 @@ namespace waymark::fusion {
 class CommittedSteps {
  public:
   /// All must outlive the object.
-  CommittedSteps(Committed& committed, MapExtraction& maps, std::optional<Datum>& datum)
-      : committed_(committed), maps_(maps), datum_(datum) {}
+  CommittedSteps(Committed& committed, MapExtraction& maps, std::optional<Datum>& datum, bool motion_is_measured)
+      : committed_(committed), maps_(maps), datum_(datum), motion_is_measured_(motion_is_measured) {}
 
   Committed& committed() { return committed_; }
   MapExtraction& maps() { return maps_; }
@@ -43,6 +43,7 @@ class CommittedSteps {
   Committed& committed_;
   MapExtraction& maps_;
   std::optional<Datum>& datum_;
+  bool motion_is_measured_;
 };
 
 }  // namespace waymark::fusion

@@ -94,6 +94,8 @@ void apply_updates(const Measurement& m, Horizon& at, const StateLayout& layout,
     result.degraded_reason = updates.degraded_reason();
     // A degraded measurement without updates counts as rejected.
     result.fate = updates.size() == 0 && !result.degraded_reason.empty() ? Fate::gated : Fate::fused;
+    result.nis_is_trivial = at.steers(m) && updates.twist_reset().has_value();
+    result.is_continuous = updates.is_continuous();
     if (at.steers(m) && at.follow_motion(m, updates)) return;
     for (std::size_t i = 0; i < updates.size(); ++i) at.update(m, i, updates[i], result);
   } catch (const DataError& error) {

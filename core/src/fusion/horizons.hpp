@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -58,9 +59,13 @@ class PresentHorizon final : public CommittedHorizon {
   particles::ParticleFilter& filter() { return steps().committed().filter; }
   bool update_standstill(const Measurement& m, const UpdateList& updates);
   void check_for_bias(const Measurement& m, const particles::MixtureOutcome& outcome, UpdateResult& result);
+  Eigen::Vector2d position();
+  double heading_off(const Measurement& m, const Update& update, const Eigen::Vector2d& p,
+                     const particles::MixtureOutcome& outcome);
   void inflate(const Update& update, bool is_absolute, const particles::MixtureOutcome& outcome);
   void reacquire(const Measurement& m, std::size_t index, const Update& update,
-                 const particles::MixtureOutcome& outcome);
+                 const particles::MixtureOutcome& outcome, const std::string& why);
+  void turn(const Measurement& m, const Update& update, const particles::MixtureOutcome& outcome, double off);
 
   const FusionSettings& settings_;
 };

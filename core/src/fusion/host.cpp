@@ -19,7 +19,8 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
              (fusion::check_parts(given, slots, map_slots), fusion::block_owners(given, slots, map_slots))),
       process_model(layout, given.process_noise),
       intake(given.clock, given.max_latency, slots.size()),
-      startup(given.start, layout, fusion::start_sources(slots, map_slots), given.motion_from_maps),
+      startup(given.start, process_model, given.standstill_after, fusion::start_sources(slots, map_slots),
+              given.motion_from_maps),
       maps(map_slots),
       committed{{process_model, fusion::modules_of(map_slots), fusion::filter_settings(given, map_slots),
                  fusion::georeference_of(layout, slots.size())},
@@ -29,7 +30,7 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
                 estimation::Smoother(process_model)},
       history(map_slots.empty() ? given.history : Duration::zero()),
       datum(given.datum),
-      steps(committed, maps, datum),
+      steps(committed, maps, datum, !given.motion_from_maps),
       present(steps, settings),
       observer(std::move(receiver)) {
   // The roles' names point into the records.
@@ -39,11 +40,10 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
 
 void Fusion::Parts::reject(const Measurement& m, const std::string& fault) {
   fusion::SensorRecord& sensor = committed.record(m);
-  const Time arrival = is_stamp(m.arrival) ? m.arrival : committed.last_stamp;
-  committed.health.mistimed(m.sensor, started ? committed.filter.stamp() : arrival);
+  committed.health.mistimed(m.sensor);
   if (sensor.mistimed++ == 0) {
-    arrival_events.push_back({fmt::format("{}: {} (further ones are only counted)", sensor.slot.name, fault),
-                              to_seconds(m.arrival.time_since_epoch())});
+    arrival_events.push_back(
+        {fmt::format("{}: {} (further ones are only counted)", sensor.slot.name, fault), m.arrival});
   }
   notify_observer(m, Fate::mistimed);
 }
@@ -95,7 +95,8 @@ RunReport Fusion::report() const {
   report.events.insert(report.events.end(), p.committed.events.begin(), p.committed.events.end());
   // The event that the filter never started comes last, whatever its time.
   std::stable_sort(report.events.begin(), report.events.end() - (p.started || report.events.empty() ? 0 : 1),
-                   [](const Event& a, const Event& b) { return a.stamp_s < b.stamp_s; });
+                   [](const Event& a, const Event& b) { return a.stamp < b.stamp; });
+  report.health = p.committed.health.times();
   report.resamplings = p.committed.filter.resamplings();
   report.mapping_steps = p.committed.filter.mapping_steps();
   report.smoothed = p.committed.smoother.smooth();

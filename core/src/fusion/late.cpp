@@ -55,7 +55,7 @@ void Fusion::Parts::note_too_late(const Measurement& m) {
       {fmt::format("{}: a measurement came {:.3f} s after its stamp, {:.3f} s behind what was committed: too late for "
                    "filter.history_s (further ones are only counted)",
                    sensor.slot.name, to_seconds(m.arrival - m.stamp), to_seconds(behind)),
-       to_seconds(m.arrival.time_since_epoch())});
+       m.arrival});
 }
 
 }  // namespace waymark

@@ -73,8 +73,7 @@ void MapExtraction::take_out_of_service(std::size_t map, Time stamp, std::string
 void MapExtraction::report(Time stamp, std::vector<Event>& events) const {
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     if (unusable_[i] < 2) continue;  // there is an event of the first
-    events.push_back({fmt::format("{}: {} measurements were unusable", maps_[i].name, unusable_[i]),
-                      to_seconds(stamp.time_since_epoch())});
+    events.push_back({fmt::format("{}: {} measurements were unusable", maps_[i].name, unusable_[i]), stamp});
   }
 }
 

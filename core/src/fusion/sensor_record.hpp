@@ -25,9 +25,22 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  monitoring::BiasWatch bias = {};                               ///< of a position's innovations
-  int biased = 0;                                                ///< how often they were biased
-  bool ignored_noted = false;                                    ///< there is an event already
+  /// The way since the last accepted position, in ENU [m]; goes on after a rejected one until its direction is known.
+  struct Way {
+    Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< that position, of the base
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();          ///< position of the belief after the last update
+    Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< the way of the predictions alone
+    bool open = false;                                    ///< a position was rejected
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+      archive(z, p, predicted, open);
+    }
+  };
+  std::optional<Way> way = {};
+  monitoring::BiasWatch bias = {};  ///< of a position's innovations
+  int biased = 0;                   ///< how often they were biased
+  bool ignored_noted = false;       ///< there is an event already
   bool not_localized_noted = false;
 
   /// A copy with a clone of the sensor.
@@ -37,7 +50,7 @@ struct SensorState {
   void serialize(Archive& archive) {
     archive(fuse, counters);
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
-    archive(bias);
+    archive(way, bias);
     archive.within(biased, 0, kMostCounted);
     archive(ignored_noted, not_localized_noted);
     bool in_service = sensor != nullptr;

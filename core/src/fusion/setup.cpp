@@ -71,8 +71,12 @@ std::vector<monitoring::HealthMonitor::Role> roles_of(const std::vector<SensorRe
     });
     const bool companion = std::ranges::any_of(
         maps, [&](const MapSlot& map) { return std::ranges::count(map.inputs, static_cast<int>(i)) > 0; });
-    roles.push_back({slot.name, sensors[i].traits.is_motion_source, localizes || sensors[i].traits.is_absolute,
-                     has_prior_map, fused && (slot.sensor != nullptr || companion)});
+    roles.push_back({.name = slot.name,
+                     .is_motion_source = sensors[i].traits.is_motion_source,
+                     .is_aiding = localizes || sensors[i].traits.is_absolute,
+                     .localizes = localizes,
+                     .has_prior_map = has_prior_map,
+                     .fused = fused && (slot.sensor != nullptr || companion)});
   }
   return roles;
 }

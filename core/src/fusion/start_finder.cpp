@@ -15,15 +15,27 @@ constexpr double kTiltSigma = 0.17;
 
 }  // namespace
 
-std::optional<Start> StartFinder::process(const Measurement& measurement, const std::optional<StartHint>& hint) {
+namespace {
+
+/// A heading less certain than this is not one: beyond it the linearised filter would not find the rest [rad].
+constexpr double kLargestYawSigma = 0.2;
+/// The fixes that gave the heading are fused afterwards, too. A prior with this factor on its σ repeats a quarter of
+/// their information.
+constexpr double kRepeated = 2.0;
+
+}  // namespace
+
+std::optional<Start> StartFinder::process(const Measurement& measurement, const std::optional<StartHint>& hint,
+                                          const std::vector<SensorRecord>& sensors) {
   if (!sources_.has_absolute || (settings_.position && settings_.yaw)) return make_start(measurement.stamp, nullptr);
+  if (reckoning_) reckoning_->process(measurement);
   if (!hint) return std::nullopt;
 
   if (hint->yaw_rad) {
     yaw_ = hint->yaw_rad;
     yaw_sigma_ = hint->yaw_sigma_rad;
   }
-  if (hint->p_map_point) update_course(measurement, *hint);
+  if (hint->p_map_point) add_fix(measurement, *hint, sensors);
   const bool have_yaw = settings_.yaw || yaw_;
   const Fix* fix = first_fix();
   if (!have_yaw || (!settings_.position && fix == nullptr)) return std::nullopt;
@@ -34,20 +46,40 @@ void StartFinder::restart(const StartSettings& settings, StartSources sources) {
   settings_ = settings;
   sources_ = sources;
   first_fixes_.clear();
+  reckoning_.reset();
   yaw_.reset();
   yaw_sigma_ = 0.0;
 }
 
-/// Heading from the course between two fixes of one antenna: two antennas are apart also at standstill.
-void StartFinder::update_course(const Measurement& measurement, const StartHint& hint) {
+void StartFinder::add_fix(const Measurement& measurement, const StartHint& hint,
+                          const std::vector<SensorRecord>& sensors) {
+  const bool wants_heading = !settings_.yaw && !yaw_;
+  if (wants_heading && !reckoning_)
+    reckoning_.emplace(process_model_, settings_, standstill_after_, sensors, measurement.stamp);
+  if (wants_heading) reckoning_->add_fix(measurement, hint);
   const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
-  if (first == first_fixes_.end()) {
-    first_fixes_.push_back({measurement.sensor, measurement.stamp, measurement.sequence, hint});
-    return;
+  const bool is_first = first == first_fixes_.end();
+  if (wants_heading && reckoning_->measures_speed()) {
+    find_heading_on_path();
+  } else if (wants_heading && !is_first && measurement.stamp > first->stamp) {
+    find_heading_on_chord(hint, *first);
   }
-  if (settings_.yaw || yaw_ || measurement.stamp <= first->stamp) return;
-  const Eigen::Vector2d course = (*hint.p_map_point - *first->hint.p_map_point).head<2>();
-  const double sigma = std::hypot(hint.sigma_m, first->hint.sigma_m);
+  if (is_first) first_fixes_.push_back({measurement.sensor, measurement.stamp, measurement.sequence, hint});
+}
+
+/// The motion sensors give the path, so that curves, driving in reverse and turning in place are no error.
+void StartFinder::find_heading_on_path() {
+  const auto fit = reckoning_->heading(settings_.min_course_distance);
+  if (!fit || fit->sigma > kLargestYawSigma) return;
+  yaw_ = fit->yaw;
+  yaw_sigma_ = std::max(settings_.yaw_sigma, kRepeated * fit->sigma);
+  reckoning_.reset();
+}
+
+/// From two fixes of one antenna, where no sensor measures the speed.
+void StartFinder::find_heading_on_chord(const StartHint& hint, const Fix& first) {
+  const Eigen::Vector2d course = (*hint.p_map_point - *first.hint.p_map_point).head<2>();
+  const double sigma = std::hypot(hint.sigma_m, first.hint.sigma_m);
   if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
     // Assumes that the robot starts to drive forwards.
     yaw_ = std::atan2(course.y(), course.x());
@@ -111,7 +143,7 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
 std::string StartFinder::missing() const {
   if (!settings_.position && first_fixes_.empty())
     return "no sensor gave a plausible position (set initial.x_m and initial.y_m, or check the position sensor)";
-  return "the heading is unknown: no two fixes lie far enough apart (set initial.yaw_deg, or drive on)";
+  return "the heading is unknown: the fixes do not lie far enough apart (set initial.yaw_deg, or drive on)";
 }
 
 }  // namespace waymark::fusion

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fusion/dead_reckoning.hpp"
 #include "waymark/host/fusion_settings.hpp"
 
 namespace waymark::fusion {
@@ -27,14 +28,22 @@ struct StartSources {
   bool has_prior_map;   ///< a map is loaded
 };
 
-/// Finds the start pose: from the YAML, from a fix, the heading from a compass or from two fixes more than 5σ apart.
+/// Finds the start pose: from the YAML, from a fix, the heading from a compass, or from fixes and the path between them
+/// by dead reckoning (docs/math/start.md). Where no sensor measures the speed, from the course between two fixes.
 class StartFinder {
  public:
-  StartFinder(const StartSettings& settings, const StateLayout& layout, StartSources sources)
-      : settings_(settings), layout_(layout), sources_(sources) {}
+  /// `process_model` must outlive the object.
+  StartFinder(const StartSettings& settings, const estimation::ProcessModel& process_model, Duration standstill_after,
+              StartSources sources)
+      : settings_(settings),
+        process_model_(process_model),
+        layout_(process_model.layout()),
+        standstill_after_(standstill_after),
+        sources_(sources) {}
 
   /// Adds the next measurement in stamp order, with its sensor's hint. Returns the start once it is known.
-  std::optional<Start> process(const Measurement& measurement, const std::optional<StartHint>& hint);
+  std::optional<Start> process(const Measurement& measurement, const std::optional<StartHint>& hint,
+                               const std::vector<SensorRecord>& sensors);
 
   /// Begins the search anew.
   void restart(const StartSettings& settings, StartSources sources);
@@ -53,13 +62,18 @@ class StartFinder {
 
   Start make_start(Time stamp, const Fix* fix) const;
 
-  StartSettings settings_;
-  const StateLayout& layout_;
-  StartSources sources_;
   const Fix* first_fix() const { return first_fixes_.empty() ? nullptr : &first_fixes_.front(); }
-  void update_course(const Measurement& measurement, const StartHint& hint);
+  void add_fix(const Measurement& measurement, const StartHint& hint, const std::vector<SensorRecord>& sensors);
+  void find_heading_on_path();
+  void find_heading_on_chord(const StartHint& hint, const Fix& first);
 
-  std::vector<Fix> first_fixes_;  // the first of each sensor, in their order
+  StartSettings settings_;
+  const estimation::ProcessModel& process_model_;
+  const StateLayout& layout_;
+  Duration standstill_after_;
+  StartSources sources_;
+  std::vector<Fix> first_fixes_;            // the first of each sensor, in their order
+  std::optional<DeadReckoning> reckoning_;  // since the first fix, unless the YAML gives the heading
   std::optional<double> yaw_;
   double yaw_sigma_ = 0.0;
 };

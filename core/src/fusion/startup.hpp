@@ -16,11 +16,13 @@ namespace waymark::fusion {
 /// lost.
 class Startup {
  public:
-  /// `motion_from_maps`: without a motion sensor, the first mapping measurement starts the filter.
-  Startup(const StartSettings& settings, const StateLayout& layout, StartSources sources, bool motion_from_maps)
+  /// `motion_from_maps`: without a motion sensor, the first mapping measurement starts the filter. `process_model` must
+  /// outlive the object.
+  Startup(const StartSettings& settings, const estimation::ProcessModel& process_model, Duration standstill_after,
+          StartSources sources, bool motion_from_maps)
       : settings_(settings),
         sources_(sources),
-        finder_(settings, layout, sources),
+        finder_(settings, process_model, standstill_after, sources),
         motion_from_maps_(motion_from_maps) {}
 
   /// Adds the next measurement, with its sensor's hint. Returns the start of the filter once it is known.

@@ -93,8 +93,8 @@ void ClockMonitor::report(std::size_t index, SensorReport& report) const {
   report.reordered = sensor.reordered;
   report.mistimed = sensor.mistimed;
   if (sensor.timed == 0) return;
-  report.first_s = seconds(sensor.first);
-  report.last_s = seconds(sensor.newest);
+  report.first = sensor.first;
+  report.last = sensor.newest;
   report.latency_mean_s = sensor.latency_sum / static_cast<double>(sensor.timed);
   report.latency_max_s = sensor.latency_max;
   report.gap_max_s = to_seconds(sensor.gap_max);

@@ -24,18 +24,15 @@ constexpr double kFaultyShare = 0.5;
 constexpr double kDegradedNis = 2.5;
 constexpr Duration kSilence = std::chrono::seconds(1);  // at least; for slow sensors several of their intervals
 constexpr double kSilentIntervals = 5.0;
+/// The clock goes on by no more than this from one measurement to the next, or by three usual steps: a longer one is a
+/// pause of the log.
+constexpr double kLongestStep = 0.5;
+constexpr double kUsualSteps = 3.0;
 constexpr Duration kNeverDelivered = std::chrono::seconds(10);
 constexpr Duration kAfterReacquisition = std::chrono::seconds(5);
 constexpr Duration kDegradedFor = std::chrono::seconds(2);
 /// P(χ² with two degrees of freedom > 9) = exp(−9 / 2): outside the 3σ ellipse of a consistent covariance.
 constexpr double kThreeSigmaSquared = 9.0;
-
-/// Assigns the text only if it changes: called thousands of times a second, and a copy allocates.
-template <class State>
-void set_state(State& state, State to, std::string& reason, std::string_view why) {
-  state = to;
-  if (reason != why) reason = why;
-}
 
 bool usable(Fate fate) { return fate != Fate::unusable && fate != Fate::mistimed; }
 
@@ -51,6 +48,12 @@ HealthMonitor::HealthMonitor(const HealthSettings& settings, const std::vector<R
   health_.probability_off_3_sigma = std::exp(-0.5 * kThreeSigmaSquared);
 }
 
+void HealthMonitor::start(Time stamp) {
+  advance(stamp);
+  started_ = clock_;
+  judged_ = clock_;
+}
+
 void HealthMonitor::search() {
   searching_ = true;
   // The gap is not an interval between two measurements of a sensor.
@@ -63,18 +66,34 @@ void HealthMonitor::search() {
 
 void HealthMonitor::begin_anew(Time stamp) {
   searching_ = false;
-  began_anew_ = stamp;
-  started_ = stamp;
+  advance(stamp);
+  began_anew_ = clock_;
+  started_ = clock_;
+}
+
+void HealthMonitor::advance(Time now) {
+  if (newest_ && now > *newest_) {
+    const double passed = to_seconds(now - *newest_);
+    const double step = std::min(passed, std::max(kLongestStep, kUsualSteps * step_));
+    step_ += (step_ == 0.0 ? 1.0 : 1.0 / kWindow) * (step - step_);
+    clock_ += from_seconds(step);
+  }
+  newest_ = std::max(newest_.value_or(now), now);
 }
 
 void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& result) {
-  Track& track = sensors_[index];
-  if (track.last && stamp > *track.last) {
-    const double dt = to_seconds(stamp - *track.last);
+  advance(stamp);
+  add(sensors_[index], result);
+}
+
+void HealthMonitor::add(Track& track, const UpdateResult& result) {
+  if (track.last && clock_ > *track.last) {
+    const double dt = to_seconds(clock_ - *track.last);
     track.interval += (track.interval == 0.0 ? 1.0 : 1.0 / kWindow) * (dt - track.interval);
   }
-  track.last = std::max(track.last.value_or(stamp), stamp);
+  track.last = clock_;
   if (result.fate == Fate::held_out || result.fate == Fate::ignored || result.fate == Fate::before_start) return;
+  track.observes_position = track.observes_position || result.observes_position;
   track.count = std::min(track.count + 1.0, kWindow);
   const double share = 1.0 / track.count;
   track.gated += share * ((result.fate == Fate::gated ? 1.0 : 0.0) - track.gated);
@@ -89,54 +108,56 @@ void HealthMonitor::record(std::size_t index, Time stamp, const UpdateResult& re
     track.localized = *result.localized || !(track.was_localized || track.role.has_prior_map);
     track.steps = std::min(track.steps + 1.0, kWindow);
     track.not_localized += (1.0 / track.steps) * ((*result.localized ? 0.0 : 1.0) - track.not_localized);
+    track.not_matched += (1.0 / track.steps) * ((result.match_failed ? 1.0 : 0.0) - track.not_matched);
   }
   // A scan that no map used leaves the localization as it was.
   if (usable(result.fate) && result.fate != Fate::gated && track.localized) track.last_good = track.last;
   if (!result.degraded_reason.empty()) {
     if (track.degraded_reason != result.degraded_reason) track.degraded_reason = result.degraded_reason;
-    track.degraded_at = stamp;
+    track.degraded_at = clock_;
   }
 }
 
-void HealthMonitor::mistimed(std::size_t index, Time stamp) {
-  record(index, sensors_[index].last.value_or(stamp),
-         {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
+void HealthMonitor::mistimed(std::size_t index) {
+  add(sensors_[index], {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
 }
 
 void HealthMonitor::dropped(std::size_t index, Time stamp) {
+  advance(stamp);
   sensors_[index].degraded_reason = "measurements are dropped: the filter does not keep up";
-  sensors_[index].degraded_at = stamp;
+  sensors_[index].degraded_at = clock_;
 }
 
 bool HealthMonitor::is_not_localized(const Track& track) {
   return track.role.has_prior_map && track.steps >= kKnown && track.not_localized > kFaultyShare;
 }
 
-void HealthMonitor::judge_sensor(const Track& track, Time now, SensorHealth& health) const {
+HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Track& track) const {
   using enum SensorHealth::State;
-  const auto set = [&](SensorHealth::State state, std::string_view why) {
-    set_state(health.state, state, health.reason, why);
-  };
-  if (track.broken) return set(faulty, "out of service");
-  if (!track.role.fused) return set(ok, "");
+  if (track.broken) return {faulty, "out of service", true};
+  if (!track.role.fused) return {};
   if (!track.last) {
-    if (started_ && now - *started_ > kNeverDelivered) return set(silent, "has never delivered");
-    return set(ok, "");
+    if (started_ && clock_ - *started_ > kNeverDelivered) return {silent, "has never delivered", true};
+    return {};
   }
   const Duration patience = std::max(kSilence, from_seconds(kSilentIntervals * track.interval));
-  if (now - *track.last > patience) return set(silent, "has stopped");
-  const bool reported = track.degraded_at && now - *track.degraded_at < kDegradedFor;
+  if (clock_ - *track.last > patience) return {silent, "has stopped", true};
+  const bool reported = track.degraded_at && clock_ - *track.degraded_at < kDegradedFor;
   const bool known = track.count >= kKnown;
   if (known && track.unusable > kFaultyShare)
-    return set(faulty, reported ? std::string_view(track.degraded_reason) : "most of it is unusable");
+    return {faulty, reported ? std::string_view(track.degraded_reason) : "most of it is unusable"};
   if (known && track.gated > kFaultyShare)
-    return set(faulty, reported ? std::string_view(track.degraded_reason) : "most of it is gated");
-  if (reported) return set(degraded, track.degraded_reason);
-  if (known && track.unusable > kDegradedShare) return set(degraded, "some of it is unusable");
-  if (known && track.gated > kDegradedShare) return set(degraded, "some of it is gated");
-  if (is_not_localized(track)) return set(degraded, "most of its scans do not localise the robot in the loaded map");
-  if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return set(degraded, "its innovations are too large");
-  return set(ok, "");
+    return {faulty, reported ? std::string_view(track.degraded_reason) : "most of it is gated"};
+  if (reported) return {degraded, track.degraded_reason, true};
+  if (known && track.unusable > kDegradedShare) return {degraded, "some of it is unusable"};
+  if (known && track.gated > kDegradedShare) return {degraded, "some of it is gated"};
+  if (is_not_localized(track)) return {degraded, "most of its scans do not localise the robot in the loaded map"};
+  if (track.steps >= kKnown && track.not_matched > kFaultyShare)
+    return {degraded, "most of its scans do not fit the map"};
+  if (track.steps >= kWindow && track.not_matched > kDegradedShare)
+    return {degraded, "some of its scans do not fit the map"};
+  if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return {degraded, "its innovations are too large"};
+  return {};
 }
 
 /// If the squared innovations of absolute sensors are r times as large as predicted, so, at worst, is the squared error
@@ -149,45 +170,72 @@ double HealthMonitor::off_probability() const {
   return std::exp(-0.5 * kThreeSigmaSquared / ratio);
 }
 
-void HealthMonitor::judge(Time now, double position_sigma) {
+/// Without an absolute position and a map that localises, the position is dead reckoning by design: that it becomes
+/// uncertain is no fault. An absolute sensor that has not delivered yet may be one of positions.
+bool HealthMonitor::is_position_observed() const {
+  return std::ranges::any_of(sensors_, [](const Track& track) {
+    const bool may_observe = track.role.localizes || track.observes_position || !track.last;
+    return track.role.fused && track.role.is_aiding && may_observe;
+  });
+}
+
+HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_sigma, fmt::memory_buffer& text) {
   bool motion = motion_from_maps_;
   bool is_aided = false;
   bool has_aiding = false;
   std::size_t worst = sensors_.size();
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Track& track = sensors_[i];
-    judge_sensor(track, now, health_.sensors[i]);
     const SensorHealth::State state = health_.sensors[i].state;
     const bool serves = state == SensorHealth::State::ok || state == SensorHealth::State::degraded;
     if (track.role.fused && track.role.is_motion_source) motion = motion || serves;
     if (track.role.fused && track.role.is_aiding) {
       has_aiding = true;
-      const Time since = track.last_good.value_or(started_.value_or(now));
-      is_aided = is_aided || now - since <= settings_.unaided_after;
+      const Time since = track.last_good.value_or(started_.value_or(clock_));
+      is_aided = is_aided || clock_ - since <= settings_.unaided_after;
     }
     if (state != SensorHealth::State::ok && (worst == sensors_.size() || state > health_.sensors[worst].state))
       worst = i;
   }
-  health_.probability_off_3_sigma = off_probability();
-
   using enum Health::State;
-  const auto set = [&](Health::State state, std::string_view why) {
-    set_state(health_.state, state, health_.reason, why);
-  };
-  if (searching_) return set(lost, "position and heading are found anew");
-  if (!motion) return set(lost, "no motion source delivers");
-  if (position_sigma > settings_.lost_sigma) return set(lost, "the position is too uncertain");
-  if (began_anew_ && now - *began_anew_ < kAfterReacquisition) return set(lost, "position and heading began anew");
-  if (reacquired_ && now - *reacquired_ < kAfterReacquisition) {
-    return set(lost, "the covariance was inflated to re-acquire a sensor");
-  }
-  if (has_aiding && !is_aided) return set(degraded, "dead reckoning: no absolute sensor or map corrects the position");
-  if (worst == sensors_.size()) return set(ok, "");
+  if (searching_) return {lost, "position and heading are found anew", true};
+  if (began_anew_ && clock_ - *began_anew_ < kAfterReacquisition)
+    return {lost, "position and heading began anew", true};
+  if (reacquired_ && clock_ - *reacquired_ < kAfterReacquisition)
+    return {lost, "the covariance was inflated to re-acquire a sensor", true};
+  if (!motion) return {lost, "no motion source delivers"};
+  // A pose that was lost once stays so until something has narrowed it.
+  if (position_sigma > settings_.lost_sigma && (is_position_observed() || began_anew_))
+    return {lost, "the position is too uncertain"};
+  if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
+  if (worst == sensors_.size()) return {};
   const SensorHealth& worst_health = health_.sensors[worst];
-  fmt::memory_buffer why;  // on the stack
-  fmt::format_to(std::back_inserter(why), "{} is {}: {}", sensors_[worst].role.name, to_string(worst_health.state),
+  fmt::format_to(std::back_inserter(text), "{} is {}: {}", sensors_[worst].role.name, to_string(worst_health.state),
                  worst_health.reason);
-  set(degraded, {why.data(), why.size()});
+  return {degraded, {text.data(), text.size()}, true};  // the sensor's state has settled already
+}
+
+void HealthMonitor::count_time() {
+  const double passed = to_seconds(clock_ - judged_);
+  judged_ = clock_;
+  double& time = health_.state == Health::State::ok         ? times_.ok_s
+                 : health_.state == Health::State::degraded ? times_.degraded_s
+                                                            : times_.lost_s;
+  time += passed;
+}
+
+void HealthMonitor::judge(Time now, double position_sigma) {
+  advance(now);
+  count_time();
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const auto verdict = judge_sensor(sensors_[i]);
+    SensorHealth& health = health_.sensors[i];
+    sensors_[i].settled.settle(verdict.state, verdict.why, verdict.is_certain, clock_, health.state, health.reason);
+  }
+  health_.probability_off_3_sigma = off_probability();
+  fmt::memory_buffer text;  // on the stack
+  const auto verdict = judge_pose(position_sigma, text);
+  settled_.settle(verdict.state, verdict.why, verdict.is_certain, clock_, health_.state, health_.reason);
 }
 
 }  // namespace waymark::monitoring

@@ -45,6 +45,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   scratch.log_evidence = 0.0;
   scratch.writes = false;
   scratch.informed = false;
+  scratch.failed = false;
   scratch.failed_input = -1;
   // One per module, so that every module gets its own association back.
   scratch.refinements.resize(particle.maps.size());
@@ -83,6 +84,7 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   refinement.gradient.setZero();
   refinement.log_evidence = 0.0;
   refinement.writes = true;
+  refinement.failed = false;
   map.refine(prior, start, *input.observation, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
   scratch.writes = scratch.writes || refinement.writes;
@@ -93,11 +95,16 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   }
   scratch.log_evidence += input.share * refinement.log_evidence;
   scratch.informed = scratch.informed || !refinement.information.isZero(0.0);
+  scratch.failed = scratch.failed || refinement.failed;
 }
 
 void MappingStep::weigh(ParticleSet& particles) {
   for (std::size_t i = 0; i < particles.size(); ++i) particles[i].log_weight += scratch_[i].log_evidence;
-  localized_ = 2 * std::ranges::count_if(scratch_, &Scratch::informed) >= static_cast<std::ptrdiff_t>(particles.size());
+  const auto half_or_more = [&](bool Scratch::*property) {
+    return 2 * std::ranges::count_if(scratch_, property) >= static_cast<std::ptrdiff_t>(particles.size());
+  };
+  localized_ = half_or_more(&Scratch::informed);
+  failed_ = half_or_more(&Scratch::failed);
 }
 
 void MappingStep::insert_each(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs,

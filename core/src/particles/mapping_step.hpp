@@ -60,6 +60,8 @@ class MappingStep {
   bool writes(std::size_t slot) const { return scratch_[slot].writes; }
   /// True if, in the last refinement, maps gave half of the particles or more information about their pose.
   bool localized() const { return localized_; }
+  /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
+  bool failed() const { return failed_; }
   /// The belief of a particle before the last refinement.
   const Belief& prior(std::size_t slot) const { return scratch_[slot].prior; }
 
@@ -70,6 +72,7 @@ class MappingStep {
     double log_evidence = 0.0;
     bool writes = false;
     bool informed = false;  // some map gave information about the pose
+    bool failed = false;    // some map that localises found no fit
     std::string failure;
     int failed_input = -1;
   };
@@ -105,6 +108,7 @@ class MappingStep {
   RandomStreams streams_;
   std::vector<Scratch> scratch_;
   bool localized_ = false;
+  bool failed_ = false;
 };
 
 }  // namespace waymark::particles

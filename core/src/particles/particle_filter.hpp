@@ -76,6 +76,8 @@ class WAYMARK_API ParticleFilter {
   MappingFailures map(std::span<const MappingInput> inputs, std::uint32_t sensor) { return map(now(), inputs, sensor); }
   /// True if, in the last mapping step, maps gave half of the particles or more information about their pose.
   bool localized() const { return mapping_.localized(); }
+  /// True if the observation of the last mapping step did not fit the maps of half of the particles or more.
+  bool match_failed() const { return mapping_.failed(); }
 
   /// Sets velocity and rate to zero, for standstill.
   void stop();

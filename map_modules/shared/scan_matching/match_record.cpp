@@ -19,6 +19,7 @@ void MatchAssociation::report(const Match& match, Refinement& out) {
   out.information = match.information;
   out.gradient = match.gradient;
   out.log_evidence = match.log_evidence;
+  out.failed = match.failed;
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
   score = match.score;

@@ -12,7 +12,8 @@ bool ScanSpacing::is_due(Time stamp, const MotionWindow& motion, const ScanSetti
   angle_ += std::abs(motion.w_base.z()) * dt;
   last_ = stamp;
   const bool is_late = settings.update_after > Duration::zero() && taken_ && stamp - *taken_ >= settings.update_after;
-  return !taken_ || is_late || distance_ >= settings.update_distance || angle_ >= settings.update_angle;
+  return !motion.is_measured || !taken_ || is_late || distance_ >= settings.update_distance ||
+         angle_ >= settings.update_angle;
 }
 
 void ScanSpacing::take(Time stamp) {

@@ -11,7 +11,8 @@ namespace waymark::scan_matching {
 /// Chooses the scans that are taken: not every one, but one after a distance, an angle or a time.
 class ScanSpacing {
  public:
-  /// True if this scan is to be taken; `motion` is the robot's at its stamp. Scans that come late are.
+  /// True if this scan is to be taken; `motion` is the robot's at its stamp. Scans that come late are, and all scans of
+  /// a robot whose motion only they measure.
   bool is_due(Time stamp, const MotionWindow& motion, const ScanSettings& settings);
   /// It was: the next one is due a distance, an angle or a time from here. Not for a scan of no use.
   void take(Time stamp);

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 
 namespace waymark::map_formats {
 

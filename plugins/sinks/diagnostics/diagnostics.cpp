@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "exact_stamp.hpp"
 #include "health_log.hpp"
 #include "map_figures_log.hpp"
 #include "thinned_series.hpp"
@@ -33,7 +34,8 @@ Json table(const ThinnedSeries<Columns>& series) {
   Json rows = Json::array();
   for (const auto& row : series.rows()) {
     Json cells = Json::array();
-    for (const double cell : row) cells.push_back(finite(cell));
+    cells.push_back(ExactStamp::json(row.stamp));
+    for (const double cell : row.values) cells.push_back(finite(cell));
     rows.push_back(std::move(cells));
   }
   return rows;
@@ -44,7 +46,7 @@ Json describe(const SensorReport& sensor) {
   return {{"name", sensor.name},
           {"plugin", sensor.plugin},
           {"measurements", sensor.measurements},
-          {"rate_hz", ratio(std::max(between, 0.0), sensor.last_s - sensor.first_s)},
+          {"rate_hz", ratio(std::max(between, 0.0), to_seconds(sensor.last - sensor.first))},
           {"fused", sensor.fused},
           {"gated", sensor.gated},
           {"mapped", sensor.mapped},
@@ -68,14 +70,22 @@ Json describe(const SensorReport& sensor) {
 
 /// Length of the log over all sensors; null without measurements.
 Json duration_s(const RunReport& report) {
-  double first = std::numeric_limits<double>::infinity();
-  double last = -first;
+  Time first = Time::max();
+  Time last = Time::min();
   for (const SensorReport& sensor : report.sensors) {
     if (sensor.measurements == 0) continue;
-    first = std::min(first, sensor.first_s);
-    last = std::max(last, sensor.last_s);
+    first = std::min(first, sensor.first);
+    last = std::max(last, sensor.last);
   }
-  return finite(last - first);
+  return first <= last ? Json(to_seconds(last - first)) : Json(nullptr);
+}
+
+Json describe(const std::vector<MatchReport>& maps) {
+  Json out = Json::array();
+  for (const MatchReport& map : maps) {
+    out.push_back({{"map", map.map}, {"matches", map.matches}, {"failed", map.failed}, {"searches", map.searches}});
+  }
+  return out;
 }
 
 Json describe(const RunReport& report) {
@@ -85,11 +95,14 @@ Json describe(const RunReport& report) {
     records.push_back({{"place", record.place}, {"reason", record.reason}});
   }
   Json events = Json::array();
-  for (const Event& event : report.events) events.push_back({{"t_s", finite(event.stamp_s)}, {"text", event.text}});
+  for (const Event& event : report.events) {
+    events.push_back({{"t_s", ExactStamp::json(event.stamp)}, {"text", event.text}});
+  }
   return {{"interrupted", report.interrupted},
           {"duration_s", duration_s(report)},
           {"mapping_steps", report.mapping_steps},
           {"resamplings", report.resamplings},
+          {"matches", describe(report.matches)},
           {"bad_record_count", report.bad_records.size()},
           {"bad_records", std::move(records)},
           {"notices", report.notices},
@@ -165,18 +178,18 @@ class Diagnostics : public Sink {
   void write(const Snapshot& snapshot) override {
     has_started_ = has_started_ || snapshot.started();
     if (!has_started_) return;
-    const double t = to_seconds(snapshot.stamp().time_since_epoch());
+    const Time t = snapshot.stamp();
     health_.look(t, snapshot.health());
     if (!snapshot.started()) return;  // the pose is lost
     if (map_figures_) map_figures_->look(snapshot);
     const double n_eff = snapshot.effective_sample_size();
     if (std::isfinite(n_eff)) smallest_n_eff_ = std::min(smallest_n_eff_, n_eff);
-    n_eff_.add({t, n_eff});
+    n_eff_.add({t, {n_eff}});
     if (sigma_.wants_next()) {
       const Eigen::Vector3d variance = pose_covariance(snapshot.belief(), snapshot.layout()).diagonal();
       // Rounding may leave a variance a hair below zero.
       const Eigen::Vector3d sigma = variance.cwiseMax(0.0).cwiseSqrt();
-      sigma_.add({t, sigma.x(), sigma.y(), sigma.z()});
+      sigma_.add({t, {sigma.x(), sigma.y(), sigma.z()}});
     } else {
       sigma_.skip();
     }
@@ -197,15 +210,14 @@ class Diagnostics : public Sink {
                      {"landmarks", started ? count_landmarks(*last) : Json::array()},
                      {"pose_sigma", {{"columns", {"t_s", "x_m", "y_m", "yaw_rad"}}, {"over_time", table(sigma_)}}}};
     if (report.live) document["live"] = describe(*report.live);
-    // A bad record may quote bytes of the log that are not UTF-8.
-    write_file(path_, document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    write_file(path_, ExactStamp::dump(document) + "\n");
   }
 
  private:
   Json median_n_eff() const {
     std::vector<double> values;
     for (const auto& row : n_eff_.rows()) {
-      if (std::isfinite(row[1])) values.push_back(row[1]);
+      if (std::isfinite(row.values[0])) values.push_back(row.values[0]);
     }
     if (values.empty()) return nullptr;
     std::ranges::sort(values);
@@ -221,8 +233,8 @@ class Diagnostics : public Sink {
   bool has_started_ = false;
   HealthLog health_;
   double smallest_n_eff_ = std::numeric_limits<double>::infinity();
-  ThinnedSeries<2> n_eff_;
-  ThinnedSeries<4> sigma_;
+  ThinnedSeries<1> n_eff_;
+  ThinnedSeries<3> sigma_;
 };
 
 }  // namespace

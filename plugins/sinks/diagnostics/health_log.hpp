@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "exact_stamp.hpp"
 #include "waymark/interface/health.hpp"
 #include "waymark/interface/snapshot.hpp"
 
 namespace waymark::diagnostics {
 
-/// When the health of the whole and of each sensor changed, and how long it was what.
+/// When the health of the whole and of each sensor changed.
 class HealthLog {
  public:
-  void look(double t, const Health& health) {
-    time_in_[static_cast<std::size_t>(whole_)] += std::max(t - last_t_.value_or(t), 0.0);
-    last_t_ = std::max(t, last_t_.value_or(t));
+  void look(Time t, const Health& health) {
     if (health.state != whole_) {
       whole_ = health.state;
       note(t, kWhole, to_string(health.state), health.reason);
@@ -38,11 +34,12 @@ class HealthLog {
     Json changes = Json::array();
     for (const Change& change : changes_) {
       const std::string& who = change.sensor < report.sensors.size() ? report.sensors[change.sensor].name : kAll;
-      changes.push_back({{"t_s", change.t}, {"of", who}, {"state", change.state}, {"reason", change.reason}});
+      changes.push_back(
+          {{"t_s", ExactStamp::json(change.t)}, {"of", who}, {"state", change.state}, {"reason", change.reason}});
     }
-    return {{"ok_s", time_in_[0]},
-            {"degraded_s", time_in_[1]},
-            {"lost_s", time_in_[2]},
+    return {{"ok_s", report.health.ok_s},
+            {"degraded_s", report.health.degraded_s},
+            {"lost_s", report.health.lost_s},
             {"changes", std::move(changes)},
             {"changes_left_out", left_out_}};
   }
@@ -52,12 +49,12 @@ class HealthLog {
   static constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
   inline static const std::string kAll = "all";
   struct Change {
-    double t;
+    Time t;
     std::size_t sensor;
     const char* state;
     std::string reason;
   };
-  void note(double t, std::size_t sensor, const char* state, const std::string& reason) {
+  void note(Time t, std::size_t sensor, const char* state, const std::string& reason) {
     if (changes_.size() < kMaxChanges) {
       changes_.push_back({t, sensor, state, reason});
     } else {
@@ -65,8 +62,6 @@ class HealthLog {
     }
   }
 
-  std::optional<double> last_t_;
-  std::array<double, 3> time_in_{};
   Health::State whole_ = Health::State::ok;
   std::vector<SensorHealth::State> sensors_;
   std::vector<Change> changes_;

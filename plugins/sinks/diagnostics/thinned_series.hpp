@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "waymark/base/time.hpp"
+
 namespace waymark::diagnostics {
 
 /// Every n-th row of an endless series, at most `kCapacity` of them: whenever it is full, every second row goes and n
@@ -14,7 +16,10 @@ template <std::size_t Columns>
 class ThinnedSeries {
  public:
   static constexpr std::size_t kCapacity = 500;
-  using Row = std::array<double, Columns>;
+  struct Row {
+    Time stamp{};
+    std::array<double, Columns> values{};
+  };
 
   /// True if the next row will be kept: for rows that are expensive to make.
   bool wants_next() const { return seen_ % stride_ == 0; }

@@ -10,10 +10,11 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
-#include <csignal>
 #include <deque>
 #include <utility>
 #include <vector>
+
+#include "plugins/shared/live/thread_without_signals.hpp"
 
 namespace waymark::json_poses {
 namespace {
@@ -44,13 +45,7 @@ ServerOutlet::ServerOutlet(live::ServerPlace place, ServerLimits limits, live::E
       server_(context_, std::move(place), events,
               [this](live::StreamSocket socket, const std::string& peer) { welcome(std::move(socket), peer); }) {
   server_.open();
-  // Signals are for the program's first thread: the handlers there end what it waits for.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { run(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  thread_ = live::thread_without_signals([this] { run(); });
 }
 
 ServerOutlet::~ServerOutlet() { stop(); }

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 
 namespace waymark::plot {
 

@@ -9,7 +9,7 @@
 
 #include "plugins/shared/cdr/ros/nav_msgs.hpp"
 #include "plugins/shared/cdr/ros/visualization_msgs.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 #include "waymark/interface/snapshot.hpp"
 
 namespace waymark::ros2_publisher {

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "publisher.hpp"
 
-#include <csignal>
 #include <utility>
+
+#include "plugins/shared/live/thread_without_signals.hpp"
 
 namespace waymark::ros2_publisher {
 
 Publisher::Publisher(std::size_t most_bytes) : most_bytes_(most_bytes) {
-  // Signals are for the program's first thread.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { run(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  thread_ = live::thread_without_signals([this] { run(); });
 }
 
 Publisher::~Publisher() { finish({}); }

@@ -60,7 +60,7 @@ TopicChannel::TopicChannel(const Config& entry, const Rig& rig) {
       entry.number_in({"stamp_offset_s", "s", "is added to the stamp: −0.02 for a device that stamps 20 ms too late"},
                       -3600.0, 3600.0, 0.0));
   quality_.reliable = entry.boolean(
-      {"reliable", "true: what is lost on its way is sent again; a publisher of best effort is not heard then"}, false);
+      {"reliable", "true: what is lost on its way is sent again; a publisher of best effort is ignored then"}, false);
   constexpr std::int64_t kDepth = 200;
   constexpr std::int64_t kDepthOfLarge = 10;
   quality_.depth = static_cast<int>(

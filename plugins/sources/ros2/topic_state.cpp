@@ -29,7 +29,7 @@ void TopicState::look(const dds::Participant& participant, const dds::Reader& re
   if (const std::size_t refused = reader.refused_writers(); refused > refused_) {
     refused_ = refused;
     events.add(
-        fmt::format("{}: a publisher offers less than is asked for, and is not heard: `reliable: true` needs one "
+        fmt::format("{}: a publisher offers less than is asked for, and is ignored: `reliable: true` needs one "
                     "that is",
                     topic_));
   }

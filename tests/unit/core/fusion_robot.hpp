@@ -57,10 +57,15 @@ void drive(std::vector<Measurement>& log, double from, double to, double v, doub
 /// In the order of stamps (then sensors), with sequence numbers in that order: what a source delivers.
 std::vector<Measurement> in_order(std::vector<Measurement> log);
 
-inline const std::string kWheels = "  - { name: wheels, plugin: odometry, model: twist }\n";
+/// Without errors as states of their own, and with little noise.
+inline const std::string kNoStates = "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0";
+inline const std::string kNoScale = kNoStates + ", yaw_noise_rad_per_sqrt_s: [0, 0.01, 0.05]";
+inline const std::string kWheels = "  - { name: wheels, plugin: odometry, model: twist, " + kNoScale + " }\n";
+/// With white noise, unless `more` gives `offset_sigma_m`.
 inline std::string gps(const std::string& more = "") {
-  return "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.1" + (more.empty() ? "" : ", " + more) +
-         " }\n";
+  const bool has_offset = more.find("offset_sigma_m") != std::string::npos;
+  return "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.1" +
+         std::string(has_offset ? "" : ", offset_sigma_m: 0") + (more.empty() ? "" : ", " + more) + " }\n";
 }
 inline const std::string kAtOrigin =
     "initial: { x_m: 0, y_m: 0, position_sigma_m: 0.1, yaw_deg: 0, yaw_sigma_deg: 5 }\n";

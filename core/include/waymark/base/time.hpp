@@ -69,5 +69,7 @@ WAYMARK_API Time parse_time(std::string_view decimal_seconds);
 
 /// Decimal seconds with nine digits, the inverse of `parse_time`.
 WAYMARK_API std::string format_time(Time time);
+/// The same, rounded to `digits` of them, 0 to 9: for messages.
+WAYMARK_API std::string format_time(Time time, int digits);
 
 }  // namespace waymark

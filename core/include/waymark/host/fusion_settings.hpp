@@ -9,11 +9,12 @@
 #include "waymark/base/api.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/host/filter_settings.hpp"
-#include "waymark/interface/map_module.hpp"
 #include "waymark/interface/rig.hpp"
 #include "waymark/interface/sensor.hpp"
 
 namespace waymark {
+
+class MapModule;
 
 /// Which of a sensor's measurements are fused. The others are held out, for scoring.
 struct FuseRule {
@@ -70,7 +71,7 @@ struct StartSettings {
   double yaw_sigma = 0.0;
   double velocity_sigma = 3.0;  ///< of the unknown first twist
   double rate_sigma = 1.0;
-  double min_course_distance = 0.5;  ///< least distance of two fixes that give a heading [m]
+  double min_course_distance = 0.5;  ///< least distance of the antenna between fixes that give a heading [m]
 };
 
 /// Limits of plausible stamps, and of gaps between them (`clock:` of the YAML).
@@ -84,6 +85,7 @@ struct ClockSettings {
 struct HealthSettings {
   double lost_sigma = 10.0;                     ///< lost above this σ of the position, larger axis [m]
   Duration unaided_after = from_seconds(10.0);  ///< dead reckoning for longer is reported as degraded
+  double max_lost_share = 0.1;                  ///< a run that was lost for a larger share of its time has failed
 };
 
 /// The settings of the host itself.

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
+#include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/io/archive.hpp"
 #include "waymark/math/pose.hpp"
@@ -43,62 +42,10 @@ struct Refinement {
   /// False: `insert` will write nothing that depends on the pose. If no map writes, the host does not sample the pose.
   /// The particle then keeps its covariance until it re-observes its map.
   bool writes = true;
+  /// True: the observation does not fit the map anywhere near the prior. False if it fits, and if there is nothing to
+  /// fit it to yet.
+  bool failed = false;
   std::unique_ptr<Association> association;  ///< kept by the host from step to step; a map can reuse its storage
-};
-
-/// A landmark for sinks.
-struct LandmarkView {
-  std::int64_t id = 0;                              ///< stable within one particle's ancestry
-  Eigen::Vector2d p_map = Eigen::Vector2d::Zero();  ///< east, north [m]
-  double radius_m = 0.0;                            ///< NaN if the map has none
-  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();      ///< covariance of (east, north, radius)
-  double existence = 0.0;                           ///< probability, 0..1
-  int sightings = 0;
-  bool confirmed = false;
-};
-
-/// A detection that was fused into a landmark, for scores of the data association.
-struct Sighting {
-  Time stamp{};
-  Eigen::Vector2d p_base = Eigen::Vector2d::Zero();  ///< its position in the base frame [m]
-  std::int64_t landmark = -1;                        ///< `LandmarkView::id`, in this ancestry
-  bool is_first = false;                             ///< it created that landmark
-};
-
-/// A figure of a map, for reports: "merged", 3.
-struct MapFigure {
-  std::string name;
-  double value = 0.0;
-};
-
-/// A grid of square cells seen from above, for sinks.
-struct GridView {
-  static constexpr std::uint8_t kUnknown = 255;
-
-  Pose T_map_grid;            ///< the lower left corner of the first cell; x along the rows
-  double resolution_m = 0.0;  ///< side of a cell
-  int width = 0;              ///< cells in a row
-  int height = 0;             ///< rows
-  /// Row by row from the lower left: probability of being occupied in percent, 0..100, or kUnknown.
-  std::vector<std::uint8_t> cells = {};
-};
-
-/// A map in the file format of its module, for other programs and for later runs.
-struct MapFile {
-  std::string extension;  ///< ".bt"; the host puts the map's name before it
-  std::string content;    ///< all bytes of the file
-};
-
-/// Content of a particle's map, for sinks.
-struct MapDescription {
-  std::string module;  ///< name of the map in the YAML
-  std::vector<LandmarkView> landmarks;
-  std::vector<MapFigure> figures = {};
-  std::vector<Sighting> sightings = {};  ///< of the particle and its ancestors, if the map keeps them
-  std::optional<GridView> grid = {};     ///< of a dense map; only on request
-  /// Occupancy over the maps of all particles (`mix_grids`); only on request.
-  std::optional<GridView> mixture = {};
-  std::vector<MapFile> files = {};  ///< only on request
 };
 
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.
@@ -138,6 +85,9 @@ struct MotionWindow {
   Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]
   Pose T_map_base = {};
+  /// False if no sensor measures the motion (`motion.source: maps`): the twist follows from the maps themselves, so a
+  /// map that waits for motion before it looks at a scan would wait for ever.
+  bool is_measured = true;
   /// Motion of the base over a short time before or after the stamp, at constant twist: T_base(t)_base(t + dt).
   Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }
 };

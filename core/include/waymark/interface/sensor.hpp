@@ -55,8 +55,10 @@ struct WAYMARK_API Prediction {
 struct StartHint {
   std::optional<Eigen::Vector3d> p_map_point;              ///< position of a point of the robot [m]; up may be 0
   Eigen::Vector3d p_base_point = Eigen::Vector3d::Zero();  ///< that point in the base frame (the lever arm) [m]
-  double sigma_m = 0.0;                                    ///< σ of the position per axis
-  std::optional<double> yaw_rad;                           ///< heading, counter-clockwise from east
+  double sigma_m = 0.0;                                    ///< σ of the position per axis, the slow part included
+  double slow_sigma_m = 0.0;      ///< of a slowly varying error in it (first-order Gauss–Markov)
+  double slow_tau_s = 0.0;        ///< time constant of that; 0: there is none
+  std::optional<double> yaw_rad;  ///< heading, counter-clockwise from east
   double yaw_sigma_rad = 0.0;
   std::optional<Datum> datum;  ///< proposed origin of the map; the first one is used
 };

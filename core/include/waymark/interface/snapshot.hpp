@@ -10,7 +10,7 @@
 #include "waymark/base/api.hpp"
 #include "waymark/interface/finding.hpp"
 #include "waymark/interface/health.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/interface/source.hpp"
@@ -115,8 +115,8 @@ struct SensorReport : SensorCounters {
   std::uint64_t measurements = 0;  ///< arrived
   std::uint64_t mistimed = 0;
   std::uint64_t reordered = 0;  ///< stamped before an earlier arrival of the same sensor
-  double first_s = 0.0;         ///< stamp of the first and last measurement [s]
-  double last_s = 0.0;
+  Time first{};                 ///< stamp of the first and last measurement
+  Time last{};
   double latency_mean_s = 0.0;  ///< arrival minus stamp
   double latency_max_s = 0.0;
   double gap_max_s = 0.0;  ///< longest time between the stamps of two successive arrivals
@@ -125,12 +125,12 @@ struct SensorReport : SensorCounters {
 /// An event for the user, with its time in the log.
 struct Event {
   std::string text;
-  double stamp_s = 0.0;
+  Time stamp{};
   bool is_failure = false;  ///< a plugin was taken out of service, or the pose was lost to the end
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(text, stamp_s, is_failure);
+    archive(text, stamp, is_failure);
   }
 };
 
@@ -159,12 +159,22 @@ struct LiveReport {
   double duration_s = 0.0;
 };
 
+/// How the scans of a map that matches them fared: of the particle with the highest weight and its ancestors.
+struct MatchReport {
+  std::string map;
+  std::uint64_t matches = 0;
+  std::uint64_t failed = 0;    ///< scans that did not fit the map
+  std::uint64_t searches = 0;  ///< matches that needed a search around the predicted pose
+};
+
 /// Report of a run.
 struct RunReport {
   std::vector<SensorReport> sensors;
   std::vector<BadRecord> bad_records;
   std::vector<std::string> notices;  ///< of the source
   std::vector<Event> events;         ///< plugins taken out of service, lock-outs, …
+  HealthTimes health;
+  std::vector<MatchReport> matches;  ///< of the maps that match scans
   std::vector<Finding> findings;     ///< of the diagnosis, in the order in which they became certain
   bool interrupted = false;
   std::uint64_t resamplings = 0;

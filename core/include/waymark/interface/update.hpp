@@ -147,6 +147,12 @@ class UpdateList {
   void report_degraded(std::string_view reason) { degraded_reason_ = reason; }
   std::string_view degraded_reason() const { return degraded_reason_; }  ///< empty: none
 
+  /// The sensor states that its measurement follows the last accepted ones without a jump, as far as the robot can have
+  /// moved. If the gate rejects it nevertheless, the belief is wrong, not the sensor: the host re-acquires it at once,
+  /// unless maps localise the robot.
+  void report_continuous() { is_continuous_ = true; }
+  bool is_continuous() const { return is_continuous_; }
+
   std::size_t size() const { return size_; }
   const Update& operator[](std::size_t i) const { return *updates_[i]; }
   void clear() {
@@ -155,6 +161,7 @@ class UpdateList {
     motion_ = Motion::not_reported;
     twist_reset_.reset();
     degraded_reason_ = {};
+    is_continuous_ = false;
   }
 
  private:
@@ -164,6 +171,7 @@ class UpdateList {
   Motion motion_ = Motion::not_reported;
   std::optional<UnknownTwist> twist_reset_;
   std::string_view degraded_reason_;
+  bool is_continuous_ = false;
 };
 
 }  // namespace waymark

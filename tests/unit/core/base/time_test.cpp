@@ -78,6 +78,16 @@ TEST(ParseTime, QuotesTheText) {
   }
 }
 
+TEST(Time, IsWrittenWithFewerDigitsRounded) {
+  const Time stamp{Duration{1777640429070499999}};
+  EXPECT_EQ(format_time(stamp, 3), "1777640429.070");
+  EXPECT_EQ(format_time(stamp, 4), "1777640429.0705");
+  EXPECT_EQ(format_time(stamp, 0), "1777640429");
+  EXPECT_EQ(format_time(stamp, 9), format_time(stamp));
+  EXPECT_EQ(format_time(Time{Duration{-1500600000}}, 3), "-1.501");
+  EXPECT_EQ(format_time(Time{Duration{999999999}}, 3), "1.000");
+}
+
 TEST(FormatTime, IsTheInverse) {
   EXPECT_EQ(format_time(Time{}), "0.000000000");
   EXPECT_EQ(format_time(Time{Duration{-1}}), "-0.000000001");

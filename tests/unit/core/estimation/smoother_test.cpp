@@ -87,7 +87,8 @@ TEST(Smoother, CarriesNothingOverAReacquisitionThatSharesItsStamp) {
 TEST(Smoother, IncrementsAloneLeaveNothingToSmooth) {
   FusionRobot robot(
       "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nfilter: { smooth: true }\nsensors:\n"
-      "  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0 }\n");
+      "  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0, " +
+      test::kNoScale + " }\n");
   std::vector<Measurement> log;
   Random random = stream(35);
   for (int k = 0; k < 100; ++k) {

@@ -12,7 +12,7 @@ const std::string kRobot = R"(
 initial: { x_m: 1, y_m: 2, yaw_deg: 30 }
 motion: { velocity_noise_mps_per_sqrt_s: [1.0e-3, 1.0e-3, 1.0e-3], rate_noise_radps_per_sqrt_s: [1.0e-3, 1.0e-3, 1.0e-3] }
 sensors:
-  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0 }
+  - { name: wheels, plugin: odometry, model: increment, still_speed_mps: 0, still_rate_radps: 0, speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }
 )";
 
 struct Step {
@@ -30,7 +30,7 @@ const std::vector<Step> kSteps{{0.2, 0.1, 0.01, 0.05}, {0.21, 0.1, -0.02, -0.4},
                                {0.4, 0.4, -0.1, 3.0},  {0.2, 1e-6, 0.0, 1e-7},    {0.2, 0.1, 0.0, 0.0}};
 
 TEST(FusionIncrement, AtStandstillTheRobotDoesNotMoveWhateverStatesItsWheelsHave) {
-  for (const std::string states : {"", ", speed_scale_sigma: 0.02"}) {
+  for (const std::string& states : {", " + test::kNoScale, std::string()}) {
     test::FusionRobot robot(
         "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\nsensors:\n  - { name: wheels, plugin: odometry, model: increment" +
         states + " }\n");
@@ -68,6 +68,23 @@ TEST(FusionIncrement, DeadReckoningEndsWhereTheStepsEnd) {
     EXPECT_NEAR((belief.mean.T_map_base.p - truth.p).norm(), 0.0, 2e-5);
     EXPECT_NEAR((truth.q.conjugate() * belief.mean.T_map_base.q).vec().norm(), 0.0, 2e-5);
   }
+}
+
+TEST(FusionIncrement, ItsInnovationsAreZeroByConstructionSoTheyHaveNoNis) {
+  test::FusionRobot robot(kRobot);
+  for (int k = 0; k < 20; ++k) {
+    auto step = std::make_shared<PoseIncrement>();
+    step->interval_s = 0.2;
+    step->x_m = 0.1;
+    Measurement m;
+    m.stamp = m.arrival = Time{from_seconds(0.2 * k)};
+    m.payload = step;
+    robot.fusion().add(m);
+  }
+  robot.fusion().finish();
+  EXPECT_EQ(robot.report(0).fused, 20U);
+  EXPECT_EQ(robot.report(0).nis_count, 0U);
+  EXPECT_EQ(robot.report(0).nis_dof, 0U);
 }
 
 }  // namespace

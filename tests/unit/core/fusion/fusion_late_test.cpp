@@ -165,7 +165,8 @@ std::string surveyed(double walk) {
          std::to_string(walk) +
          " }\nfilter: { particles: 1, history_s: 2 }\nsensors:\n  - { name: wheels, plugin: odometry, model: twist, "
          "speed_noise_m_per_sqrt_s: [1e-6, 0], "
-         "lateral_noise_m_per_sqrt_s: [1e-6, 0], yaw_noise_rad_per_sqrt_s: [1e-6, 0, 0] }\n" +
+         "lateral_noise_m_per_sqrt_s: [1e-6, 0], yaw_noise_rad_per_sqrt_s: [1e-6, 0, 0], " +
+         kNoStates + " }\n" +
          gps("jump_sigmas: 0, adaptive_noise: false, frozen_distance_m: 0");  // the filter's part alone
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: dgps, odometry
+// needs plugins: dgps, imu, odometry
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -52,11 +53,13 @@ TEST(FusionStart, AtAPoseThatIsGivenBeforeInPlaceOfWhatTheSensorsFind) {
   EXPECT_NEAR(robot.pose_P()(0, 0), 0.04, 1e-9);
 }
 
+std::string antenna(const std::string& name, const std::string& place) {
+  return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [" + place +
+         ", 0], sigma_m: 0.05, offset_sigma_m: 0 }\n";
+}
+
 TEST(FusionStart, TwoAntennasAtStandstillAreNoCourse) {
-  const auto antenna = [](const std::string& name, const std::string& y) {
-    return "  - { name: " + name + ", plugin: dgps, base_p_antenna_m: [0, " + y + ", 0], sigma_m: 0.05 }\n";
-  };
-  FusionRobot robot("sensors:\n" + kWheels + antenna("left", "0.6") + antenna("right", "-0.6"));
+  FusionRobot robot("sensors:\n" + kWheels + antenna("left", "0, 0.6") + antenna("right", "0, -0.6"));
   std::vector<Measurement> log;
   drive(log, 0.0, 5.0, 0.0);
   drive(log, 5.0, 20.0, 1.0);
@@ -69,6 +72,99 @@ TEST(FusionStart, TwoAntennasAtStandstillAreNoCourse) {
   ASSERT_TRUE(robot.fusion().started());
   EXPECT_NEAR(robot.pose().yaw(), 0.0, 5.0 * kDeg);
   EXPECT_EQ(robot.report(1).gated + robot.report(2).gated, 0U);
+}
+
+TEST(FusionStart, TwoAntennasGiveTheHeadingAtStandstill) {
+  FusionRobot robot("sensors:\n" + kWheels + antenna("left", "0, 0.6") + antenna("right", "0, -0.6"));
+  std::vector<Measurement> log;
+  drive(log, 0.0, 5.0, 0.0);
+  for (int k = 0; k < 5; ++k) {  // it looks to the north, so that its left is in the west
+    log.push_back(fix(k, -0.6, 0.0, 1));
+    log.push_back(fix(k, 0.6, 0.0, 2));
+  }
+  robot.play(in_order(log));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().yaw(), 90.0 * kDeg, 5.0 * kDeg);
+}
+
+/// Fixes five times a second of a robot that goes with `v` and `w` for `span` seconds, the antenna at `arm` ahead.
+std::vector<Measurement> driven(double yaw, double v, double w, double span, double arm = 0.0) {
+  std::vector<Measurement> log;
+  drive(log, 0.0, span, v, w, 50.0);
+  for (int k = 0; k < static_cast<int>(5.0 * span); ++k) {
+    const double t = 0.2 * k;
+    const double now = yaw + w * t;
+    const double chord = w == 0.0 ? t : std::sin(0.5 * w * t) / (0.5 * w);
+    const double along = yaw + 0.5 * w * t;
+    log.push_back(
+        fix(t, v * chord * std::cos(along) + arm * std::cos(now), v * chord * std::sin(along) + arm * std::sin(now)));
+  }
+  return in_order(log);
+}
+
+double off(double yaw, double from) { return std::remainder(yaw - from, 2.0 * std::numbers::pi); }
+
+TEST(FusionStart, HeadingIsFoundInACurve) {
+  // Three quarters of a circle of 1.5 m: the chord is far from the heading everywhere.
+  FusionRobot robot("sensors:\n" + kWheels + gps("sigma_vertical_m: 0.2"));
+  robot.play(driven(0.5, 1.2, 0.8, 6.0));
+  ASSERT_TRUE(robot.fusion().started());
+  const Seen& first = *std::ranges::find_if(robot.seen(), [](const Seen& seen) { return seen.belief.P.size() > 0; });
+  EXPECT_NEAR(off(first.belief.mean.T_map_base.yaw(), 0.5 + 0.8 * first.stamp), 0.0, 3.0 * kDeg);
+  EXPECT_NEAR(off(robot.pose().yaw(), 0.5 + 0.8 * 6.0), 0.0, 3.0 * kDeg);
+}
+
+TEST(FusionStart, HeadingIsFoundInReverse) {
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  robot.play(driven(2.0, -1.0, 0.0, 4.0));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(off(robot.pose().yaw(), 2.0), 0.0, 3.0 * kDeg);
+}
+
+TEST(FusionStart, HeadingIsFoundWhileTheRobotTurnsInPlaceIfTheAntennaIsOffTheAxle) {
+  FusionRobot robot(
+      "sensors:\n" + kWheels +
+      "  - { name: gps, plugin: dgps, base_p_antenna_m: [0.8, 0, 1], sigma_m: 0.1, offset_sigma_m: 0 }\n");
+  robot.play(driven(-1.0, 0.0, 0.5, 8.0, 0.8));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(off(robot.pose().yaw(), -1.0 + 0.5 * 8.0), 0.0, 6.0 * kDeg);
+}
+
+TEST(FusionStart, HeadingIsFoundAfterMinutesAtStandstill) {
+  std::vector<Measurement> log;
+  drive(log, 0.0, 600.0, 0.0);
+  drive(log, 600.0, 604.0, -1.0);
+  for (int k = 0; k < 604; ++k) log.push_back(fix(k + 0.5, -std::max(0.0, k + 0.5 - 600.0), k % 2 == 0 ? 0.05 : -0.05));
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  robot.play(in_order(log));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().yaw(), 0.0, 6.0 * kDeg);
+}
+
+TEST(FusionStart, AChordThatOnlyTheWheelsErrorsExplainIsNoHeading) {
+  // Nothing is known of the rotation, so the path may have any shape.
+  const std::string wheels =
+      "  - { name: wheels, plugin: odometry, model: twist, yaw_noise_rad_per_sqrt_s: [20, 0, 0] }\n";
+  FusionRobot robot("sensors:\n" + wheels + gps());
+  robot.play(driven(0.0, 0.3, 0.0, 6.0));
+  EXPECT_FALSE(robot.fusion().started());
+}
+
+TEST(FusionStart, WithoutAMeasuredSpeedTheHeadingIsTheChord) {
+  const std::string gyro =
+      "  - { name: imu, plugin: imu, tilt: false, reports_standstill: false, base_T_sensor: {} }\n";
+  FusionRobot robot("sensors:\n" + gyro + gps());
+  std::vector<Measurement> log;
+  for (int k = 0; k < 200; ++k) {
+    ImuSample sample;
+    sample.w_sensor.setZero();
+    sample.f_sensor = {0.0, 0.0, 9.81};
+    log.push_back(reading(0.02 * k, 0, std::make_shared<ImuSample>(sample)));
+  }
+  for (int k = 0; k < 8; ++k) log.push_back(fix(0.5 * k, 0.0, 0.5 * k));
+  robot.play(in_order(log));
+  ASSERT_TRUE(robot.fusion().started());
+  EXPECT_NEAR(robot.pose().yaw(), 90.0 * kDeg, 5.0 * kDeg);
 }
 
 /// A map of a place that was loaded.
@@ -99,7 +195,7 @@ TEST(FusionStart, InALoadedMapTheHeadingHasTheUncertaintyOfTheYamlAlsoIfItGivesN
 
 TEST(FusionStart, FromAFixSubtractsTheLeverArm) {
   FusionRobot robot("initial: { yaw_deg: 90, yaw_sigma_deg: 2 }\nsensors:\n" + kWheels +
-                    "  - { name: gps, plugin: dgps, base_p_antenna_m: [2, 0, 1], sigma_m: 0.1 }\n");
+                    "  - { name: gps, plugin: dgps, base_p_antenna_m: [2, 0, 1], sigma_m: 0.1, offset_sigma_m: 0 }\n");
   robot.play(in_order({twist(0.0, 0.0), fix(0.05, 10.0, 5.0), twist(0.1, 0.0)}));
   EXPECT_NEAR(robot.pose().p.x(), 10.0, 1e-9);
   EXPECT_NEAR(robot.pose().p.y(), 3.0, 1e-9);
@@ -120,7 +216,7 @@ TEST(FusionStart, TheFixThatGaveTheStartIsNotFusedTwice) {
   EXPECT_NEAR(robot.pose_P()(0, 0), 0.01, 1e-12);
 }
 
-TEST(FusionStart, HeadingComesFromTwoFixesFarEnoughApart) {
+TEST(FusionStart, HeadingComesFromFixesFarEnoughApart) {
   std::vector<Measurement> log;
   drive(log, 0.0, 4.0, 1.0);
   const double yaw = 30.0 * kDeg;

@@ -98,7 +98,8 @@ TEST(Fusion, HalvingTheOdometryRateDoesNotChangeThePoseCovariance) {
       kAtOrigin +
       "motion: { velocity_noise_mps_per_sqrt_s: [1, 1, 1], rate_noise_radps_per_sqrt_s: [1, 1, 1] }\nsensors:\n" +
       "  - { name: wheels, plugin: odometry, model: twist, speed_noise_m_per_sqrt_s: [0.1, 0], "
-      "lateral_noise_m_per_sqrt_s: [0.1, 0], yaw_noise_rad_per_sqrt_s: [0.1, 0, 0] }\n";
+      "lateral_noise_m_per_sqrt_s: [0.1, 0], yaw_noise_rad_per_sqrt_s: [0.1, 0, 0], " +
+      kNoStates + " }\n";
   const auto covariance = [&](double rate) {
     FusionRobot robot(yaml);
     std::vector<Measurement> log;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "estimation/georeference.hpp"
 #include "unit/sensors/sensor_bench.hpp"
@@ -21,7 +22,9 @@ constexpr double kExact = 1e-12;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 SensorBench dgps(const std::string& more, StateLayout::Motion motion = StateLayout::Motion::planar) {
-  return SensorBench(make_sensor("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3" + more + " }"), motion);
+  const std::string offset = more.find("offset_sigma_m") == std::string::npos ? ", offset_sigma_m: 0" : "";
+  return SensorBench(make_sensor("dgps", "{ base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3" + offset + more + " }"),
+                     motion);
 }
 
 GnssFix local(double east, double north, double up = 0.0) {
@@ -106,6 +109,83 @@ TEST(Dgps, InThePlaneTheOffsetOfTheHeightIsLeftAlone) {
 }
 
 TEST(Dgps, WithoutAnOffsetThereAreNoStates) { EXPECT_TRUE(dgps("").sensor().block().empty()); }
+
+// --- classes of receivers: nothing is given but geometry ------------------------------------------------------------
+
+SensorBench plain(const std::string& more = "") {
+  return SensorBench(make_sensor("dgps", "{ base_p_antenna_m: none" + more + " }"));
+}
+
+/// White and slow σ of a fix: of the measurement, and of the offset's state as it enters.
+std::pair<double, double> errors_of(const std::string& more, const GnssFix& fix) {
+  auto bench = plain(more);
+  const double usual = bench.sensor().block().at(0).stationary_sigma;
+  const auto& model = bench.feed(measurement_of(fix));
+  return {std::sqrt(model.R(0, 0)), usual * model.get_block()(0, 0)};
+}
+
+TEST(DgpsClasses, ByDefaultAReceiverHasASlowErrorOfItsOwn) {
+  const auto block = plain().sensor().block();
+  ASSERT_EQ(block.size(), 2u);
+  EXPECT_EQ(block[0].stationary_sigma, 1.0);
+  EXPECT_EQ(block[0].tau_s, 60.0);
+  EXPECT_EQ(plain(", receiver: rtk_fixed").sensor().block().at(0).stationary_sigma, 0.02);
+}
+
+TEST(DgpsClasses, TheTypeOfAFixSaysHowLargeItsErrorsAre) {
+  const std::pair<GnssFix::Type, double> white[] = {{GnssFix::Type::unknown, 0.5},
+                                                    {GnssFix::Type::single, 0.5},
+                                                    {GnssFix::Type::differential, 0.25},
+                                                    {GnssFix::Type::rtk_float, 0.1},
+                                                    {GnssFix::Type::rtk_fixed, 0.01}};
+  for (const auto& [type, sigma] : white) {
+    GnssFix fix = local(0.0, 0.0);
+    fix.type = type;
+    const auto [white_sigma, slow_sigma] = errors_of("", fix);
+    EXPECT_NEAR(white_sigma, sigma, kExact);
+    EXPECT_NEAR(slow_sigma, 2.0 * sigma, kExact);
+  }
+}
+
+TEST(DgpsClasses, TheReceiversClassCountsWhereAFixStatesNoType) {
+  const auto [white_sigma, slow_sigma] = errors_of(", receiver: rtk_float", local(0.0, 0.0));
+  EXPECT_NEAR(white_sigma, 0.1, kExact);
+  EXPECT_NEAR(slow_sigma, 0.2, kExact);
+  GnssFix lost = local(0.0, 0.0);
+  lost.type = GnssFix::Type::single;
+  EXPECT_NEAR(errors_of(", receiver: rtk_float", lost).second, 1.0, kExact);
+}
+
+TEST(DgpsClasses, AGivenNoiseHasASlowErrorAsLarge) {
+  const auto [white_sigma, slow_sigma] = errors_of(", sigma_m: 0.02", local(0.0, 0.0));
+  EXPECT_NEAR(white_sigma, 0.02, kExact);
+  EXPECT_NEAR(slow_sigma, 0.02, kExact);
+}
+
+TEST(DgpsClasses, WhatAReceiverReportsIsItsWholeError) {
+  GnssFix fix = local(0.0, 0.0);
+  fix.sigma_horizontal_m = 4.0;
+  const auto [white_sigma, slow_sigma] = errors_of("", fix);
+  EXPECT_NEAR(std::hypot(white_sigma, slow_sigma), 4.0, 0.1);
+  EXPECT_NEAR(slow_sigma, 2.0 * white_sigma, kExact);
+}
+
+TEST(DgpsClasses, AGivenOffsetIsThatOfEveryFix) {
+  GnssFix fix = local(0.0, 0.0);
+  fix.type = GnssFix::Type::rtk_fixed;
+  fix.sigma_horizontal_m = 4.0;
+  const auto [white_sigma, slow_sigma] = errors_of(", sigma_m: 0.3, offset_sigma_m: 0.7", fix);
+  EXPECT_NEAR(white_sigma, 4.0, kExact);
+  EXPECT_EQ(slow_sigma, 0.7);
+}
+
+TEST(DgpsClasses, TheStartHintHasBothParts) {
+  const auto hint = plain().sensor().start_hint(measurement_of(local(3.0, 4.0)), nullptr);
+  ASSERT_TRUE(hint);
+  EXPECT_NEAR(hint->sigma_m, std::hypot(0.5, 1.0), kExact);
+  EXPECT_EQ(hint->slow_sigma_m, 1.0);
+  EXPECT_EQ(hint->slow_tau_s, 60.0);
+}
 
 // --- geodetic: radii of curvature of the WGS-84 ellipsoid, a = 6378137 m, f = 1/298.257223563
 // --------------------------
@@ -341,8 +421,9 @@ TEST(DgpsDoubts, FewSatellitesCountAsWorse) {
 // ----------------------------------------------------------------------------------------------------------
 
 TEST(Dgps, RefusesAnOffsetOfTheHeightAlone) {
-  EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, offset_vertical_sigma_m: 1 }"),
-              HasSubstr("needs offset_sigma_m"));
+  EXPECT_THAT(
+      refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, offset_sigma_m: 0, offset_vertical_sigma_m: 1 }"),
+      HasSubstr("needs offset_sigma_m"));
 }
 
 TEST(Dgps, RefusesAMissingLeverArm) { EXPECT_THAT(refusal("dgps", "{ sigma_m: 0.3 }"), HasSubstr("base_p_antenna_m")); }
@@ -361,10 +442,9 @@ TEST(Dgps, RefusesALeverArmOfTwoNumbers) {
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: [1, 2], sigma_m: 0.3 }"), HasSubstr("base_p_antenna_m"));
 }
 
-TEST(Dgps, RefusesZeroNegativeOrMissingNoise) {
+TEST(Dgps, RefusesZeroOrNegativeNoise) {
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0 }"), HasSubstr("sigma_m"));
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: -0.3 }"), HasSubstr("sigma_m"));
-  EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none }"), HasSubstr("sigma_m"));
   EXPECT_THAT(refusal("dgps", "{ base_p_antenna_m: none, sigma_m: 0.3, sigma_by_type_m: { single: 0 } }"),
               HasSubstr("single"));
 }

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 constexpr double kExact = 1e-12;
 constexpr double kDegree = std::numbers::pi / 180.0;
-const std::string kKeys = "base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3";
+const std::string kKeys = "base_p_antenna_m: [0.5, -0.2, 1.1], sigma_m: 0.3, offset_sigma_m: 0";
 
 GnssFix moving(double speed, double course) {
   GnssFix fix;

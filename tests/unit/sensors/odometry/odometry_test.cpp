@@ -52,7 +52,10 @@ Measurement increment(double interval, double x, double y, double yaw, double t 
   return measurement_of(step, t);
 }
 
-const std::string kDifferential = "{ model: differential, track_m: 0.5 }";
+/// None of the errors that stay is a state, unless a test says so.
+const std::string kStateless =
+    "speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0, yaw_noise_rad_per_sqrt_s: [0, 0.01, 0.05]";
+const std::string kDifferential = "{ model: differential, track_m: 0.5, " + kStateless + " }";
 
 TEST(Odometry, DifferentialDriveTurnsTowardsTheSlowerWheel) {
   auto bench = odometry(kDifferential);
@@ -103,7 +106,7 @@ TEST(Odometry, TheResidualIsTheDifferenceToTheState) {
 }
 
 TEST(Odometry, AScaleErrorScalesSpeedAndRotationOfTheWheels) {
-  auto bench = odometry("{ model: differential, track_m: 0.5, speed_scale_sigma: 0.02 }");
+  auto bench = odometry("{ model: differential, track_m: 0.5, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }");
   bench.mean.block[0] = 0.1;
   const auto& model = bench.feed(wheels(0.9, 1.1));
   EXPECT_NEAR(model.residual[0], 1.1, kExact);
@@ -111,7 +114,7 @@ TEST(Odometry, AScaleErrorScalesSpeedAndRotationOfTheWheels) {
 }
 
 TEST(Odometry, AScaleErrorLeavesARotationThatWasMeasuredOtherwiseAlone) {
-  auto bench = odometry("{ model: twist, speed_scale_sigma: 0.02 }");
+  auto bench = odometry("{ model: twist, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }");
   bench.mean.block[0] = 0.1;
   const auto& model = bench.feed(twist(1.0, 0.0, 0.4));
   EXPECT_NEAR(model.residual[0], 1.1, kExact);
@@ -119,15 +122,17 @@ TEST(Odometry, AScaleErrorLeavesARotationThatWasMeasuredOtherwiseAlone) {
 }
 
 TEST(Odometry, ACurvatureErrorTurnsWithTheDistance) {
-  auto bench = odometry("{ model: twist, curvature_sigma_per_m: 0.02 }");
+  auto bench = odometry("{ model: twist, speed_scale_sigma: 0, curvature_sigma_per_m: 0.02, yaw_scale_sigma: 0 }");
   bench.mean.block[0] = 0.05;
   EXPECT_NEAR(bench.feed(twist(2.0, 0.0, 0.4)).residual[2], 0.4 + 0.1, kExact);
 }
 
-TEST(Odometry, OnlyTheErrorsThatTheYamlNamesAreStates) {
+TEST(Odometry, AnErrorWithoutSigmaAndWalkIsNoState) {
   EXPECT_TRUE(make_sensor("odometry", kDifferential)->block().empty());
-  const auto block =
-      make_sensor("odometry", "{ model: twist, speed_scale_walk_per_sqrt_m: 1e-4, yaw_scale_sigma: 0.03 }")->block();
+  const auto block = make_sensor("odometry",
+                                 "{ model: twist, speed_scale_sigma: 0, speed_scale_walk_per_sqrt_m: 1e-4, "
+                                 "curvature_sigma_per_m: 0, yaw_scale_sigma: 0.03 }")
+                         ->block();
   ASSERT_EQ(block.size(), 2u);
   EXPECT_EQ(block[0].walk_per_sqrt_m, 1e-4);
   EXPECT_EQ(block[1].initial_sigma, 0.03);
@@ -137,6 +142,20 @@ TEST(Odometry, OnlyTheErrorsThatTheYamlNamesAreStates) {
 const std::string kNoisyTwist =
     "{ model: twist, speed_noise_m_per_sqrt_s: [0.02, 0.05], lateral_noise_m_per_sqrt_s: [0.01, 0.1],"
     " yaw_noise_rad_per_sqrt_s: [0.001, 0.01, 0.05] }";
+
+TEST(Odometry, ByDefaultTheErrorsOfAUsualVehicleAreStates) {
+  const std::pair<std::string, double> curvature[] = {{"{ model: differential, track_m: 0.5 }", 0.05},
+                                                      {"{ model: ackermann, wheelbase_m: 2.5 }", 0.008},
+                                                      {"{ model: twist }", 0.03},
+                                                      {"{ model: increment }", 0.03}};
+  for (const auto& [yaml, sigma] : curvature) {
+    const auto block = make_sensor("odometry", yaml)->block();
+    ASSERT_EQ(block.size(), 3u) << yaml;
+    EXPECT_EQ(block[0].initial_sigma, 0.02);
+    EXPECT_NEAR(block[1].initial_sigma, sigma, kExact) << yaml;
+    EXPECT_EQ(block[2].initial_sigma, 0.03);
+  }
+}
 
 TEST(Odometry, NoiseGrowsWithThePredictedMotionAsTheYamlSays) {
   auto bench = odometry(kNoisyTwist);

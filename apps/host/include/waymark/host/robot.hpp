@@ -32,6 +32,12 @@ using OwnSensors = std::vector<std::pair<std::string, std::shared_ptr<Sensor>>>;
 /// Finds plugins where the YAML's `plugin_path`, the environment and the installation name folders.
 PluginLoader plugin_loader(const Config& yaml);
 
+/// Where the mountings come from that the YAML leaves to the robot (`base_T_sensor: from_tf`).
+enum class Mountings {
+  from_robot,  ///< from the robot itself: its sources wait for them
+  assumed      ///< all at base_link: a YAML is validated without its robot; `Robot::mounted_by_robot` lists them
+};
+
 /// A robot put together from one YAML: every part is loaded and valid, every key was read.
 struct Robot {
   Config yaml;
@@ -48,6 +54,7 @@ struct Robot {
   std::shared_ptr<LiveInput> live_input = {};        ///< the source, if one of the YAML's is live; else null
   std::shared_ptr<const LiveClock> live_clock = {};  ///< of its arrivals
   std::shared_ptr<const PluginLoader> loader = {};   ///< of its plugins
+  std::vector<std::string> mounted_by_robot = {};    ///< sensors whose mounting is `Mountings::assumed`
 
   static constexpr int kCommands = -2;  ///< in `sensor_of_channel`: a channel of commands
 
@@ -56,7 +63,7 @@ struct Robot {
   /// line.
   static Robot load(const std::filesystem::path& file, const std::vector<Config::Override>& overrides = {});
   /// Builds a robot from a YAML that is already read, with plugins from the folders of `loader` only.
-  static Robot load(const Config& yaml, const PluginLoader& loader);
+  static Robot load(const Config& yaml, const PluginLoader& loader, Mountings mountings = Mountings::from_robot);
   /// Builds a robot whose measurements the program adds: `source:` is optional and ignored. Whether the parts fit
   /// together is checked by `fusion` only, so that the program can add its own before. Throws like `load`.
   static Robot live(const Config& yaml, const PluginLoader& loader, const OwnSensors& own = {});

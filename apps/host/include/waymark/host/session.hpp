@@ -42,6 +42,8 @@ struct SessionResult {
   /// All failures, one line each: `log_error`, plugins and sinks taken out of service, why the filter did not start, a
   /// reference that cannot be read.
   std::vector<std::string> failures;
+  /// That the pose was lost for a larger share of the run than `health.max_lost_share` allows; empty if it was not.
+  std::string lost;
 };
 
 /// One run of a robot. `play` reads the measurements from the robot's source, or the program adds them. Ends with one

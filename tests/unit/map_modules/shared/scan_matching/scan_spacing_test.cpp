@@ -41,6 +41,15 @@ TEST_F(SpacingOfScans, WhoStandsTakesOne) {
   for (int k = 1; k < 1000; ++k) EXPECT_FALSE(takes(0.1 * k, 0.0));
 }
 
+TEST_F(SpacingOfScans, IfOnlyTheScansMeasureTheMotionAllAreTaken) {
+  for (int k = 0; k < 10; ++k) {
+    MotionWindow motion;  // at rest, as far as the maps know yet
+    motion.is_measured = false;
+    EXPECT_TRUE(spacing_.is_due(Time{from_seconds(0.1 * k)}, motion, settings_));
+    spacing_.take(Time{from_seconds(0.1 * k)});
+  }
+}
+
 TEST_F(SpacingOfScans, LateScansAreTaken) {
   EXPECT_TRUE(takes(1.0, 0.1));
   EXPECT_TRUE(takes(0.5, 0.1));

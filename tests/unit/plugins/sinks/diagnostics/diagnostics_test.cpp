@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -53,8 +54,8 @@ TEST_F(DiagnosticsSink, ReportsEachSensor) {
   gps.unusable = 1;
   gps.processed_late = 7;
   gps.mistimed = 2;
-  gps.first_s = 100.0;
-  gps.last_s = 110.0;
+  gps.first = Time{from_seconds(100.0)};
+  gps.last = Time{from_seconds(110.0)};
   gps.latency_max_s = 0.25;
   gps.nis_sum = 86.0;
   gps.nis_count = 43;
@@ -93,6 +94,7 @@ TEST_F(DiagnosticsSink, TellsWhenTheHealthChangedAndHowLongItWasWhat) {
     snapshot.health_.sensors[0].reason = silent ? "has stopped" : "";
     sink_->write(snapshot.at(t, Pose()));
   }
+  report.health = {.ok_s = 6.0, .degraded_s = 3.0, .lost_s = 0.0};
   const auto health = finish(nullptr, report)["health"];
   EXPECT_DOUBLE_EQ(health["ok_s"].get<double>(), 6.0);
   EXPECT_DOUBLE_EQ(health["degraded_s"].get<double>(), 3.0);
@@ -120,14 +122,14 @@ TEST_F(DiagnosticsSink, ReportsTheRun) {
   RunReport report;
   report.sensors.resize(3);
   report.sensors[0].measurements = report.sensors[1].measurements = 2;
-  report.sensors[0].first_s = 5.0;
-  report.sensors[0].last_s = 8.0;
-  report.sensors[1].first_s = 4.0;
-  report.sensors[1].last_s = 7.0;
+  report.sensors[0].first = Time{from_seconds(5.0)};
+  report.sensors[0].last = Time{from_seconds(8.0)};
+  report.sensors[1].first = Time{from_seconds(4.0)};
+  report.sensors[1].last = Time{from_seconds(7.0)};
   report.interrupted = true;
   report.mapping_steps = 17;
   report.resamplings = 4;
-  report.events.push_back({"plugin 'x' is out of service", 6.5});
+  report.events.push_back({"plugin 'x' is out of service", Time{from_seconds(6.5)}});
   const auto run = finish(nullptr, report)["run"];
   EXPECT_EQ(run["interrupted"], true);
   EXPECT_DOUBLE_EQ(run["duration_s"].get<double>(), 4.0);
@@ -135,6 +137,22 @@ TEST_F(DiagnosticsSink, ReportsTheRun) {
   EXPECT_EQ(run["resamplings"], 4);
   EXPECT_EQ(run["events"][0]["text"], "plugin 'x' is out of service");
   EXPECT_DOUBLE_EQ(run["events"][0]["t_s"].get<double>(), 6.5);
+}
+
+TEST_F(DiagnosticsSink, WritesStampsToTheNanosecond) {
+  RunReport report;
+  report.events.push_back({"at its time", Time{Duration{1777640429070000123}}});
+  report.events.push_back({"with few digits", Time{Duration{1777640429070000000}}});
+  report.events.push_back({"before the epoch", Time{Duration{-1500000000}}});
+  FakeSnapshot snapshot;
+  snapshot.belief_.stamp = Time{Duration{1777640429000000001}};
+  sink_->write(snapshot);
+  finish(nullptr, report);
+  const std::string text = out_.read("diagnostics.json");
+  EXPECT_THAT(text, ::testing::HasSubstr("\"t_s\": 1777640429.070000123,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"t_s\": 1777640429.07,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"t_s\": -1.5,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("1777640429.000000001,\n"));
 }
 
 TEST_F(DiagnosticsSink, ListsTheFirstHundredBadRecords) {
