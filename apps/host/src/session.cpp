@@ -220,10 +220,10 @@ void Session::add_findings(SessionResult& result) const {
   if (live_) return;  // they are events already
   std::vector<Event>& events = result.report.events;
   for (const Finding& finding : result.report.findings) {
-    const auto later = std::ranges::find_if(events, [&](const Event& e) { return e.stamp_s > finding.stamp_s; });
+    const auto later = std::ranges::find_if(events, [&](const Event& e) { return e.stamp > finding.stamp; });
     // The last event names the cause of a missing start.
     const auto place = result.started || events.empty() ? later : std::min(later, events.end() - 1);
-    events.insert(place, {"diagnosis: " + describe(finding), finding.stamp_s, false});
+    events.insert(place, {"diagnosis: " + describe(finding), finding.stamp, false});
   }
 }
 

@@ -65,7 +65,7 @@ void print_json(const std::vector<Finding>& findings, const std::vector<host::Co
                                     {"seen", f.seen},
                                     {"change", f.change},
                                     {"sigmas", f.sigmas},
-                                    {"t_s", f.stamp_s}});
+                                    {"t_s", to_seconds(f.stamp.time_since_epoch())}});
   }
   for (const host::Comparison& c : comparisons) {
     document["comparisons"].push_back({{"quantity", c.quantity},

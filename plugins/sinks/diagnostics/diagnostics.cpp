@@ -118,7 +118,7 @@ Json describe(const std::vector<Finding>& findings) {
                    {"seen", finding.seen},
                    {"change", finding.change},
                    {"sigmas", finite(finding.sigmas)},
-                   {"t_s", finite(finding.stamp_s)}});
+                   {"t_s", ExactStamp::json(finding.stamp)}});
   }
   return all;
 }

@@ -37,7 +37,7 @@ void Case::add(Finding::Certainty certainty, std::string check, const std::vecto
   finding.seen = std::move(seen);
   finding.change = std::move(change);
   finding.sigmas = sigmas;
-  finding.stamp_s = watch.stamp_s(watch.newest());
+  finding.stamp = watch.stamp(watch.newest());
   findings.push_back(std::move(finding));
 }
 

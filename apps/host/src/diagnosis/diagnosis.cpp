@@ -56,9 +56,9 @@ struct Diagnosis::Parts {
         }
         findings.push_back(finding);
       } else {
-        const double stamp = known->stamp_s;
+        const Time stamp = known->stamp;
         *known = finding;  // by now with more data
-        known->stamp_s = stamp;
+        known->stamp = stamp;
       }
     }
     last = std::move(c.findings);

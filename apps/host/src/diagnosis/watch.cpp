@@ -43,7 +43,7 @@ Watch::Watch(const Robot& robot) : robot_(robot), datum_(robot.settings.datum), 
   }
 }
 
-double Watch::stamp_s(double t) const { return begin_ ? to_seconds(begin_->time_since_epoch()) + t : t; }
+Time Watch::stamp(double t) const { return begin_.value_or(Time{}) + from_seconds(t); }
 
 void Watch::clear_window() {
   for (WatchedSensor& sensor : sensors_) sensor.clear_window();

@@ -23,8 +23,8 @@ class Watch {
   bool is_full() const { return newest_ >= Track::kLength; }
   /// Begins a new window with the next measurement.
   void clear_window();
-  /// The log's time of a time in the window [s].
-  double stamp_s(double t) const;
+  /// Stamp of a time in the window [s].
+  Time stamp(double t) const;
 
   const std::vector<WatchedSensor>& sensors() const { return sensors_; }
   const std::optional<Datum>& datum() const { return datum_; }

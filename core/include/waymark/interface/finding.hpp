@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/base/api.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark {
 
@@ -21,7 +22,7 @@ struct Finding {
   std::string seen;                  ///< one clause, with figures and units
   std::string change;                ///< the line of the YAML that would fit; empty if there is none
   double sigmas = 0.0;               ///< how far it is from what is expected, in σ; 0: it is no matter of noise
-  double stamp_s = 0.0;              ///< when it was first certain, in the log's time
+  Time stamp{};                      ///< when it was first certain
 };
 
 /// Name of a certainty: "named", "one of", "detected".
