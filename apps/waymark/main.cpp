@@ -69,7 +69,8 @@ int run_command(int argc, char** argv) {
     const std::vector<std::string> unknown = app.remaining();
     const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
     command::print_message(
-        "waymark: error: {} (subcommands are run, check, doctor, plugins, evaluate, map, ctl, import, paper; each has a "
+        "waymark: error: {} (subcommands are run, check, doctor, plugins, evaluate, map, ctl, import, paper; each has "
+        "a "
         "--help of its own)\n",
         what);
     return command::kUsage;
