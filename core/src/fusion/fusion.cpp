@@ -147,7 +147,7 @@ void Fusion::Parts::notify_observer(const Measurement& m, Fate fate) {
   last = {m, fate};
   if (observer && !repeating) {
     if (has_pose()) committed.filter.mixture();
-    observer(fusion::SnapshotView(committed, maps.maps(), has_pose(), m, fate));
+    observer(fusion::SnapshotView(committed, maps.maps(), has_pose(), m, fate, datum));
   }
 }
 

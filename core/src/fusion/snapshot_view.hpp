@@ -14,13 +14,14 @@ namespace waymark::fusion {
 class SnapshotView final : public Snapshot {
  public:
   SnapshotView(const Committed& committed, const std::vector<MapSlot>& maps, bool started,
-               const Measurement& measurement, Fate fate)
+               const Measurement& measurement, Fate fate, const std::optional<Datum>& datum)
       : filter_(committed.filter),
         maps_(maps),
         health_(committed.health.health()),
         started_(started),
         measurement_(measurement),
-        fate_(fate) {}
+        fate_(fate),
+        datum_(datum) {}
 
   Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
@@ -31,6 +32,7 @@ class SnapshotView final : public Snapshot {
   double effective_sample_size() const override { return filter_.effective_sample_size(); }
   std::uint64_t mapping_steps() const override { return filter_.mapping_steps(); }
   const Health& health() const override { return health_; }
+  std::optional<Datum> datum() const override { return datum_; }
   std::vector<ParticleView> particles() const override;
   std::vector<StampedPose> best_path() const override;
   std::vector<MapDescription> best_maps(MapDetail detail) const override;
@@ -47,6 +49,7 @@ class SnapshotView final : public Snapshot {
   bool started_;
   const Measurement& measurement_;
   Fate fate_;
+  const std::optional<Datum>& datum_;
 };
 
 }  // namespace waymark::fusion

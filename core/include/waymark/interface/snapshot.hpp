@@ -12,6 +12,7 @@
 #include "waymark/interface/map_module.hpp"
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/interface/source.hpp"
 
 namespace waymark {
@@ -82,6 +83,8 @@ class WAYMARK_TYPE Snapshot {
   virtual std::vector<MapDescription> best_maps(MapDetail detail) const = 0;
   /// Number of mapping steps so far, those before a checkpoint included.
   virtual std::uint64_t mapping_steps() const = 0;
+  /// Where the map's origin is on the Earth (WGS-84): the map is the local east, north, up there. Nothing while unknown.
+  virtual std::optional<Datum> datum() const { return std::nullopt; }
 };
 
 /// Numbers of one sensor's measurements by `Fate`, and its NIS.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -53,12 +54,14 @@ class FakeSnapshot : public Snapshot {
   std::vector<StampedPose> best_path() const override { return path_; }
   std::vector<MapDescription> best_maps(MapDetail) const override { return maps_; }
   std::uint64_t mapping_steps() const override { return mapping_steps_; }
+  std::optional<Datum> datum() const override { return datum_; }
 
   Measurement measurement_;
   Fate fate_ = Fate::fused;
   bool started_ = true;
   double effective_sample_size_ = 1.0;
   std::uint64_t mapping_steps_ = 0;
+  std::optional<Datum> datum_;
   Health health_;
   std::vector<ParticleView> particles_;
   std::vector<StampedPose> path_;

@@ -41,6 +41,7 @@ struct SessionResult {
   /// All failures, one line each: `log_error`, plugins and sinks taken out of service, why the filter did not start, a
   /// reference that cannot be read.
   std::vector<std::string> failures;
+  std::vector<std::string> replaced;  ///< what happened to the results of an earlier run, one line each
 };
 
 /// One run of a robot. `play` reads the measurements from the robot's source, or the program adds them. Ends with one
