@@ -118,6 +118,12 @@ std::vector<SinkSlot> load_sinks(const Config& yaml, const PluginLoader& loader,
   return slots;
 }
 
+/// The YAML as it was named, for messages: `Config::file` is elsewhere if it has a `base_folder`.
+std::string name_of(const Config& yaml) {
+  const std::string place = yaml.place();  // with line and column
+  return place.substr(0, place.rfind(':', place.rfind(':') - 1));
+}
+
 /// `Config::file` uses it; here it is declared and read.
 void read_base_folder(const Config& yaml) {
   const Config::Key key{"base_folder", "",
@@ -291,7 +297,7 @@ Robot Robot::retuned(const Config::Override& key_and_value) const {
     throw Error(fmt::format("\"{}\": sensors.NAME.KEY=VALUE or maps.NAME.KEY=VALUE is expected", key_and_value));
   if (!loader) throw Error("the robot was put together without a loader of plugins");
   // The name keeps the folder from which relative paths count.
-  const std::string name = fmt::format("{} (effective)", yaml.name());
+  const std::string name = fmt::format("{} (effective)", name_of(yaml));
   const Config tuned = Config::parse(yaml.effective(), name, {key_and_value});
   for (const char* key : {"source", "sources", "sinks", "record"}) {
     if (tuned.is_mapping(key)) tuned.child(key).ignore();
@@ -332,7 +338,7 @@ std::unique_ptr<Fusion> Robot::fusion(Fusion::Observer observer) const {
   try {
     return std::make_unique<Fusion>(settings, sensors, maps, std::move(observer));
   } catch (const ConfigError& error) {
-    throw ConfigError(fmt::format("{}: {}", yaml.name(), error.what()));
+    throw ConfigError(fmt::format("{}: {}", name_of(yaml), error.what()));
   }
 }
 

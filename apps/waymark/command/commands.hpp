@@ -22,6 +22,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
 void add_ctl_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
+void add_schema_command(CLI::App& app, int& exit_code);
 /// The last one: it describes the others.
 void add_help_command(CLI::App& app, int& exit_code);
 

@@ -25,13 +25,13 @@ void print_help_of(const CLI::App& app, const std::vector<std::string>& names) {
   const CLI::App* command = &app;
   std::string path = "waymark";
   for (const std::string& name : names) {
-    const CLI::App* inner = command->get_subcommand_no_throw(name);
-    if (inner == nullptr) {
+    const auto inner = command->get_subcommands([&](const CLI::App* one) { return one->get_name() == name; });
+    if (inner.empty()) {
       const std::vector<std::string> known = names_of_subcommands(*command);
       throw UsageError(fmt::format("{} has no subcommand \"{}\"{}{}", path, name, did_you_mean(name, known),
                                    known.empty() ? "" : fmt::format(" (they are {})", fmt::join(known, ", "))));
     }
-    command = inner;
+    command = inner.front();
     path += ' ' + name;
   }
   print_output("{}", command->help());

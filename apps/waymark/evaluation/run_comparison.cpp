@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegreesPerRad = 180.0 / std::numbers::pi;
 
-struct Column {
+struct TableColumn {
   std::string title;
   std::function<std::optional<double>(const Report&)> value;
   int decimals = 3;
@@ -32,7 +32,7 @@ auto of_trajectory(std::function<std::optional<double>(const TrajectoryError&)> 
   };
 }
 
-std::vector<Column> columns_of(bool planar) {
+std::vector<TableColumn> columns_of(bool planar) {
   const auto position = [planar](const TrajectoryError& e) -> const ErrorStatistics& {
     return planar ? e.horizontal_m : e.position_m;
   };
@@ -76,17 +76,17 @@ std::vector<Column> columns_of(bool planar) {
 std::string to_table(const std::vector<NamedReport>& reports) {
   std::size_t widest = 3;
   for (const NamedReport& one : reports) widest = std::max(widest, one.name.size());
-  std::vector<Column> columns = columns_of(std::ranges::all_of(reports, is_planar));
-  std::erase_if(columns, [&](const Column& column) {
+  std::vector<TableColumn> columns = columns_of(std::ranges::all_of(reports, is_planar));
+  std::erase_if(columns, [&](const TableColumn& column) {
     return std::ranges::none_of(reports, [&](const NamedReport& one) { return column.value(one.report).has_value(); });
   });
-  const auto width = [](const Column& column) { return std::max<std::size_t>(column.title.size(), 9) + 2; };
+  const auto width = [](const TableColumn& column) { return std::max<std::size_t>(column.title.size(), 9) + 2; };
   std::string out = fmt::format("{:<{}}", "run", widest);
-  for (const Column& column : columns) out += fmt::format("{:>{}}", column.title, width(column));
+  for (const TableColumn& column : columns) out += fmt::format("{:>{}}", column.title, width(column));
   out += '\n';
   for (const NamedReport& one : reports) {
     out += fmt::format("{:<{}}", one.name, widest);
-    for (const Column& column : columns) {
+    for (const TableColumn& column : columns) {
       const auto value = column.value(one.report);
       out += fmt::format("{:>{}}", value ? fmt::format("{:.{}f}", *value, column.decimals) : "-", width(column));
     }

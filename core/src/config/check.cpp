@@ -47,8 +47,6 @@ std::string Config::place() const { return node_->place(); }
 
 std::string Config::path() const { return node_->path(); }
 
-std::string Config::name() const { return *root_->origin; }
-
 std::filesystem::path Config::file() const {
   const std::filesystem::path file = *root_->origin;
   const Node* base = root_->find("base_folder");

@@ -42,7 +42,7 @@ std::string Config::output(const Key& key, std::string_view fallback) const {
     fail(key.name,
          fmt::format("\"{}\": names that end in {} are of files that are not complete", name, kPartialSuffix));
   const std::array<std::string_view, 3> own{kEffectiveConfigFile, kWrittenFilesList, kOpenWrittenFilesList};
-  if (std::ranges::any_of(own, [&](std::string_view name) { return overlap(file, std::string(name)); }))
+  if (std::ranges::any_of(own, [&](std::string_view one) { return overlap(file, std::string(one)); }))
     fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
   const auto is_this = [&](const Node::Output& other) { return other.node == node_ && other.key == key.name; };
   for (const Node::Output& other : root_->outputs) {

@@ -125,10 +125,7 @@ class WAYMARK_API Config {
   [[noreturn]] void fail(std::string_view message) const;
   std::string place() const;           ///< "file:line:col"
   std::string path() const;            ///< "sensors.gps"
-  /// The YAML, in the folder from which relative paths in it count: its own, or the one that its key `base_folder`
-  /// names (relative to its own).
-  std::filesystem::path file() const;
-  std::string name() const;  ///< of the YAML as it was given, for messages
+  std::filesystem::path file() const;  ///< of the YAML; relative paths in it count from its folder (or `base_folder`)
 
   /// Throws ConfigError for the first key below this node that nothing has read, with the nearest key that was asked
   /// for.
