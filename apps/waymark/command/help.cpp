@@ -24,6 +24,7 @@ struct HelpOptions {
 void print_help_of(const CLI::App& app, const std::vector<std::string>& names) {
   const CLI::App* command = &app;
   std::string path = "waymark";
+  std::string above;  // names of the commands above, as the usage shows them
   for (const std::string& name : names) {
     const auto inner = command->get_subcommands([&](const CLI::App* one) { return one->get_name() == name; });
     if (inner.empty()) {
@@ -31,10 +32,14 @@ void print_help_of(const CLI::App& app, const std::vector<std::string>& names) {
       throw UsageError(fmt::format("{} has no subcommand \"{}\"{}{}", path, name, did_you_mean(name, known),
                                    known.empty() ? "" : fmt::format(" (they are {})", fmt::join(known, ", "))));
     }
+    above += (above.empty() ? "" : " ") + command->get_name();
     command = inner.front();
     path += ' ' + name;
   }
-  print_output("{}", command->help());
+  // `App::help` of the whole would be that of the subcommand which was called: help.
+  const auto normal = CLI::AppFormatMode::Normal;
+  print_output("{}", command == &app ? app.get_formatter()->make_help(&app, app.get_name(), normal)
+                                     : command->help(above, normal));
 }
 
 void help(const CLI::App& app, const HelpOptions& options) {

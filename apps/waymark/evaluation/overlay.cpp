@@ -12,7 +12,7 @@
 namespace waymark::evaluation {
 namespace {
 
-constexpr double kSide = 900.0;        // of the drawing [px], its longer one
+constexpr double kSide = 900.0;        // the longer side of the paths [px]
 constexpr double kMargin = 60.0;       // [px]
 constexpr double kSmallest_px = 0.75;  // points that are nearer to each other show nothing more
 constexpr std::array<std::string_view, 8> kColours{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",

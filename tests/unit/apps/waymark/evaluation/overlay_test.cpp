@@ -16,7 +16,7 @@ TEST(Overlay, DrawsEachPathAndNamesIt) {
 }
 
 TEST(Overlay, HasOneScaleAndNorthUp) {
-  // 10 m are 900 px / 1.1; the margin is 60 px, and 5 % of the side around the paths.
+  // 10 m are 900 px; around the paths there are 5 % of that, and a margin of 60 px.
   const std::string svg = overlay_svg({{"a", {{0, 0}, {10, 5}}}});
   EXPECT_THAT(svg, HasSubstr("points=\"105.0,555.0 1005.0,105.0 \""));
 }
