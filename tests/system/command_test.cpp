@@ -29,8 +29,7 @@ TEST_P(Subcommand, ShowsAnExampleInItsHelp) {
   EXPECT_EQ(outcome.err, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Command, Subcommand,
-                         testing::Values("run", "check", "plugins", "evaluate", "schema", "help"));
+INSTANTIATE_TEST_SUITE_P(Command, Subcommand, testing::Values("run", "check", "plugins", "evaluate", "schema", "help"));
 
 TEST(Command, HelpNamesEverySubcommand) {
   const Outcome outcome = waymark({"--help"});
@@ -53,8 +52,9 @@ TEST(Command, AMistypedSubcommandGetsTheNearestOne) {
 }
 
 TEST(Command, AMistypedOptionGetsTheNearestOne) {
-  EXPECT_TRUE(reports_error(waymark({"run", "robot.yaml", "--sed", "3"}), 2,
-                            {"\"--sed\" is not expected; did you mean \"--seed\"?", "see waymark help run"}));
+  EXPECT_TRUE(
+      reports_error(waymark({"run", "robot.yaml", "--sed", "3"}), 2,
+                    {"\"--sed\" is not expected; did you mean \"--set\" or \"--seed\"?", "see waymark help run"}));
   EXPECT_TRUE(reports_error(waymark({"evaluate", "--refrence=a.txt"}), 2, {"did you mean \"--reference\"?"}));
 }
 

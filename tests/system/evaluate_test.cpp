@@ -44,8 +44,8 @@ TEST(EvaluateRun, IsTheSameAsWithThePaths) {
   ASSERT_EQ(robot.run().exit_code, 0);
   const std::string path = (robot.out() / "path.txt").string();
   const Outcome found = waymark({"evaluate", robot.out().string(), "--reference", path, "--json"});
-  const Outcome given = waymark({"evaluate", "--estimate", (robot.out() / "trajectory.txt").string(), "--reference", path,
-                                 "--covariance", (robot.out() / "covariance.csv").string(), "--diagnostics",
+  const Outcome given = waymark({"evaluate", "--estimate", (robot.out() / "trajectory.txt").string(), "--reference",
+                                 path, "--covariance", (robot.out() / "covariance.csv").string(), "--diagnostics",
                                  (robot.out() / "diagnostics.json").string(), "--json"});
   EXPECT_EQ(given.exit_code, 0) << given.err;
   EXPECT_EQ(found.out, given.out);
@@ -58,8 +58,8 @@ TEST(EvaluateRun, OfSeveralRunsIsATableAndAPicture) {
   const std::string second = robot.file("second").string();
   ASSERT_EQ(waymark({"run", robot.file("robot.yaml").string(), "--seed", "2", "--out", second}).exit_code, 0);
   const std::string picture = robot.file("both.svg").string();
-  const std::vector<std::string> call{"evaluate", first,      second,   "--reference", first + "/path.txt",
-                                      "--overlay", picture};
+  const std::vector<std::string> call{"evaluate",          first,       second, "--reference",
+                                      first + "/path.txt", "--overlay", picture};
   const Outcome outcome = waymark(call);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::vector<std::string> lines = lines_of(outcome.out);

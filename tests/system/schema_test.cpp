@@ -72,7 +72,8 @@ TEST_P(Mistake, IsFound) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Schema, Mistake,
-                         testing::Values(std::pair("\nsensors:", "\nsensor:"), std::pair("plugin: odometry", "plugin: odometri"),
+                         testing::Values(std::pair("\nsensors:", "\nsensor:"),
+                                         std::pair("plugin: odometry", "plugin: odometri"),
                                          std::pair("kind: planar", "kind: plane"), std::pair("track_m:", "trak_m:"),
                                          std::pair("particles: 25", "partcles: 25"),
                                          std::pair("plugin: tum", "plugin: tum, trajectori: a.txt")));

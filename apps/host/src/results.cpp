@@ -99,10 +99,9 @@ void Results::replace_older(bool complete) {
   try {
     const RunFolder::Replaced replaced = folder_->finish(complete);
     if (!replaced.any) return;
-    replaced_.push_back(fmt::format("{}: the results of an earlier run are replaced{}", folder,
-                                    replaced.removed.empty()
-                                        ? ""
-                                        : fmt::format("; removed: {}", fmt::join(replaced.removed, ", "))));
+    replaced_.push_back(
+        fmt::format("{}: the results of an earlier run are replaced{}", folder,
+                    replaced.removed.empty() ? "" : fmt::format("; removed: {}", fmt::join(replaced.removed, ", "))));
     if (!replaced.changed.empty())
       replaced_.push_back(fmt::format("{}: of an earlier run, and kept since they were changed: {}", folder,
                                       fmt::join(replaced.changed, ", ")));

@@ -71,7 +71,8 @@ std::string in_quotes(std::string_view text) {
 /// The effective configuration, to be run from any folder: relative paths in it count from that of the YAML.
 std::string config_file_of(const Config& yaml) {
   const std::string folder = std::filesystem::absolute(yaml.file()).lexically_normal().parent_path().string();
-  if (yaml.has("base_folder")) return Config::parse(yaml.effective(), "", {"base_folder=" + in_quotes(folder)}).effective();
+  if (yaml.has("base_folder"))
+    return Config::parse(yaml.effective(), "", {"base_folder=" + in_quotes(folder)}).effective();
   return fmt::format("{}base_folder: {}\n", yaml.effective(), in_quotes(folder));
 }
 

@@ -49,7 +49,8 @@ std::string zsh_option(const CLI::Option& option) {
                               : words.empty()      ? fmt::format(":{}:_files", name)
                                                    : fmt::format(":{}:({})", name, fmt::join(words, " "));
     const bool repeats = option.get_items_expected_max() > 1;
-    out += fmt::format("        '{}--{}[{}]{}' \\\n", repeats ? "*" : "", name, zsh_text(option.get_description()), value);
+    out +=
+        fmt::format("        '{}--{}[{}]{}' \\\n", repeats ? "*" : "", name, zsh_text(option.get_description()), value);
   }
   return out;
 }

@@ -144,8 +144,9 @@ class PluginChoice {
                        {"then", {{"$ref", "#/definitions/" + name}}}});
     }
     Json out{{"type", "object"}};
-    out["properties"] = {{"plugin", {{"anyOf", {{{"enum", names}}, variable()}},
-                                     {"description", "name of a plugin that is installed"}}}};
+    out["properties"] = {
+        {"plugin",
+         {{"anyOf", {{{"enum", names}}, variable()}}, {"description", "name of a plugin that is installed"}}}};
     if (needs_plugin) {
       out["required"] = {"plugin"};
     } else {

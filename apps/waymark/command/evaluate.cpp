@@ -215,7 +215,8 @@ void evaluate_all(const EvaluateOptions& given) {
   }
   if (!given.overlay.empty()) write_file(given.overlay, evaluation::overlay_svg(paths), Belongs::to_nobody);
   if (given.json) {
-    print_output("{}", reports.size() == 1 ? evaluation::to_json(reports.front().report) : evaluation::to_json(reports));
+    print_output("{}",
+                 reports.size() == 1 ? evaluation::to_json(reports.front().report) : evaluation::to_json(reports));
   } else if (reports.size() == 1) {
     print_output("{}{}", given.runs.empty() ? "" : heading(given.runs.front(), jobs.front()),
                  evaluation::to_text(reports.front().report));

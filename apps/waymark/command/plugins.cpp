@@ -60,9 +60,8 @@ bool print_payload(const std::string& name) {
     if (payload.name != name && payload.type != name) continue;
     print_output("payload {}\n", payload.type);
     for (const FieldDescription& field : payload.fields) {
-      print_output("  {}{}: {}{}{}\n", field.name,
-                   field.info.unit.empty() ? "" : fmt::format(" [{}]", field.info.unit), field.kind,
-                   field.info.required ? ", required" : "",
+      print_output("  {}{}: {}{}{}\n", field.name, field.info.unit.empty() ? "" : fmt::format(" [{}]", field.info.unit),
+                   field.kind, field.info.required ? ", required" : "",
                    field.info.unknown.empty() ? "" : fmt::format(", not known: {}", field.info.unknown));
       print_output("      {}\n", field.info.meaning);
     }
@@ -123,7 +122,9 @@ void add_plugins_command(CLI::App& app, int& exit_code) {
   auto markdown = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
   command->footer("Example:\n  waymark plugins dgps");
-  command->add_option("name", *name, "a plugin whose keys are listed, or a payload and its fields; \"robot\": the keys outside of plugins");
+  command->add_option(
+      "name", *name,
+      "a plugin whose keys are listed, or a payload and its fields; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
   command->add_flag("--markdown", *markdown, "the keys as a table");
   command->callback([folders, name, markdown, &exit_code] {

@@ -13,8 +13,8 @@ namespace waymark::command {
 
 void add_schema_command(CLI::App& app, int& exit_code) {
   auto folders = std::make_shared<std::vector<std::string>>();
-  CLI::App* command =
-      app.add_subcommand("schema", "Print a JSON schema of configurations with all plugins that are found, for editors");
+  CLI::App* command = app.add_subcommand(
+      "schema", "Print a JSON schema of configurations with all plugins that are found, for editors");
   command->footer(
       "Example:\n  waymark schema > waymark.schema.json\n\n"
       "A YAML names it in its first line: # yaml-language-server: $schema=waymark.schema.json");

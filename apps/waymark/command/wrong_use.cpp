@@ -38,7 +38,13 @@ std::vector<std::string> names_of_subcommands(const CLI::App& app) {
 
 std::string did_you_mean(const std::string& asked, const std::vector<std::string>& names) {
   const std::string near = nearest_name(asked, names);
-  return near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near);
+  if (near.empty()) return "";
+  std::string others;  // as near: --set and --seed of --sed
+  for (const std::string& name : names) {
+    if (name != near && edit_distance(asked, name) == edit_distance(asked, near))
+      others += fmt::format(" or \"{}\"", name);
+  }
+  return fmt::format("; did you mean \"{}\"{}?", near, others);
 }
 
 std::string wrong_use(const CLI::App& app, const CLI::ParseError& error) {
@@ -49,9 +55,9 @@ std::string wrong_use(const CLI::App& app, const CLI::ParseError& error) {
   if (!unknown.empty()) {
     const std::string& word = unknown.front();
     const std::string option = word.substr(0, word.find('='));
-    what = fmt::format("\"{}\" is not expected{}", word,
-                       word.starts_with('-') ? did_you_mean(option, names_of_options(command))
-                                             : did_you_mean(word, subcommands));
+    what = fmt::format(
+        "\"{}\" is not expected{}", word,
+        word.starts_with('-') ? did_you_mean(option, names_of_options(command)) : did_you_mean(word, subcommands));
   }
   std::string path;
   for (const CLI::App* of = &command; of->get_parent() != nullptr; of = of->get_parent())

@@ -14,7 +14,7 @@ std::string wrong_use(const CLI::App& app, const CLI::ParseError& error);
 /// Names of the subcommands, in the order of the help.
 std::vector<std::string> names_of_subcommands(const CLI::App& app);
 
-/// "; did you mean \"run\"?", or nothing.
+/// All that are as near: "; did you mean \"run\"?", or nothing.
 std::string did_you_mean(const std::string& asked, const std::vector<std::string>& names);
 
 }  // namespace waymark::command

@@ -66,15 +66,17 @@ class Frame {
     const Eigen::Vector2d high = box_.max();
     for (double x = step_ * std::ceil(low.x() / step_); x <= high.x(); x += step_) {
       const Eigen::Vector2d at = (*this)({x, low.y()});
-      out += fmt::format("<path d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/><text stroke=\"none\" x=\"{0:.1f}\" y=\"{3:.1f}\" "
-                         "text-anchor=\"middle\">{4:g}</text>\n",
-                         at.x(), at.y(), kMargin, at.y() + 16.0, x);
+      out += fmt::format(
+          "<path d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/><text stroke=\"none\" x=\"{0:.1f}\" y=\"{3:.1f}\" "
+          "text-anchor=\"middle\">{4:g}</text>\n",
+          at.x(), at.y(), kMargin, at.y() + 16.0, x);
     }
     for (double y = step_ * std::ceil(low.y() / step_); y <= high.y(); y += step_) {
       const Eigen::Vector2d at = (*this)({low.x(), y});
-      out += fmt::format("<path d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text stroke=\"none\" x=\"{3:.1f}\" y=\"{4:.1f}\" "
-                         "text-anchor=\"end\">{5:g}</text>\n",
-                         at.x(), at.y(), (*this)(high).x(), at.x() - 6.0, at.y() + 4.0, y);
+      out += fmt::format(
+          "<path d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text stroke=\"none\" x=\"{3:.1f}\" y=\"{4:.1f}\" "
+          "text-anchor=\"end\">{5:g}</text>\n",
+          at.x(), at.y(), (*this)(high).x(), at.x() - 6.0, at.y() + 4.0, y);
     }
     return out + "</g>\n";
   }
@@ -114,15 +116,17 @@ std::string overlay_svg(const std::vector<OverlayPath>& paths) {
   for (const OverlayPath& path : paths) {
     const std::string_view colour = path.name == "reference" ? "black" : kColours[colours++ % kColours.size()];
     out += line_of(path, frame, colour);
-    names += fmt::format("<rect x=\"{0:.0f}\" y=\"{1:.0f}\" width=\"24\" height=\"4\" fill=\"{2}\"/><text x=\"{3:.0f}\" "
-                         "y=\"{4:.0f}\" font-size=\"14\">{5}</text>\n",
-                         kMargin, y, colour, kMargin + 32.0, y + 6.0, svg_text(path.name));
+    names += fmt::format(
+        "<rect x=\"{0:.0f}\" y=\"{1:.0f}\" width=\"24\" height=\"4\" fill=\"{2}\"/><text x=\"{3:.0f}\" "
+        "y=\"{4:.0f}\" font-size=\"14\">{5}</text>\n",
+        kMargin, y, colour, kMargin + 32.0, y + 6.0, svg_text(path.name));
     y += kLine;
   }
   return out + names +
-         fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" font-size=\"12\" fill=\"#555\">east and north [m], a line every "
-                     "{:g} m</text>\n</svg>\n",
-                     kMargin, y + 6.0, frame.step());
+         fmt::format(
+             "<text x=\"{:.0f}\" y=\"{:.0f}\" font-size=\"12\" fill=\"#555\">east and north [m], a line every "
+             "{:g} m</text>\n</svg>\n",
+             kMargin, y + 6.0, frame.step());
 }
 
 }  // namespace waymark::evaluation

@@ -57,14 +57,17 @@ std::vector<TableColumn> columns_of(bool planar) {
        }),
        5},
       {"NEES",
-       [](const Report& report) { return report.consistency ? std::optional(report.consistency->nees.mean) : std::nullopt; },
+       [](const Report& report) {
+         return report.consistency ? std::optional(report.consistency->nees.mean) : std::nullopt;
+       },
        2},
       {"landmarks",
        [](const Report& report) {
          return report.landmarks ? std::optional(static_cast<double>(report.landmarks->matched)) : std::nullopt;
        },
        0},
-      {"rms [m]", [](const Report& report) {
+      {"rms [m]",
+       [](const Report& report) {
          return report.landmarks && report.landmarks->position_m ? std::optional(report.landmarks->position_m->rms)
                                                                  : std::nullopt;
        },

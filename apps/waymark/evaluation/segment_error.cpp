@@ -37,9 +37,9 @@ SegmentErrors score_segments(std::span<const PosePair> pairs) {
       const double since_last_s = to_seconds(pairs[begin].stamp - pairs[last_begin].stamp);
       if (begin > 0 && since_last_s < kBetweenBeginnings_s * (1.0 - 1e-9)) continue;
       last_begin = begin;
-      const auto end = std::lower_bound(along.begin() + static_cast<std::ptrdiff_t>(begin), along.end(),
-                                        along[begin] + length) -
-                       along.begin();
+      const auto end =
+          std::lower_bound(along.begin() + static_cast<std::ptrdiff_t>(begin), along.end(), along[begin] + length) -
+          along.begin();
       if (end == static_cast<std::ptrdiff_t>(along.size())) break;
       const PosePair& a = pairs[begin];
       const PosePair& b = pairs[static_cast<std::size_t>(end)];

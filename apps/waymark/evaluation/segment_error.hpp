@@ -25,7 +25,7 @@ struct SegmentErrors {
   struct Length {
     double length_m = 0.0;
     std::size_t segments = 0;
-    double translation = 0.0;        ///< mean, share of the length
+    double translation = 0.0;         ///< mean, share of the length
     double rotation_rad_per_m = 0.0;  ///< mean
   };
   std::vector<Length> by_length;  ///< those of which there is a segment

@@ -55,10 +55,10 @@ struct TrajectoryError {
   double reference_length_m = 0.0;  ///< path of the scored reference points
   int dimensions = 2;               ///< 2: positions compare in the plane; 3: in space
   Alignment align = Alignment::none;
-  Pose T_reference_estimate;      ///< the alignment; identity for none
-  ErrorStatistics position_m;     ///< absolute trajectory error after alignment
-  ErrorStatistics horizontal_m;   ///< the part in the plane
-  bool is_planar = false;         ///< the estimate has one height throughout: that of the reference means nothing
+  Pose T_reference_estimate;     ///< the alignment; identity for none
+  ErrorStatistics position_m;    ///< absolute trajectory error after alignment
+  ErrorStatistics horizontal_m;  ///< the part in the plane
+  bool is_planar = false;        ///< the estimate has one height throughout: that of the reference means nothing
   std::optional<ErrorStatistics> yaw_rad;
   RelativeError relative;
   SegmentErrors segments;  ///< empty without orientations

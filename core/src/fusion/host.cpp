@@ -76,7 +76,8 @@ const particles::ParticleFilter& fusion::Inspection::filter(const Fusion& host) 
 
 void Fusion::visit_last(const Observer& observer) const {
   const Parts& p = *parts_;
-  if (p.last) observer(fusion::SnapshotView(p.committed, p.maps.maps(), p.started, p.last->first, p.last->second, p.datum));
+  if (p.last)
+    observer(fusion::SnapshotView(p.committed, p.maps.maps(), p.started, p.last->first, p.last->second, p.datum));
 }
 
 RunReport Fusion::report() const {

@@ -98,9 +98,8 @@ Json describe(const RunReport& report) {
 
 Json describe(const std::optional<Datum>& datum) {
   if (!datum) return nullptr;
-  return {{"latitude_deg", datum->latitude_deg},
-          {"longitude_deg", datum->longitude_deg},
-          {"height_m", datum->height_m}};
+  return {
+      {"latitude_deg", datum->latitude_deg}, {"longitude_deg", datum->longitude_deg}, {"height_m", datum->height_m}};
 }
 
 Json describe(const LatencyReport& latency) {

@@ -48,7 +48,8 @@ class GeoTrack : public Sink {
     if (last == nullptr || !last->started()) return;
     if (!last->datum()) {
       throw Error(
-          "the map has no place on the Earth: no geodetic fix arrived, and the YAML has no `datum`; nothing is written");
+          "the map has no place on the Earth: no geodetic fix arrived, and the YAML has no `datum`; nothing is "
+          "written");
     }
     Track track{name_, path_.pieces(*last->datum()), marks_of(*last)};
     for (const auto& [file, write_as] :

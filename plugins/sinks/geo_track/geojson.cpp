@@ -34,7 +34,8 @@ std::string to_geojson(const Track& track) {
     times += fmt::format("{}[{}]", before, of_line);
   }
   std::string out = fmt::format(
-      "{{\"type\":\"FeatureCollection\",\"features\":[\n{{\"type\":\"Feature\",\"properties\":{{\"name\":{},\"times\":[{}]}},"
+      "{{\"type\":\"FeatureCollection\",\"features\":[\n{{\"type\":\"Feature\",\"properties\":{{\"name\":{},\"times\":["
+      "{}]}},"
       "\n\"geometry\":{{\"type\":\"MultiLineString\",\"coordinates\":[{}]}}}}",
       json_text(track.name), times, lines);
   for (const Mark& mark : track.marks) {

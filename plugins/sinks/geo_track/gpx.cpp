@@ -17,9 +17,9 @@ std::string to_gpx(const Track& track) {
   for (const auto& piece : track.pieces) {
     out += "<trkseg>\n";
     for (const TrackPoint& point : piece) {
-      out += fmt::format("<trkpt lat=\"{:.8f}\" lon=\"{:.8f}\"><ele>{:.3f}</ele><time>{}</time></trkpt>\n",
-                         point.place.latitude_deg, point.place.longitude_deg, point.place.height_m,
-                         iso_time(point.stamp));
+      out +=
+          fmt::format("<trkpt lat=\"{:.8f}\" lon=\"{:.8f}\"><ele>{:.3f}</ele><time>{}</time></trkpt>\n",
+                      point.place.latitude_deg, point.place.longitude_deg, point.place.height_m, iso_time(point.stamp));
     }
     out += "</trkseg>\n";
   }

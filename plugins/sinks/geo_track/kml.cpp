@@ -22,8 +22,9 @@ std::string to_kml(const Track& track) {
   }
   out += "</MultiGeometry></Placemark>\n";
   for (const Mark& mark : track.marks) {
-    out += fmt::format("<Placemark><name>{}</name><Point><coordinates>{:.8f},{:.8f}</coordinates></Point></Placemark>\n",
-                       xml_text(mark.name), mark.place.longitude_deg, mark.place.latitude_deg);
+    out +=
+        fmt::format("<Placemark><name>{}</name><Point><coordinates>{:.8f},{:.8f}</coordinates></Point></Placemark>\n",
+                    xml_text(mark.name), mark.place.longitude_deg, mark.place.latitude_deg);
   }
   return out + "</Document>\n</kml>\n";
 }

@@ -40,8 +40,7 @@ std::vector<Place> places(const std::vector<Eigen::Vector3d>& points, const Datu
   std::vector<Place> result(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     Place& place = result[i];
-    frame.Reverse(points[i].x(), points[i].y(), points[i].z(), place.latitude_deg, place.longitude_deg,
-                  place.height_m);
+    frame.Reverse(points[i].x(), points[i].y(), points[i].z(), place.latitude_deg, place.longitude_deg, place.height_m);
   }
   return result;
 }

@@ -83,7 +83,8 @@ class WAYMARK_TYPE Snapshot {
   virtual std::vector<MapDescription> best_maps(MapDetail detail) const = 0;
   /// Number of mapping steps so far, those before a checkpoint included.
   virtual std::uint64_t mapping_steps() const = 0;
-  /// Where the map's origin is on the Earth (WGS-84): the map is the local east, north, up there. Nothing while unknown.
+  /// Where the map's origin is on the Earth (WGS-84): the map is the local east, north, up there. Nothing while
+  /// unknown.
   virtual std::optional<Datum> datum() const { return std::nullopt; }
 };
 

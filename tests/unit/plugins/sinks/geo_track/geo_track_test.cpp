@@ -48,8 +48,9 @@ TEST_F(GeoTrackSink, WritesTheTrackInPiecesWithItsTimes) {
   EXPECT_EQ(track.at("geometry").at("coordinates").at(0).size(), 4u) << "a point every second";
   EXPECT_EQ(track.at("geometry").at("coordinates").at(0).at(0), nlohmann::json({8.4, 49.0, 110.0}));
   EXPECT_EQ(track.at("properties").at("times").at(0).at(1), "1970-01-01T00:00:01.000Z");
-  EXPECT_THAT(text_of(out_ / "track.gpx"),
-              HasSubstr("<trkpt lat=\"49.00000000\" lon=\"8.40000000\"><ele>110.000</ele><time>1970-01-01T00:00:00.000Z"));
+  EXPECT_THAT(
+      text_of(out_ / "track.gpx"),
+      HasSubstr("<trkpt lat=\"49.00000000\" lon=\"8.40000000\"><ele>110.000</ele><time>1970-01-01T00:00:00.000Z"));
   EXPECT_THAT(text_of(out_ / "track.kml"), HasSubstr("8.40000000,49.00000000,110.000\n"));
 }
 
@@ -60,7 +61,8 @@ TEST_F(GeoTrackSink, WritesConfirmedLandmarks) {
   LandmarkView provisional;
   snapshot_.maps_ = {MapDescription{"a<b", {confirmed, provisional}}};
   run();
-  EXPECT_THAT(text_of(out_ / "track.gpx"), HasSubstr("<wpt lat=\"49.00000000\" lon=\"8.40000000\"><name>a&lt;b 7</name>"));
+  EXPECT_THAT(text_of(out_ / "track.gpx"),
+              HasSubstr("<wpt lat=\"49.00000000\" lon=\"8.40000000\"><name>a&lt;b 7</name>"));
   EXPECT_EQ(nlohmann::json::parse(text_of(out_ / "track.geojson")).at("features").size(), 2u);
 }
 
