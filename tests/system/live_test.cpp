@@ -109,13 +109,14 @@ TEST(Live, ObeysCommandsAndAnswersThem) {
   EXPECT_THAT(outcome.err, Not(HasSubstr("command: status")));
 }
 
-/// The names of the files in which two folders differ, but for what the clock of the computer decides.
+/// The names of the files in which two folders differ, but for what the clock of the computer decides, and those that
+/// hold the configuration.
 std::vector<std::string> differences(const std::filesystem::path& one, const std::filesystem::path& other) {
   std::vector<std::string> differ;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(one)) {
     const std::string name = std::filesystem::relative(entry.path(), one).string();
     const bool is_compared = entry.is_regular_file() && name != "diagnostics.json" && name != "config.yaml" &&
-                             name != "flight.mcap" && !name.starts_with("maps/");
+                             name != "report.html" && name != "flight.mcap" && !name.starts_with("maps/");
     if (is_compared && read_text(entry.path()) != read_text(other / name)) differ.push_back(name);
   }
   return differ;

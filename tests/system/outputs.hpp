@@ -3,20 +3,33 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "tests/system/command.hpp"
 
 namespace waymark::system_test {
 
-/// The content of every file of a folder by name, without those in `left_out`.
+/// What a report shows, without the name and the text of the configuration: an equal run may have another one.
+inline std::string report_data(const std::string& page) {
+  constexpr std::string_view kBegin = "<script id=\"data\" type=\"application/json\">";
+  const std::size_t begin = page.find(kBegin) + kBegin.size();
+  nlohmann::json data = nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  data.erase("name");
+  data.erase("config");
+  return data.dump();
+}
+
+/// The content of every file of a folder by name, without those in `left_out`; of a report what it shows.
 inline std::map<std::string, std::string> contents(const std::filesystem::path& folder,
                                                    const std::set<std::string>& left_out = {}) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (!left_out.contains(name)) files[name] = read_text(entry.path());
+    if (left_out.contains(name)) continue;
+    files[name] = name == "report.html" ? report_data(read_text(entry.path())) : read_text(entry.path());
   }
   return files;
 }

@@ -103,7 +103,7 @@ Session::Session(Robot robot, SessionOptions options)
       lock_(options_.owns_folder && !options_.out.empty() ? std::make_unique<FolderLock>(options_.out) : nullptr),
       results_(sinks_of(robot_, lock_ != nullptr),
                RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective(),
-                       robot_.yaml.file().stem().string()},
+                       options_.name.empty() ? robot_.yaml.file().stem().string() : options_.name},
                lock_ != nullptr),
       fusion_(make_fusion(robot_)),
       diagnosis_(robot_.is_diagnosed ? std::make_unique<Diagnosis>(robot_) : nullptr),

@@ -54,15 +54,21 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-std::filesystem::path folder_of(mcap::McapFile& record, const std::filesystem::path& file) {
+/// The YAML of the run, where it was then; empty if that was not recorded.
+std::filesystem::path config_file_of(mcap::McapFile& record) {
   for (const mcap::Metadata& metadata : record.metadata()) {
     for (const auto& [key, value] : metadata.metadata) {
-      std::error_code error;
-      std::filesystem::path folder = std::filesystem::path(value).parent_path();
-      if (key == "config_file" && std::filesystem::is_directory(folder, error)) return folder;
+      if (key == "config_file") return value;
     }
   }
-  return std::filesystem::absolute(file).parent_path();
+  return {};
+}
+
+/// From which relative paths count.
+std::filesystem::path folder_of(const std::filesystem::path& config_file, const std::filesystem::path& record) {
+  std::error_code error;
+  const std::filesystem::path folder = config_file.parent_path();
+  return std::filesystem::is_directory(folder, error) ? folder : std::filesystem::absolute(record).parent_path();
 }
 
 /// A record is data, and may come from anybody: it brings no code, and none of what only a running robot has. Throws
@@ -84,7 +90,7 @@ void require_harmless(const Config& recorded, const std::vector<Config::Override
 
 }  // namespace
 
-Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
+RecordedRun recorded_run(const std::filesystem::path& file, std::vector<Config::Override> overrides) {
   mcap::McapLog log({file});
   mcap::McapFile& record = log.files().front();
   const auto attached = record.attachment(kEffectiveConfigFile);
@@ -98,13 +104,14 @@ Config config_of_flight_record(const std::filesystem::path& file, std::vector<Co
       fmt::format("source:\n  plugin: mcap\n  file: {}\n", quoted(std::filesystem::absolute(file).string()));
   if (yaml.find("plugin: recorder") != std::string::npos)
     overrides.insert(overrides.begin(), "sinks.recorder.enabled=false");
+  const std::filesystem::path config_file = config_file_of(record);
   const std::filesystem::path name =
-      folder_of(record, file) / fmt::format("{}: {}", file.filename().string(), kEffectiveConfigFile);
+      folder_of(config_file, file) / fmt::format("{}: {}", file.filename().string(), kEffectiveConfigFile);
   require_harmless(Config::parse(yaml, name.string()), overrides, name.string());
-  return Config::parse(yaml + source, name.string(), overrides);
+  return {Config::parse(yaml + source, name.string(), overrides), (config_file.empty() ? file : config_file).stem()};
 }
 #else
-Config config_of_flight_record(const std::filesystem::path& file, std::vector<Config::Override>) {
+RecordedRun recorded_run(const std::filesystem::path& file, std::vector<Config::Override>) {
   throw Error(fmt::format("{}: this build cannot read MCAP: zlib, liblz4 or libzstd was missing", file.string()));
 }
 #endif

@@ -138,8 +138,10 @@ int run(const RunOptions& options) {
   std::vector<std::string> overrides = options.overrides;
   if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
   if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
-  const Config yaml = is_flight_record(options.config) ? config_of_flight_record(options.config, overrides)
-                                                       : Config::load(options.config, overrides);
+  const RecordedRun given = is_flight_record(options.config)
+                                ? recorded_run(options.config, overrides)
+                                : RecordedRun{Config::load(options.config, overrides), options.config.stem()};
+  const Config& yaml = given.config;
   const RunLog log(options.quiet ? std::min(LogLevel::warning, log_level(options.log_level))
                                  : log_level(options.log_level));
   if (options.allow_outside) yaml.permit_outside();
@@ -149,7 +151,8 @@ int run(const RunOptions& options) {
 
   end_on_signals();
   Progress progress;
-  host::SessionOptions session_options{.out = out, .until_s = options.until_s, .stop = &interrupted};
+  host::SessionOptions session_options{
+      .out = out, .name = given.name, .until_s = options.until_s, .stop = &interrupted};
   RepeatedEvents repeated;
   if (is_live) {
     session_options.on_event = [&](const Event& event) {

@@ -89,6 +89,7 @@ RunReport Fusion::report() const {
     static_cast<SensorCounters&>(sensor) = record.state.counters;
     sensor.name = record.slot.name;
     sensor.plugin = record.slot.plugin;
+    sensor.is_motion_source = record.traits.is_motion_source;
     p.intake.clocks().report(i, sensor);
   }
   report.events = p.arrival_events;

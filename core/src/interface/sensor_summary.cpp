@@ -24,10 +24,12 @@ std::string verdict_without_updates(const SensorReport& sensor) {
   return "not used";
 }
 
-std::string verdict_on(const SensorSummary& summary) {
+std::string verdict_on(const SensorSummary& summary, bool is_motion_source) {
   const double ratio = summary.nis_ratio;
   if (ratio > kToleratedFactor && ratio > summary.nis_high)
     return fmt::format("overconfident: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
+  // Between two of its measurements next to nothing is known of the motion, so its innovations are small beside S.
+  if (is_motion_source && ratio < 1.0) return "small, as of every motion source";
   if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low)
     return fmt::format("conservative: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
   return "consistent";
@@ -57,7 +59,7 @@ SensorSummary summarize(const SensorReport& sensor) {
   const auto dof = static_cast<int>(std::min(sensor.nis_dof, kMostDof));
   summary.nis_low = gaussian::chi_squared_quantile(0.025, dof) / dof;
   summary.nis_high = gaussian::chi_squared_quantile(0.975, dof) / dof;
-  summary.verdict = verdict_on(summary);
+  summary.verdict = verdict_on(summary, sensor.is_motion_source);
   return summary;
 }
 

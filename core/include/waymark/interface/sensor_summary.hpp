@@ -28,7 +28,8 @@ struct SensorSummary {
 };
 
 /// The summary of one sensor's report. Innovations are rarely independent, so the band is too narrow for long runs: the
-/// verdict is "consistent" within the band, and also from half to twice the expectation.
+/// verdict is "consistent" within the band, and also from half to twice the expectation. Small innovations of a motion
+/// source are no verdict: the prediction of a motion is wide by construction.
 WAYMARK_API SensorSummary summarize(const SensorReport& sensor);
 
 }  // namespace waymark

@@ -119,6 +119,7 @@ struct SensorCounters {
 struct SensorReport : SensorCounters {
   std::string name;
   std::string plugin;
+  bool is_motion_source = false;
   std::uint64_t measurements = 0;  ///< arrived
   std::uint64_t mistimed = 0;
   std::uint64_t reordered = 0;  ///< stamped before an earlier arrival of the same sensor

@@ -30,6 +30,14 @@ TEST(SensorSummary, LargeInnovationsAreOverconfidentAndSmallOnesConservative) {
   EXPECT_EQ(summarize(report(0.09, 1000)).verdict, "conservative: innovations are 0.3 times what σ predicts");
 }
 
+TEST(SensorSummary, SmallInnovationsOfAMotionSourceAreNoVerdict) {
+  SensorReport wheels = report(0.01, 1000);
+  wheels.is_motion_source = true;
+  EXPECT_EQ(summarize(wheels).verdict, "small, as of every motion source");
+  wheels.nis_sum *= 400.0;
+  EXPECT_EQ(summarize(wheels).verdict, "overconfident: innovations are 2 times what σ predicts");
+}
+
 TEST(SensorSummary, AFewUpdatesProveNothing) { EXPECT_EQ(summarize(report(2.5, 1)).verdict, "consistent"); }
 
 TEST(SensorSummary, TheBandIsThatOfChiSquaredAndHasTheMeanInside) {

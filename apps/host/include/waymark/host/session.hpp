@@ -23,6 +23,7 @@ class LogIdentity;
 /// Options of a session.
 struct SessionOptions {
   std::filesystem::path out = {};  ///< folder of the sinks; exists and is writable
+  std::string name = {};           ///< of the run, for titles; empty: that of the YAML without its ending
   /// The folder is locked, and the effective configuration is written beside the results. False: sessions share it.
   bool owns_folder = true;
   std::optional<double> until_s = std::nullopt;  ///< `play` ends this long after the first arrival [s]
