@@ -191,7 +191,8 @@ std::string start_of(const Parameters& parameters, bool has_receiver) {
                        state[Input::yaw] * 180.0 / M_PI);
   }
   if (!state.empty()) parameters.fail("initial_state", fmt::format("it has {} entries; 15 are expected", state.size()));
-  if (has_receiver) return "# The start: position from the first fix, heading from the fixes and the way between them.\n";
+  if (has_receiver)
+    return "# The start: position from the first fix, heading from the fixes and the way between them.\n";
   return "initial: { x_m: 0, y_m: 0, yaw_deg: 0 }\n";
 }
 
