@@ -27,6 +27,10 @@ constexpr double kTelling = 0.2;  // of one that something else points to
 
 bool is_near(double value, double expected) { return std::abs(value / expected - 1.0) < kSame; }
 
+bool is_within(double value, double low, double high, double margin) {
+  return value > low / margin && value < high * margin;
+}
+
 /// A sensor's ratios to the group that is not its own, as far as they are known.
 struct Scales {
   std::optional<double> yaw;
@@ -346,6 +350,30 @@ void check_pull(Case& c, const MotionAgreement& motion) {
   }
 }
 
+/// Latitude and longitude swapped: the path is mirrored, and its axes are stretched by cos λ and 1 / cos φ of the
+/// latitude φ and longitude λ that are there, so that its length is wrong, too.
+void check_swapped(Case& c, const MotionAgreement& motion) {
+  constexpr double kMargin = 1.05;
+  for (const Observer& observer : motion.way.observers) {
+    const WatchedSensor& sensor = c.sensor(observer.sensor);
+    if (observer.kind != Observer::Kind::chord || std::isnan(sensor.latitude_deg) || c.is_blamed(observer.sensor))
+      continue;
+    if (std::abs(sensor.longitude_deg) > 89.0) continue;  // no latitude
+    const Scales scales = scales_of(motion, observer.sensor, -1, -1);
+    if (!scales.yaw || !scales.way) continue;
+    const double shorter = std::cos(sensor.latitude_deg * kDegree);
+    const double longer = 1.0 / std::cos(sensor.longitude_deg * kDegree);
+    const bool is_mirrored = *scales.yaw < 0.0 && is_within(-*scales.yaw, shorter / longer, longer / shorter, kMargin);
+    const bool is_stretched = !is_near(*scales.way, 1.0) && is_within(*scales.way, shorter, longer, kMargin);
+    if (!is_mirrored || !is_stretched) continue;
+    c.add(Certainty::named, "axes", {observer.sensor},
+          fmt::format("it turns {:.3g} times and goes {:.3g} times as far as others, as a path does on which latitude "
+                      "and longitude are swapped",
+                      *scales.yaw, *scales.way),
+          fmt::format("source: swap latitude_deg and longitude_deg of {}", sensor.name), 0.0);
+  }
+}
+
 }  // namespace
 
 void check_motion(Case& c, MotionAgreement& motion) {
@@ -355,6 +383,7 @@ void check_motion(Case& c, MotionAgreement& motion) {
   const auto way_cost = [&](const Observer& observer, const Ratio& ratio) {
     return cost_of_way(c, motion, observer, ratio, scales_of(motion, observer.sensor, -1, -1));
   };
+  check_swapped(c, motion);
   check_pull(c, motion);
   // Ways first: a scale of the wheels that shows there explains their turns.
   const Verdict way = decide(motion.way, way_cost);

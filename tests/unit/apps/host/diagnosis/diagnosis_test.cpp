@@ -151,6 +151,23 @@ TEST(Diagnosis, NamesSwappedEastAndNorth) {
               ElementsAre("gps"));
 }
 
+TEST(Diagnosis, NamesSwappedLatitudeAndLongitudeBesideWheelsAlone) {
+  std::string yaml = kYaml;
+  for (const char* name : {"imu", "compass"})
+    yaml.replace(yaml.find(std::string("name: ") + name), 6, "enabled: false, name: ");
+  const Examined examined = examine(
+      [](Readings& r) {
+        constexpr double kDegreesPerMetre = 180.0 / M_PI / 6'371'000.0;
+        const Eigen::Vector3d p = r.gps.p_map_antenna;
+        r.gps.longitude_deg = 49.0 + kDegreesPerMetre * p.y();
+        r.gps.latitude_deg = 8.4 + kDegreesPerMetre * p.x() / std::cos(49.0 * M_PI / 180.0);
+        r.gps.p_map_antenna.setConstant(std::nan(""));
+      },
+      yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_EQ(examined.findings.front().change, "source: swap latitude_deg and longitude_deg of gps");
+}
+
 TEST(Diagnosis, FitsTheDelayOfASensor) {
   const Examined examined = examine([](Readings&) {}, kYaml, 0.6);
   ASSERT_THAT(examined.named(), ElementsAre("compass"));
