@@ -107,7 +107,8 @@ std::optional<HeadingFit> fit_heading(const std::vector<ReckonedFix>& fixes, con
   double weights = 0.0;
   double square = 0.0;
   for (int k = 0; k < kHeadings; ++k) {
-    const double off = (k - kHeadings / 2) * 2.0 * std::numbers::pi / kHeadings;
+    const int steps = k - kHeadings / 2;
+    const double off = steps * 2.0 * std::numbers::pi / kHeadings;
     const double weight = std::exp(-0.5 * (misfit->at(best + off) - least) / inflation);
     weights += weight;
     square += weight * off * off;

@@ -18,6 +18,19 @@
 
 namespace waymark::fusion {
 
+/// The way since the last accepted position, in ENU [m]; goes on after a rejected one until its direction is known.
+struct WaySinceFix {
+  Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< that position, of the base
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();          ///< position of the belief after the last update
+  Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< the way of the predictions alone
+  bool open = false;                                    ///< a position was rejected
+
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(z, p, predicted, open);
+  }
+};
+
 /// State of a sensor that a rollback restores.
 struct SensorState {
   static constexpr int kMostCounted = 1 << 30;  ///< in a checkpoint
@@ -25,19 +38,7 @@ struct SensorState {
   FuseGate fuse;
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
-  /// The way since the last accepted position, in ENU [m]; goes on after a rejected one until its direction is known.
-  struct Way {
-    Eigen::Vector2d z = Eigen::Vector2d::Zero();          ///< that position, of the base
-    Eigen::Vector2d p = Eigen::Vector2d::Zero();          ///< position of the belief after the last update
-    Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< the way of the predictions alone
-    bool open = false;                                    ///< a position was rejected
-
-    template <class Archive>
-    void serialize(Archive& archive) {
-      archive(z, p, predicted, open);
-    }
-  };
-  std::optional<Way> way = {};
+  std::optional<WaySinceFix> way = {};
   monitoring::BiasWatch bias = {};  ///< of a position's innovations
   int biased = 0;                   ///< how often they were biased
   bool ignored_noted = false;       ///< there is an event already

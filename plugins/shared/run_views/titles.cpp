@@ -27,11 +27,11 @@ std::string duration_text(double seconds) {
 }
 
 std::string date_text(Time stamp) {
-  using namespace std::chrono;
-  if (stamp < Time{sys_days{year{1990} / January / 1}}) return {};
-  const auto day = floor<days>(stamp);
-  const year_month_day date{day};
-  const auto minute = duration_cast<minutes>(stamp - day).count();
+  namespace chrono = std::chrono;
+  if (stamp < Time{chrono::sys_days{chrono::year{1990} / chrono::January / 1}}) return {};
+  const auto day = chrono::floor<chrono::days>(stamp);
+  const chrono::year_month_day date{day};
+  const auto minute = chrono::duration_cast<chrono::minutes>(stamp - day).count();
   return fmt::format("{:04}-{:02}-{:02} {:02}:{:02} UTC", static_cast<int>(date.year()),
                      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()), minute / 60, minute % 60);
 }

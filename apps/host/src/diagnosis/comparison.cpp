@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <optional>
 
 #include "fit.hpp"
@@ -91,8 +93,8 @@ std::optional<double> least_cost(const std::vector<double>& costs, double step) 
   if (best == costs.begin() || best + 1 == costs.end()) return std::nullopt;
   const double bend = *(best - 1) - 2.0 * *best + *(best + 1);
   const double offset = bend > 0.0 ? 0.5 * (*(best - 1) - *(best + 1)) / bend : 0.0;
-  const auto middle = static_cast<double>(costs.size() / 2);
-  return step * (static_cast<double>(best - costs.begin()) - middle + offset);
+  const std::ptrdiff_t middle = std::ssize(costs) / 2;
+  return step * (static_cast<double>(best - costs.begin() - middle) + offset);
 }
 
 /// Whether the bounds miss 1 by more than is usual.

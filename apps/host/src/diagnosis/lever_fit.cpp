@@ -216,6 +216,7 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
   const auto center = [](std::vector<double>& values, double least, double& sigma) {
     const double middle = median(values);
     std::vector<double> deviations;
+    deviations.reserve(values.size());
     for (const double value : values) deviations.push_back(std::abs(value - middle));
     const auto n = static_cast<double>(values.size());
     sigma = 1.25 * std::max(1.4826 * median(deviations), least) / std::sqrt(n);
