@@ -199,8 +199,13 @@ TEST_F(ReportSink, FindingsAreInTheDocument) {
   FakeSnapshot snapshot;
   wheel(snapshot, 0.0, *sink);
   RunReport report;
-  report.findings = {
-      {Finding::Certainty::named, "yaw rate", {"wheels"}, "1.13 times that of gps", "track_m: 0.56", 12.0, 3.0}};
+  report.findings = {{Finding::Certainty::named,
+                      "yaw rate",
+                      {"wheels"},
+                      "1.13 times that of gps",
+                      "track_m: 0.56",
+                      12.0,
+                      Time{} + std::chrono::seconds(3)}};
   sink->finish(&snapshot, report);
   const json finding = data()["findings"][0];
   EXPECT_EQ(finding["sensors"][0], "wheels");
