@@ -25,7 +25,8 @@ constexpr double kTurn = 0.5;  // [rad/s]
 // What is tested is the camera, so the odometry is as good as its numbers.
 const std::string kGoodWheels =
     "  - { name: wheels, plugin: odometry, model: twist, speed_noise_m_per_sqrt_s: [0.002, 0],"
-    " lateral_noise_m_per_sqrt_s: [0.002, 0], yaw_noise_rad_per_sqrt_s: [0.001, 0, 0] }\n";
+    " lateral_noise_m_per_sqrt_s: [0.002, 0], yaw_noise_rad_per_sqrt_s: [0.001, 0, 0],"
+    " speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }\n";
 
 class CameraInAFusion : public ::testing::Test {
  protected:

@@ -76,7 +76,7 @@ TEST(CompassRun, HoldsTheHeading) {
 }
 
 TEST(CompassRun, FindsTheStartsHeading) {
-  FusionRobot run(robot("initial: { x_m: 0, y_m: 0, position_sigma_m: 0.1, offset_sigma_m: 0 }\n"));
+  FusionRobot run(robot("initial: { x_m: 0, y_m: 0, position_sigma_m: 0.1 }\n"));
   run.play(log_with([](double) { return 0.0; }));
   ASSERT_TRUE(run.fusion().started());
   EXPECT_LT(worst_heading(run, 5.0), 5.0);
