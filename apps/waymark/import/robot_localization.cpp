@@ -27,7 +27,7 @@ constexpr std::uintmax_t kMostBytes = 1'000'000;
 
 class Parameters {
  public:
-  Parameters(std::string file, YAML::Node node) : file_(std::move(file)), node_(std::move(node)) {}
+  Parameters(std::string file, const YAML::Node& node) : file_(std::move(file)), node_(node) {}
 
   bool has(const std::string& key) const { return node_[key].IsDefined(); }
 
