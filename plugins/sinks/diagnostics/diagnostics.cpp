@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "exact_stamp.hpp"
-#include "health_log.hpp"
+#include "health_json.hpp"
 #include "map_figures_log.hpp"
 #include "thinned_series.hpp"
 #include "waymark/interface/nav_state.hpp"
@@ -179,7 +179,7 @@ class Diagnostics : public Sink {
     has_started_ = has_started_ || snapshot.started();
     if (!has_started_) return;
     const Time t = snapshot.stamp();
-    health_.look(t, snapshot.health());
+    health_.add(t, snapshot.health());
     if (!snapshot.started()) return;  // the pose is lost
     if (map_figures_) map_figures_->look(snapshot);
     const double n_eff = snapshot.effective_sample_size();
@@ -201,7 +201,7 @@ class Diagnostics : public Sink {
     Json sensors = Json::array();
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
     Json document = {{"run", describe(report)},
-                     {"health", health_.describe(report)},
+                     {"health", health_json(health_, report)},
                      {"findings", describe(report.findings)},
                      {"sensors", std::move(sensors)},
                      {"particles", started ? last->particles().size() : 0},
@@ -231,7 +231,8 @@ class Diagnostics : public Sink {
   std::optional<MapFiguresLog> map_figures_;
   std::filesystem::path path_;
   bool has_started_ = false;
-  HealthLog health_;
+  static constexpr std::size_t kMostChanges = 1000;
+  run_views::HealthChanges health_{kMostChanges, run_views::HealthChanges::Before::ok};
   double smallest_n_eff_ = std::numeric_limits<double>::infinity();
   ThinnedSeries<1> n_eff_;
   ThinnedSeries<3> sigma_;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "health_changes.hpp"
 #include "outage_log.hpp"
+#include "plugins/shared/run_views/health_changes.hpp"
 #include "sensor_series.hpp"
 #include "track.hpp"
 #include "waymark/interface/snapshot.hpp"
@@ -42,7 +42,8 @@ struct Content {
     std::vector<Outage> outages;
   };
   std::vector<SensorOutages> outages;
-  HealthChanges health;
+  static constexpr std::size_t kMostHealthChanges = 2000;
+  run_views::HealthChanges health{kMostHealthChanges, run_views::HealthChanges::Before::unknown};
   RunReport run;
 
   /// The end of the run; absent if the filter never started.

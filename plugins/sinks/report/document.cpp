@@ -173,8 +173,8 @@ class Document {
 
   Json health() const {
     Json changes = Json::array();
-    for (const HealthChanges::Change& change : c_.health.changes()) {
-      const Json sensor = change.sensor == HealthChanges::kPose ? Json(nullptr) : Json(change.sensor);
+    for (const auto& change : c_.health.changes()) {
+      const Json sensor = change.sensor == run_views::HealthChanges::kPose ? Json(nullptr) : Json(change.sensor);
       changes.push_back({seconds(change.stamp), sensor, change.state, change.reason});
     }
     return {{"changes", std::move(changes)}, {"left_out", c_.health.left_out()}};

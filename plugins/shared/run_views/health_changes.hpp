@@ -2,18 +2,19 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "waymark/interface/health.hpp"
 #include "waymark/interface/snapshot.hpp"
 
-namespace waymark::report {
+namespace waymark::run_views {
 
-/// When the health of the pose and of each sensor changed; the first 2000 changes.
+/// When the health of the pose and of each sensor changed; at most so many changes, the first ones.
 class HealthChanges {
  public:
-  static constexpr std::size_t kMost = 2000;
   static constexpr std::size_t kPose = static_cast<std::size_t>(-1);
   struct Change {
     Time stamp{};
@@ -21,16 +22,26 @@ class HealthChanges {
     const char* state = "ok";
     std::string reason;
   };
+  /// What all is in before the first call of `add`.
+  enum class Before {
+    unknown,  ///< the first state counts as a change, too
+    ok
+  };
+
+  HealthChanges(std::size_t most, Before before) : most_(most) {
+    if (before == Before::ok) {
+      pose_ = Health::State::ok;
+      sensor_before_ = SensorHealth::State::ok;
+    }
+  }
 
   void add(Time stamp, const Health& health) {
-    if (changes_.empty()) note({stamp, kPose, to_string(health.state), health.reason});
     if (health.state != pose_) note({stamp, kPose, to_string(health.state), health.reason});
     pose_ = health.state;
-    for (std::size_t i = 0; i < health.sensors.size(); ++i) {
+    sensors_.resize(health.sensors.size(), sensor_before_);
+    for (std::size_t i = 0; i < sensors_.size(); ++i) {
       const SensorHealth& sensor = health.sensors[i];
-      const bool is_new = i >= sensors_.size();
-      if (is_new) sensors_.push_back(sensor.state);
-      if (is_new || sensor.state != sensors_[i]) note({stamp, i, to_string(sensor.state), sensor.reason});
+      if (sensor.state != sensors_[i]) note({stamp, i, to_string(sensor.state), sensor.reason});
       sensors_[i] = sensor.state;
     }
   }
@@ -40,17 +51,19 @@ class HealthChanges {
 
  private:
   void note(Change change) {
-    if (changes_.size() < kMost) {
+    if (changes_.size() < most_) {
       changes_.push_back(std::move(change));
     } else {
       ++left_out_;
     }
   }
 
-  Health::State pose_ = Health::State::ok;
-  std::vector<SensorHealth::State> sensors_;
+  std::size_t most_;
+  std::optional<Health::State> pose_;
+  std::optional<SensorHealth::State> sensor_before_;
+  std::vector<std::optional<SensorHealth::State>> sensors_;
   std::vector<Change> changes_;
   std::size_t left_out_ = 0;
 };
 
-}  // namespace waymark::report
+}  // namespace waymark::run_views
