@@ -3,20 +3,17 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
-#include <string_view>
 
+#include "tests/report_document.hpp"
 #include "tests/system/command.hpp"
 
 namespace waymark::system_test {
 
 /// What a report shows, without the name and the text of the configuration: an equal run may have another one.
 inline std::string report_data(const std::string& page) {
-  constexpr std::string_view kBegin = "<script id=\"data\" type=\"application/json\">";
-  const std::size_t begin = page.find(kBegin) + kBegin.size();
-  nlohmann::json data = nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  nlohmann::json data = test::report_document(page);
   data.erase("name");
   data.erase("config");
   return data.dump();

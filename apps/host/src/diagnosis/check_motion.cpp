@@ -220,25 +220,22 @@ Verdict weigh(const Agreement& agreement) {
   return verdict;
 }
 
-Scales scales_of(const MotionAgreement& motion, std::size_t sensor, int yaw_group, int way_group) {
-  Scales scales;
-  for (std::size_t i = 0; i < motion.yaw.observers.size(); ++i) {
-    if (motion.yaw.observers[i].sensor != sensor) continue;
-    for (std::size_t j = 0; j < motion.yaw.observers.size(); ++j) {
-      const bool counts = yaw_group < 0 ? motion.yaw.observers[j].sensor != sensor : motion.yaw.groups[j] == yaw_group;
-      if (counts && motion.yaw.ratios[i][j].verdict != Ratio::Verdict::unknown)
-        scales.yaw = motion.yaw.ratios[i][j].value;
+/// The sensor's ratio to a group, or with `group` < 0 to any other sensor; the last one that is known.
+std::optional<double> scale_of(const Agreement& agreement, std::size_t sensor, int group) {
+  std::optional<double> scale;
+  for (std::size_t i = 0; i < agreement.observers.size(); ++i) {
+    if (agreement.observers[i].sensor != sensor) continue;
+    for (std::size_t j = 0; j < agreement.observers.size(); ++j) {
+      const bool counts = group < 0 ? agreement.observers[j].sensor != sensor : agreement.groups[j] == group;
+      const Ratio& ratio = agreement.ratios[i][j];
+      if (counts && ratio.verdict != Ratio::Verdict::unknown) scale = ratio.value;
     }
   }
-  for (std::size_t i = 0; i < motion.way.observers.size(); ++i) {
-    if (motion.way.observers[i].sensor != sensor) continue;
-    for (std::size_t j = 0; j < motion.way.observers.size(); ++j) {
-      const bool counts = way_group < 0 ? motion.way.observers[j].sensor != sensor : motion.way.groups[j] == way_group;
-      if (counts && motion.way.ratios[i][j].verdict != Ratio::Verdict::unknown)
-        scales.way = motion.way.ratios[i][j].value;
-    }
-  }
-  return scales;
+  return scale;
+}
+
+Scales scales_of(const MotionAgreement& motion, std::size_t sensor, int yaw_group) {
+  return {scale_of(motion.yaw, sensor, yaw_group), scale_of(motion.way, sensor, -1)};
 }
 
 /// Cost of the explanation that all of a group are wrong; of the sensor that takes most.
@@ -359,7 +356,7 @@ void check_swapped(Case& c, const MotionAgreement& motion) {
     if (observer.kind != Observer::Kind::chord || std::isnan(sensor.latitude_deg) || c.is_blamed(observer.sensor))
       continue;
     if (std::abs(sensor.longitude_deg) > 89.0) continue;  // no latitude
-    const Scales scales = scales_of(motion, observer.sensor, -1, -1);
+    const Scales scales = scales_of(motion, observer.sensor, -1);
     if (!scales.yaw || !scales.way) continue;
     const double shorter = std::cos(sensor.latitude_deg * kDegree);
     const double longer = 1.0 / std::cos(sensor.longitude_deg * kDegree);
@@ -378,10 +375,10 @@ void check_swapped(Case& c, const MotionAgreement& motion) {
 
 void check_motion(Case& c, MotionAgreement& motion) {
   const auto yaw_cost = [&](const Observer& observer, const Ratio& ratio) {
-    return cost_of_yaw(c, observer.sensor, ratio, scales_of(motion, observer.sensor, -1, -1));
+    return cost_of_yaw(c, observer.sensor, ratio, scales_of(motion, observer.sensor, -1));
   };
   const auto way_cost = [&](const Observer& observer, const Ratio& ratio) {
-    return cost_of_way(c, motion, observer, ratio, scales_of(motion, observer.sensor, -1, -1));
+    return cost_of_way(c, motion, observer, ratio, scales_of(motion, observer.sensor, -1));
   };
   check_swapped(c, motion);
   check_pull(c, motion);
@@ -397,7 +394,7 @@ void check_motion(Case& c, MotionAgreement& motion) {
       [&](std::size_t i, const Ratio& ratio) { return seen_of_yaw(c, motion.yaw, i, yaw.trusted, ratio); },
       [&](std::size_t i, const Ratio& ratio) {
         const std::size_t sensor = motion.yaw.observers[i].sensor;
-        return change_of_yaw(c, sensor, ratio, scales_of(motion, sensor, yaw.trusted, -1));
+        return change_of_yaw(c, sensor, ratio, scales_of(motion, sensor, yaw.trusted));
       });
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "report_document.hpp"
 #include "unit/plugins/sinks/fake_snapshot.hpp"
 #include "waymark/base/error.hpp"
 
@@ -23,12 +24,7 @@ using ::testing::Not;
 class ReportSink : public ::testing::Test {
  protected:
   /// The document within the page.
-  json data(const std::string& file = "report.html") const {
-    const std::string page = out_.read(file);
-    const std::string mark = "<script id=\"data\" type=\"application/json\">";
-    const std::size_t from = page.find(mark) + mark.size();
-    return json::parse(page.substr(from, page.find("</script>", from) - from));
-  }
+  json data(const std::string& file = "report.html") const { return test::report_document(out_.read(file)); }
 
   RunInfo info(std::shared_ptr<const Reference> reference = nullptr) const {
     return {out_.path(), nullptr, std::move(reference), "filter: { seed: 1 }\n", "robot"};
