@@ -29,7 +29,8 @@ class FrontOutput {
 
   /// Adds what arrived, in order of arrival; `Measurement::sensor` is an index into the robot's sensors.
   void arrived(const Measurement& measurement);
-  /// Begins again at what the filter has committed.
+  /// Begins again at what the filter has committed. The front's filter must live until it is replaced, or longer than
+  /// this object.
   void rebase(std::unique_ptr<Front> front);
   /// The same with another filter: on return nothing of the one before is used any more.
   void replace(std::unique_ptr<Front> front);

@@ -68,12 +68,12 @@ TEST(FrontOutput, NothingOfTheFilterBeforeIsUsedAfterItWasReplaced) {
   const LiveClock clock;
   auto first = fusion();
   for (int k = 0; k < 20; ++k) first->add(reading(0.1 * k));
+  const auto second = fusion();  // before the front, which uses it until its thread has ended
+  for (int k = 0; k < 30; ++k) second->add(reading(0.1 * k));
   Published published;
   FrontOutput front([&](const Belief& belief) { published(belief); }, 1000.0, {true}, clock);
   front.rebase(first->front());
   EXPECT_TRUE(published.waits_for([](const Belief&) { return true; }));
-  const auto second = fusion();
-  for (int k = 0; k < 30; ++k) second->add(reading(0.1 * k));
   front.replace(second->front());
   first = nullptr;  // AddressSanitizer and ThreadSanitizer look at what is used of it
   for (int k = 30; k < 40; ++k) front.arrived(reading(0.1 * k));
