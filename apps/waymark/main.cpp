@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -12,10 +11,10 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
-#include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/wrong_use.hpp"
 #include "waymark/base/error.hpp"
 
 namespace command = waymark::command;
@@ -50,6 +49,7 @@ int run_command(int argc, char** argv) {
       "waymark: where is my robot, and what does the world look like\n\n"
       "Example:\n  waymark run config/quickstart.yaml --out out/quickstart\n"};
   app.require_subcommand(1);
+  app.set_version_flag("--version", "waymark " WAYMARK_VERSION);
   int exit_code = command::kSuccess;
   command::add_run_command(app, exit_code);
   command::add_check_command(app, exit_code);
@@ -60,19 +60,15 @@ int run_command(int argc, char** argv) {
   command::add_ctl_command(app, exit_code);
   command::add_import_command(app, exit_code);
   command::add_paper_command(app, exit_code);
+  command::add_schema_command(app, exit_code);
+  command::add_help_command(app, exit_code);
   try {
     app.parse(argc, argv);
     // What was printed must be there: a full disk must not end with half a table and "all well".
     if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category());
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    const std::vector<std::string> unknown = app.remaining();
-    const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
-    command::print_message(
-        "waymark: error: {} (subcommands are run, check, doctor, plugins, evaluate, map, ctl, import, paper; each has "
-        "a "
-        "--help of its own)\n",
-        what);
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    command::print_message("waymark: error: {}\n", command::wrong_use(app, error));
     return command::kUsage;
   } catch (const command::UsageError& error) {
     command::print_message("waymark: error: {}\n", error.what());

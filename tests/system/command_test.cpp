@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -28,7 +29,7 @@ TEST_P(Subcommand, ShowsAnExampleInItsHelp) {
   EXPECT_EQ(outcome.err, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Command, Subcommand, testing::Values("run", "check", "plugins", "evaluate"));
+INSTANTIATE_TEST_SUITE_P(Command, Subcommand, testing::Values("run", "check", "plugins", "evaluate", "schema", "help"));
 
 TEST(Command, HelpNamesEverySubcommand) {
   const Outcome outcome = waymark({"--help"});
@@ -43,6 +44,70 @@ TEST(Command, UnknownSubcommandIsOneErrorLine) {
 
 TEST(Command, NoSubcommandIsOneErrorLine) {
   EXPECT_TRUE(reports_error(waymark({}), 2, {"subcommand", "run, check, doctor, plugins, evaluate, map"}));
+}
+
+TEST(Command, AMistypedSubcommandGetsTheNearestOne) {
+  EXPECT_TRUE(reports_error(waymark({"rum", "robot.yaml"}), 2, {"\"rum\" is not expected; did you mean \"run\"?"}));
+  EXPECT_TRUE(reports_error(waymark({"map", "inof", "hall.bt"}), 2, {"did you mean \"info\"?"}));
+}
+
+TEST(Command, AMistypedOptionGetsTheNearestOne) {
+  EXPECT_TRUE(
+      reports_error(waymark({"run", "robot.yaml", "--sed", "3"}), 2,
+                    {"\"--sed\" is not expected; did you mean \"--set\" or \"--seed\"?", "see waymark help run"}));
+  EXPECT_TRUE(reports_error(waymark({"evaluate", "--refrence=a.txt"}), 2, {"did you mean \"--reference\"?"}));
+}
+
+TEST(Command, PrintsItsVersion) {
+  const Outcome outcome = waymark({"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, testing::MatchesRegex("waymark [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST(Help, IsThatOfTheSubcommand) {
+  EXPECT_EQ(waymark({"help", "run"}).out, waymark({"run", "--help"}).out);
+  EXPECT_EQ(waymark({"help", "map", "convert"}).out, waymark({"map", "convert", "--help"}).out);
+  EXPECT_EQ(waymark({"help"}).out, waymark({"--help"}).out);
+  EXPECT_TRUE(reports_error(waymark({"help", "rum"}), 2, {"no subcommand \"rum\"", "did you mean \"run\"?"}));
+}
+
+TEST(Help, TheManPageHasEverySubcommandAndOption) {
+  const Outcome outcome = waymark({"help", "--man"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr(".TH WAYMARK 1"));
+  EXPECT_THAT(outcome.out, HasSubstr("\n.SH map convert\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("\n.B \\-\\-log\\-level error|warning|info|debug\n"));
+}
+
+/// What the completion of bash offers for the words of a command line, of which the last one is being typed.
+std::string offered_by_bash(const std::string& words) {
+  const TemporaryFolder folder;
+  write_text(folder / "completion", waymark({"help", "--completion", "bash"}).out);
+  const std::string script = "source " + (folder / "completion").string() + "; COMP_WORDS=(" + words +
+                             "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _waymark; echo \"${COMPREPLY[*]}\"";
+  const std::string call = "bash -c '" + script + "' > " + (folder / "offered").string();
+  EXPECT_EQ(std::system(call.c_str()), 0);
+  return read_text(folder / "offered");
+}
+
+TEST(Help, BashCompletesSubcommandsOptionsAndTheirWords) {
+  EXPECT_EQ(offered_by_bash("waymark ru"), "run\n");
+  EXPECT_EQ(offered_by_bash("waymark map con"), "convert\n");
+  EXPECT_EQ(offered_by_bash("waymark run robot.yaml --thr"), "--threads\n");
+  EXPECT_EQ(offered_by_bash("waymark evaluate out/run --align se"), "se2 se3\n");
+}
+
+TEST(Help, ZshReadsItsCompletion) {
+  if (std::system("command -v zsh > /dev/null") != 0) GTEST_SKIP() << "zsh is not installed";
+  const TemporaryFolder folder;
+  write_text(folder / "_waymark", waymark({"help", "--completion", "zsh"}).out);
+  EXPECT_EQ(std::system(("zsh -n " + (folder / "_waymark").string()).c_str()), 0);
+}
+
+TEST(Plugins, ListsTheFieldsOfAPayload) {
+  const Outcome outcome = waymark({"plugins", "GnssFix"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("latitude_deg [deg]: number, not known: NaN\n      latitude, WGS-84\n"));
 }
 
 TEST(Command, UnknownOptionIsOneErrorLine) {

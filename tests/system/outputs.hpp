@@ -19,13 +19,14 @@ inline std::string report_data(const std::string& page) {
   return data.dump();
 }
 
-/// The content of every file of a folder by name, without those in `left_out`; of a report what it shows.
+/// The content of every file of a folder by name, without those in `left_out`; of a report what it shows. The list of
+/// what the run wrote has the report's size, so it is left out.
 inline std::map<std::string, std::string> contents(const std::filesystem::path& folder,
                                                    const std::set<std::string>& left_out = {}) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (left_out.contains(name)) continue;
+    if (left_out.contains(name) || name == ".waymark_files") continue;
     files[name] = name == "report.html" ? report_data(read_text(entry.path())) : read_text(entry.path());
   }
   return files;

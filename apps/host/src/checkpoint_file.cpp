@@ -74,7 +74,7 @@ void write_checkpoint(const std::filesystem::path& file, const CheckpointIdentit
   std::string bytes(kMagic);
   bytes.append(reinterpret_cast<const char*>(&header), sizeof header);
   bytes.append(state);
-  write_file(file, bytes);
+  write_file(file, bytes, Belongs::to_nobody);  // later runs begin at it
 }
 
 std::string read_checkpoint(const std::filesystem::path& file, CheckpointIdentity& identity) {

@@ -2,6 +2,7 @@
 #include "waymark/host/results.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <exception>
@@ -12,8 +13,11 @@
 #include <system_error>
 #include <utility>
 
+#include "run_folder.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
+#include "waymark/io/written_files.hpp"
 
 namespace waymark::host {
 
@@ -24,11 +28,12 @@ std::string new_config_name() { return fmt::format("{}.new", kEffectiveConfigFil
 
 }  // namespace
 
-Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info, bool with_config)
+Results::Results(std::vector<SinkSlot> sinks, const RunInfo& info, const std::string& config_file)
     : info_(info), sinks_(std::move(sinks)) {
-  if (with_config) {
+  if (!config_file.empty()) {
     // Before any sink opens a file: a full disk then leaves older results as they are.
-    write_file(info_.out_dir / new_config_name(), info_.config);
+    write_file(info_.out_dir / new_config_name(), config_file, Belongs::to_nobody);
+    folder_ = std::make_unique<RunFolder>(info_.out_dir);
     new_config_ = info_.out_dir / new_config_name();
   }
   for_each([&](Sink& sink) { sink.start(info_); });
@@ -75,10 +80,38 @@ void Results::finish(const Snapshot* last, const RunReport& report) {
   if (new_config_.empty()) return;
   std::error_code error;
   std::filesystem::rename(new_config_, info_.out_dir / kEffectiveConfigFile, error);
-  const std::lock_guard lock(mutex_);
-  if (error)
-    failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kEffectiveConfigFile).string(), error.message()));
-  new_config_.clear();
+  bool complete = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (error) {
+      failures_.push_back(fmt::format("{}: {}", (info_.out_dir / kEffectiveConfigFile).string(), error.message()));
+    } else {
+      note_written(info_.out_dir / kEffectiveConfigFile);
+    }
+    new_config_.clear();
+    complete = failures_.empty();
+  }
+  replace_older(complete);
+}
+
+void Results::replace_older(bool complete) {
+  const std::string folder = info_.out_dir.string();
+  try {
+    const RunFolder::Replaced replaced = folder_->finish(complete);
+    if (!replaced.any) return;
+    replaced_.push_back(
+        fmt::format("{}: the results of an earlier run are replaced{}", folder,
+                    replaced.removed.empty() ? "" : fmt::format("; removed: {}", fmt::join(replaced.removed, ", "))));
+    if (!replaced.changed.empty())
+      replaced_.push_back(fmt::format("{}: of an earlier run, and kept since they were changed: {}", folder,
+                                      fmt::join(replaced.changed, ", ")));
+    if (!replaced.left.empty())
+      replaced_.push_back(fmt::format("{}: of an earlier run, and kept since this one is not complete: {}", folder,
+                                      fmt::join(replaced.left, ", ")));
+  } catch (const Error& error) {
+    const std::lock_guard lock(mutex_);
+    failures_.emplace_back(error.what());
+  }
 }
 
 void Results::for_each(const std::function<void(Sink&)>& call) {

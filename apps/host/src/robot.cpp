@@ -135,6 +135,21 @@ std::shared_ptr<Sink> load_report(const Config& yaml, const PluginLoader& loader
   return loader.create<Sink>("report", entry, rig);
 }
 
+/// The YAML as it was named, for messages: `Config::file` is elsewhere if it has a `base_folder`.
+std::string name_of(const Config& yaml) {
+  const std::string place = yaml.place();  // with line and column
+  return place.substr(0, place.rfind(':', place.rfind(':') - 1));
+}
+
+/// `Config::file` uses it; here it is declared and read.
+void read_base_folder(const Config& yaml) {
+  const Config::Key key{"base_folder", "",
+                        "folder from which relative paths in this file count; the `config.yaml` of a run names that of "
+                        "the file that was run",
+                        "the folder of this file"};
+  if (yaml.has(key)) yaml.text(key);
+}
+
 std::vector<std::filesystem::path> plugin_path(const Config& yaml) {
   std::vector<std::filesystem::path> folders;
   for (const std::string& folder : yaml.texts(
@@ -209,6 +224,7 @@ SourceObjects settle_mountings(const std::vector<Config>& open, const Config& ya
 
 /// Everything but the sources and, without `with_sinks`, the sinks.
 Robot load_parts(const Config& yaml, const PluginLoader& loader, const OwnSensors& own, bool with_sinks = true) {
+  read_base_folder(yaml);
   const FusionSettings settings = read_fusion_settings(yaml);
   const std::vector<Config> entries = yaml.items({"sensors",
                                                   "at least one must be a motion source, unless `motion.source` is "
@@ -323,7 +339,7 @@ Robot Robot::retuned(const Config::Override& key_and_value) const {
     throw Error(fmt::format("\"{}\": sensors.NAME.KEY=VALUE or maps.NAME.KEY=VALUE is expected", key_and_value));
   if (!loader) throw Error("the robot was put together without a loader of plugins");
   // The name keeps the folder from which relative paths count.
-  const std::string name = fmt::format("{} (effective)", yaml.file().string());
+  const std::string name = fmt::format("{} (effective)", name_of(yaml));
   const Config tuned = Config::parse(yaml.effective(), name, {key_and_value});
   for (const char* key : {"source", "sources", "sinks", "record", "report"}) {
     if (tuned.is_mapping(key)) tuned.child(key).ignore();
@@ -364,7 +380,7 @@ std::unique_ptr<Fusion> Robot::fusion(Fusion::Observer observer) const {
   try {
     return std::make_unique<Fusion>(settings, sensors, maps, std::move(observer));
   } catch (const ConfigError& error) {
-    throw ConfigError(fmt::format("{}: {}", yaml.file().string(), error.what()));
+    throw ConfigError(fmt::format("{}: {}", name_of(yaml), error.what()));
   }
 }
 

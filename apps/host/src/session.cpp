@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
+#include <filesystem>
 #include <iterator>
 #include <sstream>
 #include <utility>
@@ -58,6 +59,30 @@ std::optional<Measurement> next_of(Source& source) {
   }
 }
 
+/// A text as YAML, in double quotes.
+std::string in_quotes(std::string_view text) {
+  std::string result = "\"";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"' || c == '\\') result += '\\';
+    if (text.substr(i, 2) == "${") result += '$';  // or it would be taken for a variable
+    if (static_cast<unsigned char>(c) < 0x20) {
+      result += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+/// The effective configuration, to be run from any folder: relative paths in it count from that of the YAML.
+std::string config_file_of(const Config& yaml) {
+  const std::string folder = std::filesystem::absolute(yaml.file()).lexically_normal().parent_path().string();
+  if (yaml.has("base_folder"))
+    return Config::parse(yaml.effective(), "", {"base_folder=" + in_quotes(folder)}).effective();
+  return fmt::format("{}base_folder: {}\n", yaml.effective(), in_quotes(folder));
+}
+
 std::vector<std::string> failures_of(const SessionResult& result, const std::vector<std::string>& of_sinks) {
   std::vector<std::string> failures;
   if (!result.log_error.empty()) failures.push_back(result.log_error);
@@ -104,7 +129,7 @@ Session::Session(Robot robot, SessionOptions options)
       results_(sinks_of(robot_, lock_ != nullptr),
                RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective(),
                        options_.name.empty() ? robot_.yaml.file().stem().string() : options_.name},
-               lock_ != nullptr),
+               lock_ ? config_file_of(robot_.yaml) : std::string()),
       fusion_(make_fusion(robot_)),
       diagnosis_(robot_.is_diagnosed ? std::make_unique<Diagnosis>(robot_) : nullptr),
       log_(std::make_unique<LogIdentity>()),
@@ -323,7 +348,7 @@ std::string Session::save_maps() {
     FileStems stems({});
     for (const MapDescription& map : last.best_maps(MapDetail::with_files)) {
       const std::string stem = stems.of(map.module);
-      for (const MapFile& file : map.files) write_file(out / (stem + file.extension), file.content);
+      for (const MapFile& file : map.files) write_file(out / (stem + file.extension), file.content, Belongs::to_nobody);
     }
     folder = out.string();
   });
@@ -421,6 +446,7 @@ SessionResult Session::conclude() {
   if (!reported) results_.finish(nullptr, result.report);
   result.failures = failures_of(result, results_.failures());
   result.lost = lost_of(result.report.health, robot_.settings.health.max_lost_share);
+  result.replaced = results_.replaced();
   if (!checkpoint_error_.empty()) result.failures.push_back(checkpoint_error_);
   if (!reference_error_.empty()) result.failures.push_back("no reference: " + reference_error_);
   return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -9,47 +10,23 @@
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/evaluate_options.hpp"
+#include "apps/waymark/evaluation/overlay.hpp"
 #include "apps/waymark/evaluation/report.hpp"
+#include "apps/waymark/evaluation/run_comparison.hpp"
+#include "apps/waymark/evaluation/run_results.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/io/output_file.hpp"
 
 namespace waymark::command {
 namespace {
-
-struct Arguments {
-  std::string estimate;
-  std::string reference;
-  std::string covariance;
-  std::string diagnostics;
-  std::vector<std::string> outages;
-  std::string pauses_of;
-  double pauses_longer_than_s = 0.0;  // 0: not given
-  std::string relations;
-  std::string relations_motion;
-  std::vector<double> relations_sensor;  // x, y [m] and perhaps yaw [deg]
-  std::string landmarks;
-  std::string survey;
-  std::string voxels;
-  std::string surfaces;
-  std::string columns;
-  std::string reference_columns;
-  std::string survey_columns;
-  std::string align = "none";
-  std::vector<double> lever_arm_m;
-  std::vector<double> datum;
-  double rpe_delta_s = 0.0;  // 0: not given
-  bool json = false;
-  evaluation::TrajectoryOptions trajectory;
-  evaluation::LandmarkOptions landmark;
-  evaluation::OutageOptions outage;
-  evaluation::VoxelOptions voxel;
-};
 
 std::optional<evaluation::Columns> columns_of(const std::string& text, const std::vector<std::string>& allowed) {
   if (text.empty()) return std::nullopt;
   return evaluation::parse_columns(text, allowed);
 }
 
-std::optional<Datum> datum_of(const Arguments& arguments) {
+std::optional<Datum> datum_of(const EvaluateOptions& arguments) {
   const std::vector<double>& d = arguments.datum;
   if (d.empty()) return std::nullopt;
   const double height = d.size() > 2 ? d[2] : 0.0;
@@ -58,7 +35,7 @@ std::optional<Datum> datum_of(const Arguments& arguments) {
   return Datum{d[0], d[1], height};
 }
 
-std::vector<evaluation::Outage> outages_of(const Arguments& arguments, const evaluation::Trajectory& reference) {
+std::vector<evaluation::Outage> outages_of(const EvaluateOptions& arguments, const evaluation::Trajectory& reference) {
   std::vector<evaluation::Outage> outages;
   for (const std::string& text : arguments.outages) outages.push_back(evaluation::parse_outage(text));
   if (arguments.pauses_longer_than_s > 0.0) {
@@ -83,63 +60,38 @@ Pose sensor_of(const std::vector<double>& numbers) {
   return Pose::planar(numbers[0], numbers[1], yaw_deg * std::numbers::pi / 180.0);
 }
 
-evaluation::RelationScore relations_of(const Arguments& arguments, const evaluation::Trajectory& estimate,
+evaluation::RelationScore relations_of(const EvaluateOptions& arguments, const evaluation::Trajectory& estimate,
                                        const evaluation::RelationOptions& options) {
   std::optional<evaluation::Trajectory> motion;
   if (!arguments.relations_motion.empty()) motion = evaluation::read_trajectory(arguments.relations_motion);
   return evaluation::score_relations(evaluation::read_relations(arguments.relations), estimate, motion, options);
 }
 
-/// Refuses options that mean nothing without others.
-void check(const Arguments& arguments) {
-  if (arguments.relations.empty() && arguments.estimate.empty() != arguments.reference.empty()) {
-    throw UsageError("evaluate: --estimate and --reference belong together");
-  }
-  if (!arguments.relations.empty() && arguments.estimate.empty())
-    throw UsageError("evaluate: --relations needs --estimate");
-  if (arguments.landmarks.empty() != arguments.survey.empty()) {
-    throw UsageError("evaluate: --landmarks and --survey belong together");
-  }
-  if (arguments.voxels.empty() != arguments.surfaces.empty()) {
-    throw UsageError("evaluate: --voxels and --surfaces belong together");
-  }
-  if (!arguments.covariance.empty() && arguments.reference.empty()) {
-    throw UsageError("evaluate: --covariance needs --estimate and --reference");
-  }
-  const bool outages = !arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0;
-  if (outages && arguments.reference.empty())
-    throw UsageError("evaluate: --outage and --outages-longer-than need --estimate and --reference");
-  if (arguments.estimate.empty() && arguments.landmarks.empty() && arguments.voxels.empty() &&
-      arguments.diagnostics.empty()) {
-    throw UsageError(
-        "evaluate: nothing to score; give --estimate with --reference, --landmarks with --survey, --estimate with "
-        "--relations, --voxels with --surfaces, or --diagnostics");
-  }
-  if (arguments.reference.empty() && arguments.align != "none") {
-    throw UsageError(
-        "evaluate: --align needs --estimate and --reference (landmarks alone always get their own alignment as well)");
-  }
-}
-
 /// Trajectory, consistency, outages.
-void score_against_reference(const Arguments& arguments, const evaluation::Trajectory& estimate,
-                             evaluation::Report& report) {
+void score_against_reference(const EvaluateOptions& arguments, const evaluation::Trajectory& estimate,
+                             bool covariance_was_asked, evaluation::Report& report) {
   const auto& quantities = evaluation::trajectory_quantities();
   const evaluation::TrajectoryOptions& options = report.trajectory_options;
   const evaluation::Trajectory reference = evaluation::read_trajectory(
       arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
   report.trajectory = evaluation::score_trajectory(estimate, reference, options);
   std::vector<evaluation::PoseCovariance> covariances;
-  if (!arguments.covariance.empty()) {
-    if (reference.orientation == evaluation::Orientation::none && !options.lever_arm_m.isZero()) {
+  const bool is_of_another_point =
+      reference.orientation == evaluation::Orientation::none && !options.lever_arm_m.isZero();
+  if (!arguments.covariance.empty() && !(is_of_another_point && !covariance_was_asked)) {
+    if (is_of_another_point) {
       throw Error("evaluate: --covariance is that of the base, not of the point at --lever-arm, whose positions " +
                   reference.name + " holds; leave out one of the two");
     }
     covariances = evaluation::read_covariances(arguments.covariance);
     evaluation::Trajectory of_base = reference;  // the covariance is that of the base
     for (auto& point : of_base.points) point.pose.p -= point.pose.q * options.lever_arm_m;
-    report.consistency = evaluation::score_consistency(covariances, estimate, of_base,
-                                                       report.trajectory->T_reference_estimate, options.max_time_gap_s);
+    try {
+      report.consistency = evaluation::score_consistency(
+          covariances, estimate, of_base, report.trajectory->T_reference_estimate, options.max_time_gap_s);
+    } catch (const Error&) {
+      if (covariance_was_asked) throw;  // else it was only there
+    }
   }
   if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
     report.outage_options = arguments.outage;
@@ -150,8 +102,8 @@ void score_against_reference(const Arguments& arguments, const evaluation::Traje
   }
 }
 
-evaluation::Report evaluate(const Arguments& arguments) {
-  check(arguments);
+evaluation::Report evaluate(const EvaluateOptions& arguments, bool covariance_was_asked) {
+  require_consistent(arguments);
   evaluation::Report report;
   report.trajectory_options = arguments.trajectory;
   report.landmark_options = arguments.landmark;
@@ -175,7 +127,7 @@ evaluation::Report evaluate(const Arguments& arguments) {
       report.relation_options.max_time_gap_s = options.max_time_gap_s;
       report.relations = relations_of(arguments, estimate, report.relation_options);
     }
-    if (!arguments.reference.empty()) score_against_reference(arguments, estimate, report);
+    if (!arguments.reference.empty()) score_against_reference(arguments, estimate, covariance_was_asked, report);
   }
   if (!arguments.diagnostics.empty()) report.innovations = evaluation::read_innovations(arguments.diagnostics);
   if (!arguments.landmarks.empty()) {
@@ -192,120 +144,101 @@ evaluation::Report evaluate(const Arguments& arguments) {
   return report;
 }
 
-void add_outage_options(CLI::App* command, Arguments& a) {
-  command
-      ->add_option("--outage", a.outages,
-                   "begin:end [s] of a span without the sensor that bounds the position error; repeatable")
-      ->allow_extra_args(false);
-  auto* pauses_longer =
-      command
-          ->add_option("--outages-longer-than", a.pauses_longer_than_s,
-                       "outages are also the pauses of the reference, or of --outages-of, longer than this [s]")
-          ->check(positive_number());
-  command->add_option("--outages-of", a.pauses_of, "the recording whose pauses count: columns t, x, y")
-      ->needs(pauses_longer);
-  command->add_option("--settling", a.outage.settling_s, "after an outage, where the largest step is looked for [s]")
-      ->check(positive_number())
-      ->capture_default_str();
+/// The options with what a run left in its folder, where they do not name another file.
+EvaluateOptions of_run(const EvaluateOptions& given, const std::string& folder) {
+  const evaluation::RunResults found = evaluation::find_results(folder);
+  EvaluateOptions options = given;
+  const auto fill = [](std::string& option, const std::filesystem::path& file) {
+    if (option.empty()) option = file.string();
+  };
+  fill(options.estimate, found.estimate);
+  const bool has_own_reference = given.reference.empty();
+  fill(options.reference, found.reference);
+  if (!options.reference.empty()) fill(options.covariance, found.covariance);
+  fill(options.diagnostics, found.diagnostics);
+  if (given.landmarks.empty() && given.survey.empty()) {
+    options.landmarks = found.landmarks.string();
+    options.survey = found.survey.string();
+  } else if (given.landmarks.empty()) {
+    options.landmarks = (std::filesystem::path(folder) / "landmarks.csv").string();
+  }
+  if (options.datum.empty() && found.datum)
+    options.datum = {found.datum->latitude_deg, found.datum->longitude_deg, found.datum->height_m};
+  if (has_own_reference && options.lever_arm_m.empty() && found.lever_arm_m)
+    options.lever_arm_m = {found.lever_arm_m->x(), found.lever_arm_m->y(), found.lever_arm_m->z()};
+  if (options.reference.empty() && options.relations.empty() && options.survey.empty() && options.voxels.empty() &&
+      options.diagnostics.empty())
+    throw Error(folder + ": has no reference and no held_out.csv; --reference FILE names one");
+  if (options.reference.empty() && options.relations.empty()) options.estimate.clear();
+  return options;
 }
 
-void add_trajectory_options(CLI::App* command, Arguments& a) {
-  command->add_option("--align", a.align, "alignment before scoring: none, se2 (plane, z ignored) or se3")
-      ->check(CLI::IsMember({"none", "se2", "se3"}))
-      ->capture_default_str();
-  command
-      ->add_option("--lever-arm", a.lever_arm_m,
-                   "the reference is this point of the robot: x,y,z in the base frame [m]")
-      ->delimiter(',')
-      ->expected(3);
-  command
-      ->add_option("--datum", a.datum,
-                   "where the map's origin is, for a geodetic reference: latitude,longitude[,height] as in the YAML "
-                   "[deg, m]")
-      ->delimiter(',')
-      ->expected(2, 3);
-  command
-      ->add_option("--max-time-gap", a.trajectory.max_time_gap_s,
-                   "longest pause of the estimate to interpolate over [s]")
-      ->check(positive_number())
-      ->capture_default_str();
-  auto* by_length =
-      command->add_option("--rpe-delta-m", a.trajectory.rpe_delta_m, "relative errors over this length of the path [m]")
-          ->check(positive_number())
-          ->capture_default_str();
-  command->add_option("--rpe-delta-s", a.rpe_delta_s, "relative errors over this time [s]")
-      ->check(positive_number())
-      ->excludes(by_length);
-  command->add_option("--columns", a.columns, "columns of the estimate, from 0: t=0,x=1,y=2[,z=..][,yaw=..]");
-  command->add_option("--reference-columns", a.reference_columns, "columns of the reference, from 0");
+/// What a run is scored with, in one line.
+std::string heading(const std::string& folder, const EvaluateOptions& options) {
+  std::string text = folder + ":";
+  for (const std::string& file : {options.estimate, options.reference, options.landmarks, options.diagnostics}) {
+    if (file.empty()) continue;
+    const std::filesystem::path path(file);
+    const bool is_in_folder = path.parent_path() == std::filesystem::path(folder);
+    text += fmt::format("{}{}", text.ends_with(':') ? " " : ", ", is_in_folder ? path.filename().string() : file);
+  }
+  return text + "\n";
 }
 
-void add_relation_options(CLI::App* command, Arguments& a) {
-  auto* relations =
-      command->add_option("--relations", a.relations,
-                          "true motions between two times: t1 t2 x y z roll pitch yaw [s, m, rad]; needs no "
-                          "--reference");
-  command
-      ->add_option("--relations-motion", a.relations_motion,
-                   "trajectory without corrections, for times between the rows of the estimate: path.txt of dead "
-                   "reckoning")
-      ->needs(relations);
-  command
-      ->add_option("--relations-sensor", a.relations_sensor,
-                   "the relations are of this frame of the robot: x,y[,yaw] in the base frame [m, deg]")
-      ->delimiter(',')
-      ->expected(2, 3)
-      ->needs(relations);
+evaluation::OverlayPath overlay_path(const std::string& name, const std::string& file,
+                                     const std::optional<evaluation::Columns>& columns,
+                                     const std::optional<Datum>& datum, const Pose& T_reference_estimate) {
+  evaluation::OverlayPath path{name, {}};
+  for (const auto& point : evaluation::read_trajectory(file, columns, datum).points)
+    path.points.emplace_back((T_reference_estimate * point.pose).p.head<2>());
+  return path;
 }
 
-void add_map_options(CLI::App* command, Arguments& a) {
-  command->add_option("--landmarks", a.landmarks, "landmarks.csv of the landmarks sink");
-  command->add_option("--survey", a.survey, "surveyed landmarks: id,x_m,y_m[,radius_m]");
-  command->add_option("--survey-columns", a.survey_columns, "columns of the survey, from 0: name=0,x=1,y=2[,radius=3]");
-  command
-      ->add_option("--match-radius-m", a.landmark.match_radius_m,
-                   "a landmark belongs to a survey point within this [m]")
-      ->check(positive_number())
-      ->capture_default_str();
-  command->add_option("--min-sightings", a.landmark.min_sightings, "landmarks seen less often do not count")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  auto* voxels =
-      command->add_option("--voxels", a.voxels, "octree (.bt, .ot): its occupied voxels against true surfaces");
-  command->add_option("--surfaces", a.surfaces, "true surfaces, as the simulator writes them (surfaces_file)");
-  command
-      ->add_option("--voxel-tolerance-m", a.voxel.tolerance_m,
-                   "the middle of a voxel is on a surface within this [m]; without it: the side of a voxel")
-      ->check(positive_number())
-      ->needs(voxels);
+void evaluate_all(const EvaluateOptions& given) {
+  std::vector<EvaluateOptions> jobs;
+  for (const std::string& folder : given.runs) jobs.push_back(of_run(given, folder));
+  if (given.runs.empty()) jobs.push_back(given);
+  std::vector<evaluation::NamedReport> reports;
+  std::vector<evaluation::OverlayPath> paths;
+  const bool covariance_was_asked = given.runs.empty() || !given.covariance.empty();
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const std::string name = given.runs.empty() ? given.estimate : given.runs[i];
+    reports.push_back({name, evaluate(jobs[i], covariance_was_asked)});
+    if (given.overlay.empty() || jobs[i].estimate.empty()) continue;
+    const auto& quantities = evaluation::trajectory_quantities();
+    const auto& scored = reports.back().report.trajectory;
+    if (paths.empty() && scored)
+      paths.push_back(overlay_path("reference", jobs[i].reference, columns_of(jobs[i].reference_columns, quantities),
+                                   datum_of(jobs[i]), {}));
+    paths.push_back(overlay_path(name, jobs[i].estimate, columns_of(jobs[i].columns, quantities), {},
+                                 scored ? scored->T_reference_estimate : Pose{}));
+  }
+  if (!given.overlay.empty()) write_file(given.overlay, evaluation::overlay_svg(paths), Belongs::to_nobody);
+  if (given.json) {
+    print_output("{}",
+                 reports.size() == 1 ? evaluation::to_json(reports.front().report) : evaluation::to_json(reports));
+  } else if (reports.size() == 1) {
+    print_output("{}{}", given.runs.empty() ? "" : heading(given.runs.front(), jobs.front()),
+                 evaluation::to_text(reports.front().report));
+  } else {
+    print_output("{}", evaluation::to_table(reports));
+  }
 }
 
 }  // namespace
 
 void add_evaluate_command(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
-  CLI::App* command = app.add_subcommand("evaluate", "score a trajectory against a reference, a map against a survey");
+  const auto options = std::make_shared<EvaluateOptions>();
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Score a run: trajectory against a reference, map against a survey; compare runs");
   command->footer(
-      "Example:\n  waymark evaluate --estimate out/quickstart/trajectory.txt --reference out/quickstart/reference.txt "
-      "--align se2\n"
-      "  waymark evaluate --estimate out/run/trajectory.txt --reference out/run/reference.txt \\\n"
-      "      --covariance out/run/covariance.csv --diagnostics out/run/diagnostics.json --outage 30:45 --outage 80:90");
-  command->add_option("--estimate", a.estimate, "trajectory to score: TUM, or text with column names; .gz too");
-  command->add_option("--reference", a.reference, "reference trajectory, or positions such as held_out.csv");
-  command->add_option(
-      "--covariance", a.covariance,
-      "covariance.csv of the tum sink: adds the NEES of x, y, yaw (of x, y if the reference has no yaw)");
-  command->add_option("--diagnostics", a.diagnostics, "diagnostics.json of that sink: adds the NIS of every sensor");
-  add_outage_options(command, a);
-  add_trajectory_options(command, a);
-  add_relation_options(command, a);
-  add_map_options(command, a);
-  command->add_flag("--json", a.json, "print one JSON object");
-  command->callback([arguments, &exit_code] {
-    const evaluation::Report report = evaluate(*arguments);
-    const std::string text = arguments->json ? evaluation::to_json(report) : evaluation::to_text(report);
-    print_output("{}", text);
+      "Example:\n  waymark evaluate out/quickstart\n"
+      "  waymark evaluate out/first out/second --align se2 --overlay both.svg\n"
+      "  waymark evaluate out/run --outage 30:45 --outage 80:90\n"
+      "  waymark evaluate --estimate mine.txt --reference out/quickstart/reference.txt --align se2");
+  add_evaluate_options(command, *options);
+  command->callback([options, &exit_code] {
+    evaluate_all(*options);
     exit_code = kSuccess;
   });
 }

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
@@ -11,6 +12,8 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/host/reference.hpp"
+#include "waymark/interface/payload_description.hpp"
+#include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::command {
@@ -29,6 +32,44 @@ void list_plugins(const PluginLoader& loader) {
   if (plugins.empty()) print_output("none\n");
 }
 
+/// A payload as it is registered.
+struct PayloadFields {
+  std::string name;
+  std::string type;
+  std::vector<FieldDescription> fields;
+};
+
+std::vector<PayloadFields> payloads() {
+  std::vector<PayloadFields> all;
+  const auto add = [&all]<class T>(const T&) {
+    all.push_back({std::string(short_type_name(T::kType)), std::string(T::kType), describe_fields<T>()});
+  };
+  std::apply([&](const auto&... payload) { (add(payload), ...); }, CorePayloads());
+  return all;
+}
+
+std::string names_of_payloads() {
+  std::string names;
+  for (const PayloadFields& payload : payloads()) names += (names.empty() ? "" : ", ") + payload.name;
+  return names;
+}
+
+/// False if there is no payload of that name.
+bool print_payload(const std::string& name) {
+  for (const PayloadFields& payload : payloads()) {
+    if (payload.name != name && payload.type != name) continue;
+    print_output("payload {}\n", payload.type);
+    for (const FieldDescription& field : payload.fields) {
+      print_output("  {}{}: {}{}{}\n", field.name, field.info.unit.empty() ? "" : fmt::format(" [{}]", field.info.unit),
+                   field.kind, field.info.required ? ", required" : "",
+                   field.info.unknown.empty() ? "" : fmt::format(", not known: {}", field.info.unknown));
+      print_output("      {}\n", field.info.meaning);
+    }
+    return true;
+  }
+  return false;
+}
+
 PluginInfo find_plugin(const PluginLoader& loader, const std::string& name) {
   std::vector<std::string> names;
   for (const PluginInfo& plugin : loader.list()) {
@@ -38,6 +79,7 @@ PluginInfo find_plugin(const PluginLoader& loader, const std::string& name) {
     }
     names.push_back(plugin.name);
   }
+  for (const PayloadFields& payload : payloads()) names.push_back(payload.name);
   const std::string near = nearest_name(name, names);
   throw PluginError(fmt::format("there is no plugin \"{}\"{}; there are: {}", name,
                                 near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near),
@@ -68,6 +110,8 @@ void print_reference(const PluginLoader& loader, const std::string& name, bool m
   }
   if (!of_robot) print_output("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
   print_keys(keys);
+  if (plugin.kind == "source")
+    print_output("payloads: {}; waymark plugins PAYLOAD lists the fields of one\n", names_of_payloads());
 }
 
 }  // namespace
@@ -78,14 +122,16 @@ void add_plugins_command(CLI::App& app, int& exit_code) {
   auto markdown = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
   command->footer("Example:\n  waymark plugins dgps");
-  command->add_option("name", *name, "a plugin whose keys are listed; \"robot\": the keys outside of plugins");
+  command->add_option(
+      "name", *name,
+      "a plugin whose keys are listed, or a payload and its fields; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
   command->add_flag("--markdown", *markdown, "the keys as a table");
   command->callback([folders, name, markdown, &exit_code] {
     const PluginLoader loader(PluginLoader::standard_search_path({folders->begin(), folders->end()}));
     if (name->empty()) {
       list_plugins(loader);
-    } else {
+    } else if (!print_payload(*name)) {
       print_reference(loader, *name, *markdown);
     }
     exit_code = kSuccess;

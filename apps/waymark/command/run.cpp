@@ -179,6 +179,7 @@ int run(const RunOptions& options) {
   const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
   progress.finish();
   print_report(result.report, is_live, log);
+  for (const std::string& line : result.replaced) log.print(LogLevel::info, "waymark: {}\n", line);
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),
             out.string());

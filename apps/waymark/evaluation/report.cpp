@@ -44,6 +44,17 @@ std::string alignment_text(const TrajectoryError& e) {
                      p.z(), rpy.x(), rpy.y(), rpy.z());
 }
 
+void segments_text(const SegmentErrors& e, std::string& out) {
+  if (e.all.segments == 0) return;
+  line(out, "KITTI segments",
+       fmt::format("{:.4f} % translation, {:.6f} deg/m rotation ({} segments)", 100.0 * e.all.translation,
+                   kDegrees * e.all.rotation_rad_per_m, e.all.segments));
+  std::string by_length;
+  for (const SegmentErrors::Length& one : e.by_length)
+    by_length += fmt::format("{}{:g} m {:.3f} %", by_length.empty() ? "" : ", ", one.length_m, 100.0 * one.translation);
+  line(out, "", by_length);
+}
+
 void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options, std::string& out) {
   out += "trajectory\n";
   line(out, "scored",
@@ -55,9 +66,15 @@ void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options,
     const Eigen::Vector3d& l = options.lever_arm_m;
     line(out, "lever arm", fmt::format("{:g}, {:g}, {:g} m", l.x(), l.y(), l.z()));
   }
-  line(out, e.dimensions == 3 ? "position error (3-D)" : "position error (plane)", metres(e.position_m));
-  if (e.dimensions == 3) line(out, "  its part in the plane", fmt::format("rms {:.4f} m", e.horizontal_rms_m));
+  if (e.is_planar) {
+    line(out, "position error (plane)", metres(e.horizontal_m));
+    line(out, "  with the height (3-D)", fmt::format("rms {:.4f} m; the estimate is planar", e.position_m.rms));
+  } else {
+    line(out, e.dimensions == 3 ? "position error (3-D)" : "position error (plane)", metres(e.position_m));
+    if (e.dimensions == 3) line(out, "  its part in the plane", fmt::format("rms {:.4f} m", e.horizontal_m.rms));
+  }
   if (e.yaw_rad) line(out, "yaw error", degrees(*e.yaw_rad));
+  segments_text(e.segments, out);
   const double delta = options.rpe_delta_s.value_or(options.rpe_delta_m);
   const std::string_view unit = options.rpe_delta_s ? "s" : "m";
   const std::string label = fmt::format("relative error over {:g} {}", delta, unit);
@@ -178,6 +195,20 @@ Json pose_json(const Pose& T) {
           {"roll_rad", rpy.x()}, {"pitch_rad", rpy.y()}, {"yaw_rad", rpy.z()}};
 }
 
+Json segments_json(const SegmentErrors& e) {
+  const auto of = [](const SegmentErrors::Length& one) {
+    return Json{{"length_m", one.length_m},
+                {"segments", one.segments},
+                {"translation_percent", 100.0 * one.translation},
+                {"rotation_deg_per_m", kDegrees * one.rotation_rad_per_m}};
+  };
+  if (e.all.segments == 0) return nullptr;
+  Json out = of(e.all);
+  out["by_length"] = Json::array();
+  for (const SegmentErrors::Length& one : e.by_length) out["by_length"].push_back(of(one));
+  return out;
+}
+
 Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options) {
   Json out;
   out["reference_points"] = e.reference_points;
@@ -192,7 +223,8 @@ Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options)
   out["reference_T_estimate"] = pose_json(e.T_reference_estimate);
   out["lever_arm_m"] = {options.lever_arm_m.x(), options.lever_arm_m.y(), options.lever_arm_m.z()};
   put(out, "ate", "m", e.position_m);
-  out["ate_horizontal_rms_m"] = e.horizontal_rms_m;
+  put(out, "ate_horizontal", "m", e.horizontal_m);
+  out["is_planar"] = e.is_planar || e.dimensions == 2;
   put(out, "yaw", "rad", e.yaw_rad);
   out["rpe_delta_m"] = options.rpe_delta_s ? Json(nullptr) : Json(options.rpe_delta_m);
   out["rpe_delta_s"] = options.rpe_delta_s ? Json(*options.rpe_delta_s) : Json(nullptr);
@@ -202,6 +234,7 @@ Json trajectory_json(const TrajectoryError& e, const TrajectoryOptions& options)
       any ? Json(e.relative.mean_delta) : Json(nullptr);
   put(out, "rpe_translation", "m", any ? std::optional(e.relative.translation_m) : std::nullopt);
   put(out, "rpe_rotation", "rad", any ? e.relative.rotation_rad : std::nullopt);
+  out["segments"] = segments_json(e.segments);
   return out;
 }
 

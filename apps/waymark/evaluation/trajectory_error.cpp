@@ -11,11 +11,16 @@
 namespace waymark::evaluation {
 namespace {
 
-struct Pair {
-  Time stamp;
-  Pose estimate;
-  Pose reference;
-};
+using Pair = PosePair;
+
+/// A planar filter keeps the height of its start.
+bool has_one_height(const Trajectory& trajectory) {
+  constexpr double kResolutionM = 1e-6;  // of the files
+  const double height = trajectory.points.front().pose.p.z();
+  return std::ranges::all_of(trajectory.points, [&](const Trajectory::Point& point) {
+    return std::abs(point.pose.p.z() - height) < kResolutionM;
+  });
+}
 
 Pose interpolate(const Trajectory::Point& a, const Trajectory::Point& b, Time stamp) {
   const double share = to_seconds(stamp - a.stamp) / to_seconds(b.stamp - a.stamp);
@@ -196,9 +201,15 @@ TrajectoryError score_trajectory(const Trajectory& estimate, const Trajectory& r
     out.reference_length_m += (pairs[i].reference.p - pairs[i - 1].reference.p).norm();
   }
   out.position_m = statistics(std::move(distances));
-  out.horizontal_rms_m = statistics(std::move(horizontal)).rms;
+  out.horizontal_m = statistics(std::move(horizontal));
+  out.is_planar = out.dimensions == 3 && has_one_height(estimate);
   if (both_turn) out.yaw_rad = statistics(std::move(yaw_errors));
   out.relative = relative_error(pairs, options, both_turn);
+  if (!both_turn) return out;
+  if (out.is_planar) {
+    for (Pair& pair : pairs) pair = {pair.stamp, flattened(pair.estimate), flattened(pair.reference)};
+  }
+  out.segments = score_segments(pairs);
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/waymark/evaluation/alignment.hpp"
+#include "apps/waymark/evaluation/segment_error.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 
 namespace waymark::evaluation {
@@ -54,11 +55,13 @@ struct TrajectoryError {
   double reference_length_m = 0.0;  ///< path of the scored reference points
   int dimensions = 2;               ///< 2: positions compare in the plane; 3: in space
   Alignment align = Alignment::none;
-  Pose T_reference_estimate;      ///< the alignment; identity for none
-  ErrorStatistics position_m;     ///< absolute trajectory error after alignment
-  double horizontal_rms_m = 0.0;  ///< the part in the plane
+  Pose T_reference_estimate;     ///< the alignment; identity for none
+  ErrorStatistics position_m;    ///< absolute trajectory error after alignment
+  ErrorStatistics horizontal_m;  ///< the part in the plane
+  bool is_planar = false;        ///< the estimate has one height throughout: that of the reference means nothing
   std::optional<ErrorStatistics> yaw_rad;
   RelativeError relative;
+  SegmentErrors segments;  ///< empty without orientations
 };
 
 /// What is known of a trajectory at one time.

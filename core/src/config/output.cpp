@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "config/node.hpp"
 #include "waymark/io/file_stems.hpp"
 #include "waymark/io/output_file.hpp"
+#include "waymark/io/written_files.hpp"
 
 namespace waymark {
 namespace {
@@ -38,7 +41,8 @@ std::string Config::output(const Key& key, std::string_view fallback) const {
   if (file.ends_with(kPartialSuffix))
     fail(key.name,
          fmt::format("\"{}\": names that end in {} are of files that are not complete", name, kPartialSuffix));
-  if (overlap(file, std::string(kEffectiveConfigFile)))
+  const std::array<std::string_view, 3> own{kEffectiveConfigFile, kWrittenFilesList, kOpenWrittenFilesList};
+  if (std::ranges::any_of(own, [&](std::string_view one) { return overlap(file, std::string(one)); }))
     fail(key.name, fmt::format("\"{}\" is written by the run itself", name));
   const auto is_this = [&](const Node::Output& other) { return other.node == node_ && other.key == key.name; };
   for (const Node::Output& other : root_->outputs) {

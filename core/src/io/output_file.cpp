@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "waymark/base/error.hpp"
+#include "waymark/io/written_files.hpp"
 
 namespace waymark {
 namespace {
@@ -111,18 +112,23 @@ void OutputFile::commit() {
   const bool closed = ::close(std::exchange(descriptor_, -1)) == 0;
   const int close_error = errno;
   if (error != 0) throw_error(path_, "renaming", error);
+  note_written(path_);
   if (!closed) throw_error(path_, "closing", close_error);
 }
 
 void OutputFile::fail(const char* doing, int system_error) {
   const bool cut = ::ftruncate(descriptor_, static_cast<off_t>(last_line_end_)) == 0;
   // Without a complete line there is no file: an empty one would hide an older one.
-  if (!cut || last_line_end_ == 0 || put_in_place(descriptor_, partial_, path_) != 0) ::unlink(partial_.c_str());
+  if (!cut || last_line_end_ == 0 || put_in_place(descriptor_, partial_, path_) != 0) {
+    ::unlink(partial_.c_str());
+  } else {
+    note_written(path_);
+  }
   ::close(std::exchange(descriptor_, -1));
   throw_error(path_, doing, system_error);
 }
 
-void write_file(const std::filesystem::path& path, std::string_view content) {
+void write_file(const std::filesystem::path& path, std::string_view content, Belongs belongs) {
   const std::filesystem::path partial = partial_of(path);
   const int descriptor = create(path, partial);
   std::size_t done = 0;
@@ -137,7 +143,10 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
     error = put_in_place(descriptor, partial, path);
   }
   if (::close(descriptor) != 0 && error == 0) throw_error(path, "closing", errno);
-  if (error == 0) return;
+  if (error == 0) {
+    if (belongs == Belongs::to_run) note_written(path);
+    return;
+  }
   ::unlink(partial.c_str());
   throw_error(path, doing, error);
 }

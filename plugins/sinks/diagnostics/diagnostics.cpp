@@ -123,6 +123,12 @@ Json describe(const std::vector<Finding>& findings) {
   return all;
 }
 
+Json describe(const std::optional<Datum>& datum) {
+  if (!datum) return nullptr;
+  return {
+      {"latitude_deg", datum->latitude_deg}, {"longitude_deg", datum->longitude_deg}, {"height_m", datum->height_m}};
+}
+
 Json describe(const LatencyReport& latency) {
   return {{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
 }
@@ -201,6 +207,7 @@ class Diagnostics : public Sink {
     Json sensors = Json::array();
     for (const SensorReport& sensor : report.sensors) sensors.push_back(describe(sensor));
     Json document = {{"run", describe(report)},
+                     {"datum", last != nullptr ? describe(last->datum()) : Json(nullptr)},
                      {"health", health_json(health_, report)},
                      {"findings", describe(report.findings)},
                      {"sensors", std::move(sensors)},

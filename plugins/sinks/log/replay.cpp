@@ -74,6 +74,7 @@ std::string replay_config(std::string_view config, std::string_view source, cons
                           const std::vector<std::size_t>& silent) {
   const Config given = Config::parse(config, "effective configuration");
   std::vector<Config::Override> overrides{"source=" + std::string(source)};
+  if (given.has("base_folder")) overrides.emplace_back("base_folder=.");  // the tables lie beside it
   const std::vector<Config> sensors = given.items("sensors");
   const std::vector<Config> maps = given.items_or_empty("maps");
   for (const std::size_t sensor : silent) {

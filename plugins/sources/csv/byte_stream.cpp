@@ -53,16 +53,22 @@ ByteStream::ByteStream(const std::filesystem::path& file) : name_(file.string())
 ByteStream::~ByteStream() { ::close(descriptor_); }
 
 std::size_t ByteStream::read(char* data, std::size_t size) {
-  if (inflater_) return read_gzip(data, size);
+  if (inflater_) {
+    const std::size_t count = read_gzip(data, size);
+    produced_ += count;
+    return count;
+  }
   if (input_begin_ < input_end_) {
     const std::size_t count = std::min(size, input_end_ - input_begin_);
     std::memcpy(data, input_.data() + input_begin_, count);
     input_begin_ += count;
     consumed_ += count;
+    produced_ += count;
     return count;
   }
   const std::size_t count = read_file(data, size);
   consumed_ += count;
+  produced_ += count;
   return count;
 }
 

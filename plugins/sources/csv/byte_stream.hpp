@@ -28,6 +28,7 @@ class ByteStream {
   std::string_view problem() const { return problem_; }
 
   std::uint64_t consumed() const { return consumed_; }  ///< bytes of the file that were used
+  std::uint64_t produced() const { return produced_; }  ///< bytes that `read` gave; of a gzip file the expanded ones
   std::uint64_t file_size() const { return file_size_; }
 
  private:
@@ -42,6 +43,7 @@ class ByteStream {
   int descriptor_ = -1;
   std::uint64_t file_size_ = 0;
   std::uint64_t consumed_ = 0;
+  std::uint64_t produced_ = 0;
   std::vector<char> input_;  // compressed bytes, or the head of a plain file
   std::size_t input_begin_ = 0;
   std::size_t input_end_ = 0;

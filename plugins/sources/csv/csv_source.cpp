@@ -139,8 +139,9 @@ double CsvSource::progress() const {
   double consumed = 0.0;
   double total = 0.0;
   for (const Input& input : inputs_) {
-    consumed += static_cast<double>(input.file.reader().bytes().consumed());
-    total += static_cast<double>(input.file.reader().bytes().file_size());
+    const LineReader& lines = input.file.reader().lines();
+    consumed += lines.used_bytes();
+    total += static_cast<double>(lines.file_size());
   }
   return std::min(consumed / total, 1.0);
 }

@@ -70,6 +70,12 @@ LineReader::LineReader(const std::filesystem::path& file, std::string comment)
 
 std::string LineReader::place() const { return name_ + ":" + std::to_string(line_); }
 
+double LineReader::used_bytes() const {
+  if (bytes_.produced() == 0) return 0.0;
+  const double ahead = static_cast<double>(end_ - begin_) / static_cast<double>(bytes_.produced());
+  return static_cast<double>(bytes_.consumed()) * (1.0 - ahead);
+}
+
 bool LineReader::next(std::string_view& line) {
   while (next_raw(line)) {
     const auto first = line.find_first_not_of(" \t");

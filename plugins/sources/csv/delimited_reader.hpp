@@ -37,7 +37,9 @@ class LineReader {
   bool next(std::string_view& line);
 
   std::string place() const;  ///< "file:line" of the last line
-  const ByteStream& bytes() const { return bytes_; }
+  /// Bytes of the file that the lines so far took; what is read ahead does not count. Of a gzip file in proportion.
+  double used_bytes() const;
+  std::uint64_t file_size() const { return bytes_.file_size(); }
 
  private:
   bool next_raw(std::string_view& line);
@@ -64,7 +66,7 @@ class DelimitedReader {
 
   const std::vector<std::string>& header() const { return header_; }  ///< of the first header row; may be empty
   const std::filesystem::path& file() const { return file_; }
-  const ByteStream& bytes() const { return lines_->bytes(); }
+  const LineReader& lines() const { return *lines_; }
 
  private:
   void determine_layout();

@@ -125,7 +125,7 @@ class WAYMARK_API Config {
   [[noreturn]] void fail(std::string_view message) const;
   std::string place() const;           ///< "file:line:col"
   std::string path() const;            ///< "sensors.gps"
-  std::filesystem::path file() const;  ///< of the YAML; relative paths in it count from its folder
+  std::filesystem::path file() const;  ///< of the YAML; relative paths in it count from its folder (or `base_folder`)
 
   /// Throws ConfigError for the first key below this node that nothing has read, with the nearest key that was asked
   /// for.

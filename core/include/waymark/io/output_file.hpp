@@ -40,8 +40,12 @@ class WAYMARK_API OutputFile {
   std::size_t last_line_end_ = 0;
 };
 
+/// Whether a file belongs to the results of a run: then the next run in the folder replaces it (written_files.hpp).
+enum class Belongs { to_run, to_nobody };
+
 /// Writes a whole file, or none. Throws Error.
-WAYMARK_API void write_file(const std::filesystem::path& path, std::string_view content);
+WAYMARK_API void write_file(const std::filesystem::path& path, std::string_view content,
+                            Belongs belongs = Belongs::to_run);
 
 /// Creates a folder and its missing parents. Throws Error with its path, `what`, and the system's reason.
 WAYMARK_API void create_folder(const std::filesystem::path& folder, std::string_view what = "folder");

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -12,13 +13,16 @@
 
 namespace waymark::host {
 
+class RunFolder;
+
 /// Passes a run to its sinks. A sink that throws is not called again; the others continue. The effective configuration
 /// is written with the results, when they are complete: until then, that of an earlier run stays beside its results.
+/// What else is left of that run is removed then.
 class Results {
  public:
-  /// Starts the sinks. `with_config`: the effective configuration is written, too; throws Error if there is no room
-  /// for it.
-  Results(std::vector<SinkSlot> sinks, const RunInfo& info, bool with_config = false);
+  /// Starts the sinks. `config_file`: text of `config.yaml`, for a run that owns its folder; empty: it does not. Throws
+  /// Error if there is no room for it.
+  Results(std::vector<SinkSlot> sinks, const RunInfo& info, const std::string& config_file = {});
   ~Results();
   Results(const Results&) = delete;
   Results& operator=(const Results&) = delete;
@@ -35,11 +39,16 @@ class Results {
 
   /// One line for every sink that failed: "sink tum: taken out of service: …".
   std::vector<std::string> failures() const;
+  /// After `finish`: what happened to the results of an earlier run in the folder, one line each.
+  const std::vector<std::string>& replaced() const { return replaced_; }
 
  private:
+  void replace_older(bool complete);
   void for_each(const std::function<void(Sink&)>& call);
 
   RunInfo info_;
+  std::unique_ptr<RunFolder> folder_;  // null: sessions share it
+  std::vector<std::string> replaced_;
   std::filesystem::path new_config_;  // until it takes the older one's place; empty: there is none
   mutable std::mutex mutex_;          // of what follows
   std::vector<SinkSlot> sinks_;

@@ -45,6 +45,7 @@ struct SessionResult {
   std::vector<std::string> failures;
   /// That the pose was lost for a larger share of the run than `health.max_lost_share` allows; empty if it was not.
   std::string lost;
+  std::vector<std::string> replaced;  ///< what happened to the results of an earlier run, one line each
 };
 
 /// One run of a robot. `play` reads the measurements from the robot's source, or the program adds them. Ends with one

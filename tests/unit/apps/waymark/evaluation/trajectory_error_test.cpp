@@ -91,7 +91,7 @@ TEST(TrajectoryError, SeparatesThePartInThePlane) {
   const auto reference = trajectory({point(0, 0, 0)}, Orientation::none, true);
   const TrajectoryError e = score_trajectory(estimate, reference, {});
   EXPECT_DOUBLE_EQ(e.position_m.rms, 5.0);
-  EXPECT_DOUBLE_EQ(e.horizontal_rms_m, 3.0);
+  EXPECT_DOUBLE_EQ(e.horizontal_m.rms, 3.0);
 }
 
 TEST(TrajectoryError, InterpolatesToTheReferencesStamps) {

@@ -332,5 +332,16 @@ TEST_F(CsvTest, ProgressReachesOne) {
   EXPECT_DOUBLE_EQ(source->progress(), 1.0);
 }
 
+TEST_F(CsvTest, ProgressIsThatOfTheRowsNotOfWhatIsReadAhead) {
+  std::string rows;
+  for (int i = 100; i < 400; ++i) rows += std::to_string(i) + ",1,2\n";  // less than a buffer
+  for (const std::string& content : {rows, gzip(rows)}) {
+    write("a.csv", content);
+    const auto source = make(wheels_yaml("a.csv"));
+    for (int i = 0; i < 75; ++i) source->next();
+    EXPECT_NEAR(source->progress(), 0.25, 0.01);
+  }
+}
+
 }  // namespace
 }  // namespace waymark
