@@ -9,6 +9,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "apps/waymark/evaluation/nice_step.hpp"
+#include "waymark/io/xml_text.hpp"
+
 namespace waymark::evaluation {
 namespace {
 
@@ -17,25 +20,6 @@ constexpr double kMargin = 60.0;       // [px]
 constexpr double kSmallest_px = 0.75;  // points that are nearer to each other show nothing more
 constexpr std::array<std::string_view, 8> kColours{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
                                                    "#ff7f0e", "#17becf", "#8c564b", "#e377c2"};
-
-std::string svg_text(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    const bool is_control = static_cast<unsigned char>(c) < 0x20;
-    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : is_control ? "?" : std::string(1, c);
-  }
-  return result;
-}
-
-/// 1, 2 or 5 times a power of ten: some six steps over `span`.
-double nice_step(double span) {
-  const double rough = span / 6.0;
-  const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough) return factor * power;
-  }
-  return 10.0 * power;
-}
 
 /// From the map to the drawing.
 class Frame {
@@ -119,7 +103,7 @@ std::string overlay_svg(const std::vector<OverlayPath>& paths) {
     names += fmt::format(
         "<rect x=\"{0:.0f}\" y=\"{1:.0f}\" width=\"24\" height=\"4\" fill=\"{2}\"/><text x=\"{3:.0f}\" "
         "y=\"{4:.0f}\" font-size=\"14\">{5}</text>\n",
-        kMargin, y, colour, kMargin + 32.0, y + 6.0, svg_text(path.name));
+        kMargin, y, colour, kMargin + 32.0, y + 6.0, xml_text(path.name));
     y += kLine;
   }
   return out + names +

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "track.hpp"
+#include "waymark/io/xml_text.hpp"
 
 namespace waymark::geo_track {
 

@@ -55,13 +55,4 @@ std::string iso_time(Time stamp) {
                      utc.tm_hour, utc.tm_min, utc.tm_sec, fraction);
 }
 
-std::string xml_text(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    const bool is_control = static_cast<unsigned char>(c) < 0x20;
-    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : is_control ? "?" : std::string(1, c);
-  }
-  return result;
-}
-
 }  // namespace waymark::geo_track

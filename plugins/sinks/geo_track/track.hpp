@@ -67,8 +67,6 @@ std::vector<Place> places(const std::vector<Eigen::Vector3d>& points, const Datu
 
 /// UTC with milliseconds, "2024-05-01T12:00:00.000Z".
 std::string iso_time(Time stamp);
-/// Text of an XML element.
-std::string xml_text(std::string_view text);
 
 /// The formats. Coordinates have eight decimals (1 mm).
 std::string to_gpx(const Track& track);      ///< GPX 1.1, times included

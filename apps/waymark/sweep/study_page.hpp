@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "apps/waymark/sweep/summary.hpp"
+
+namespace waymark::sweep {
+
+/// The begin of the line with the command, by which a page that waymark wrote is known.
+inline constexpr const char* kMadeBy = "Made by\n\n    waymark sweep ";
+
+/// The study as Markdown: title, table with min / median / max over the seeds, marks, failed tasks, command and
+/// version.
+std::string to_markdown(const Study& study, const Summary& summary, const std::string& command);
+
+/// The same as one HTML file, with a picture of every score: a dot for each seed.
+std::string to_html(const Study& study, const Summary& summary, const std::string& command);
+
+/// The table for a terminal.
+std::string to_text(const Study& study, const Summary& summary);
+
+/// All values as JSON, for `--check` and other programs.
+std::string to_json(const Study& study, const std::string& command);
+
+}  // namespace waymark::sweep

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/sweep/plan.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "temporary_folder.hpp"
+#include "waymark/base/error.hpp"
+
+namespace waymark::sweep {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+class PlanFile : public testing::Test {
+ protected:
+  PlanFile() { write("robot.yaml", "sensors: []\n"); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  Plan read(const std::string& text) const {
+    write("plan.yaml", text);
+    return Plan::read(folder_ / "plan.yaml");
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(PlanFile, TasksAreEveryVariantWithEverySeed) {
+  const Plan plan = read(
+      "title: Particles\n"
+      "runs: [{ config: robot.yaml, set: [sensors.gps.enabled=false] }]\n"
+      "vary: { filter.particles: [10, 25] }\n"
+      "seeds: [3, 7]\n"
+      "scores: [{ path: run.cpu_s }]\n");
+  ASSERT_EQ(plan.variants.size(), 2U);
+  EXPECT_EQ(plan.variants[1].name, "robot, particles 25");
+  EXPECT_THAT(plan.variants[1].overrides, ElementsAre("sensors.gps.enabled=false", "filter.particles=25"));
+  const std::vector<Task> tasks = plan.tasks();
+  ASSERT_EQ(tasks.size(), 4U);
+  EXPECT_EQ(tasks[3].number, 3U);
+  EXPECT_EQ(tasks[3].variant, 1U);
+  EXPECT_EQ(tasks[3].seed, 7U);
+}
+
+TEST_F(PlanFile, EveryCombinationOfValuesIsAVariant) {
+  const Plan plan = read(
+      "title: t\nruns: [{ config: robot.yaml, name: a }, { config: robot.yaml, name: b }]\n"
+      "vary: { x.p: [1, 2, 3], x.q: [on, off] }\nscores: [{ path: run.cpu_s }]\n");
+  EXPECT_EQ(plan.variants.size(), 12U);
+  EXPECT_EQ(plan.variants.back().name, "b, p 3, q off");
+  EXPECT_EQ(plan.seeds.size(), 10U);
+}
+
+TEST_F(PlanFile, MistakesAreErrorsWithTheirPlace) {
+  const std::string rest = "title: t\nscores: [{ path: run.cpu_s }]\n";
+  const auto fails = [&](const std::string& text, const std::string& message) {
+    EXPECT_THAT([&] { read(text); }, ThrowsMessage<ConfigError>(HasSubstr(message))) << text;
+  };
+  fails(rest + "runs: [{ config: nothing.yaml }]\n", "nothing.yaml\" is no file");
+  fails(rest + "runs: []\n", "at least one configuration");
+  fails(rest + "runs: [{ config: robot.yaml, set: [filter.particles] }]\n", "key=value is expected");
+  fails(rest + "runs: [{ config: robot.yaml }, { config: robot.yaml }]\n", "would be called \"robot\"");
+  fails(rest + "runs: [{ config: robot.yaml }]\nseeds: [1, 1]\n", "a seed is given twice");
+  fails(rest + "runs: [{ config: robot.yaml }]\nseeds: 1.5\n", "1.5");
+  fails(rest + "runs: [{ config: robot.yaml }]\nsedes: 3\n", "seeds");
+}
+
+}  // namespace
+}  // namespace waymark::sweep

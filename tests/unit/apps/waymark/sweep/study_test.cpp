@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/sweep/study.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "apps/waymark/sweep/drift.hpp"
+#include "apps/waymark/sweep/slurm.hpp"
+#include "apps/waymark/sweep/study_page.hpp"
+#include "temporary_folder.hpp"
+#include "waymark/base/error.hpp"
+
+namespace waymark::sweep {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(NumberAt, FollowsNamesIndicesAndSensors) {
+  const auto document = nlohmann::json::parse(
+      R"({"evaluate": {"rms_m": 0.5, "innovations": [{"sensor": "gps", "nis": 2.5}], "missed": [3, 4]}, "none": null})");
+  EXPECT_EQ(number_at(document, "evaluate.rms_m"), 0.5);
+  EXPECT_EQ(number_at(document, "evaluate.innovations.gps.nis"), 2.5);
+  EXPECT_EQ(number_at(document, "evaluate.innovations.0.nis"), 2.5);
+  EXPECT_EQ(number_at(document, "evaluate.missed"), 2.0);  // how many
+  EXPECT_EQ(number_at(document, "evaluate.innovations.1.nis"), std::nullopt);
+  EXPECT_EQ(number_at(document, "none"), std::nullopt);
+  EXPECT_EQ(number_at(document, "evaluate.rms_m.deeper"), std::nullopt);
+}
+
+TEST(ArrayOfTasks, FoldsNeighbours) {
+  EXPECT_EQ(array_of({{0, 0, 1}, {1, 0, 2}, {2, 0, 3}, {7, 0, 1}}), "0-2,7");
+  EXPECT_EQ(array_of({{4, 0, 1}}), "4");
+}
+
+/// A study whose program is a script instead of waymark: its "run" leaves the seed, its "evaluate" prints it.
+class ScriptedStudy : public testing::Test {
+ protected:
+  ScriptedStudy() {
+    script_of(R"(if [ "$1" = run ]; then
+  [ "$6" = 13 ] && { echo "waymark: error: unlucky" >&2; exit 1; }
+  mkdir -p "$4" && echo "$6" > "$4/seed" && echo ran >> )" +
+              (folder_ / "calls").string() + R"(
+else
+  echo "{\"error\": $(cat "$2/seed")}"
+fi
+)");
+    plan_.file = folder_ / "plan.yaml";
+    plan_.title = "Seeds | dots";
+    std::ofstream(folder_ / "robot.yaml") << "sensors: []\n";
+    plan_.variants = {{"first", folder_ / "robot.yaml", {}}};
+    plan_.seeds = {1, 2, 6};
+    plan_.scores = {{"error [m]", "evaluate.error", 2.5, std::nullopt, Score::Judged::by_median}};
+  }
+
+  void script_of(const std::string& body) const {
+    const std::filesystem::path script = folder_ / "program";
+    std::ofstream(script) << "#!/bin/sh\n" << body;
+    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  }
+  Study study(const std::string& version = "1.0.0") const {
+    return {plan_, folder_ / "study", folder_ / "program", version};
+  }
+  static void run_open(const Study& study) {
+    for (const Task& task : study.open_tasks()) study.run(task);
+  }
+  int calls() const {
+    std::ifstream file(folder_ / "calls");
+    int count = 0;
+    for (std::string line; std::getline(file, line);) ++count;
+    return count;
+  }
+
+  test::TemporaryFolder folder_;
+  Plan plan_;
+};
+
+TEST_F(ScriptedStudy, SummarizesOverTheSeeds) {
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  ASSERT_EQ(summary.lines.size(), 1U);
+  const Cell& cell = summary.lines[0].cells[0];
+  EXPECT_EQ(cell.min, 1.0);
+  EXPECT_EQ(cell.median, 2.0);
+  EXPECT_EQ(cell.max, 6.0);
+  EXPECT_EQ(cell.reached, true);
+  plan_.scores[0].judged = Score::Judged::by_worst;
+  EXPECT_EQ(summarize(this->study()).lines[0].cells[0].reached, false);
+}
+
+TEST_F(ScriptedStudy, GoesOnWhereItWas) {
+  study().run(plan_.tasks()[1]);
+  EXPECT_EQ(study().open_tasks().size(), 2U);
+  run_open(study());
+  EXPECT_EQ(calls(), 3);
+  run_open(study());
+  EXPECT_EQ(calls(), 3);
+}
+
+TEST_F(ScriptedStudy, WhatChangedIsRunAgain) {
+  run_open(study());
+  plan_.seeds = {1, 2, 7};
+  ASSERT_EQ(study().open_tasks().size(), 1U);
+  EXPECT_EQ(study().open_tasks()[0].seed, 7U);
+  EXPECT_EQ(study("1.0.1").open_tasks().size(), 3U);
+  std::ofstream(folder_ / "robot.yaml") << "sensors: [ ]\n";
+  EXPECT_EQ(study().open_tasks().size(), 3U);
+}
+
+TEST_F(ScriptedStudy, ListsWhatFailedAndKeepsItOpen) {
+  plan_.seeds = {1, 13};
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  ASSERT_EQ(summary.failures.size(), 1U);
+  EXPECT_EQ(summary.failures[0].error, "waymark run: exit code 1: waymark: error: unlucky");
+  EXPECT_EQ(summary.lines[0].ended, 1U);
+  ASSERT_EQ(study.open_tasks().size(), 1U);
+  EXPECT_EQ(study.open_tasks()[0].seed, 13U);
+  EXPECT_THAT(to_text(study, summary), HasSubstr("failed: task 1 (first, seed 13)"));
+}
+
+TEST_F(ScriptedStudy, PagesHaveTableMarksAndCommand) {
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  const std::string page = to_markdown(study, summary, "plan.yaml");
+  EXPECT_THAT(page, HasSubstr("# Seeds | dots\n\nMade by\n\n    waymark sweep plan.yaml\n"));
+  EXPECT_THAT(page, HasSubstr("| first | 3 | 1 / 2 / 6 |\n"));
+  EXPECT_THAT(page, HasSubstr("error [m], at most 2.5 by the median: reached by 1 of 1 rows\n"));
+  const std::string html = to_html(study, summary, "plan.yaml");
+  EXPECT_THAT(html, HasSubstr("<td class=\"reached\">1 / 2 / 6</td>"));
+  EXPECT_THAT(html, HasSubstr("<circle"));
+}
+
+TEST_F(ScriptedStudy, FindsWhatHasDrifted) {
+  {
+    const Study study = this->study();
+    run_open(study);
+    std::ofstream(folder_ / "earlier.json") << to_json(study, "plan.yaml");
+  }
+  std::size_t ended = 0;
+  EXPECT_TRUE(find_drift(study(), folder_ / "earlier.json", [&](std::size_t count) { ended = count; }).empty());
+  EXPECT_EQ(ended, 1U);
+  script_of("[ \"$1\" = run ] || echo '{\"error\": 1.5}'\n");
+  const std::vector<Drift> drifts = find_drift(study(), folder_ / "earlier.json", [](std::size_t) {});
+  ASSERT_EQ(drifts.size(), 1U);
+  EXPECT_EQ(drifts[0].before, "1");
+  EXPECT_EQ(drifts[0].now, "1.5");
+  EXPECT_THROW(find_drift(study(), folder_ / "nothing.json", [](std::size_t) {}), Error);
+}
+
+TEST_F(ScriptedStudy, TheArrayScriptNamesPlanFolderAndTasks) {
+  plan_.threads = 2;
+  const Study study = this->study();
+  const std::string script = array_script(study, "/opt/way mark", study.open_tasks(), 4);
+  EXPECT_THAT(script, HasSubstr("#SBATCH --array=0-2%4\n#SBATCH --cpus-per-task=2\n"));
+  EXPECT_THAT(script, HasSubstr("exec '/opt/way mark' sweep '" + (folder_ / "plan.yaml").string() + "' --out '"));
+  EXPECT_THAT(script, Not(HasSubstr("  ")));
+}
+
+}  // namespace
+}  // namespace waymark::sweep
