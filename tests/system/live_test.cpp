@@ -116,7 +116,8 @@ std::vector<std::string> differences(const std::filesystem::path& one, const std
   for (const auto& entry : std::filesystem::recursive_directory_iterator(one)) {
     const std::string name = std::filesystem::relative(entry.path(), one).string();
     const bool is_compared = entry.is_regular_file() && name != "diagnostics.json" && name != "config.yaml" &&
-                             name != "report.html" && name != "flight.mcap" && !name.starts_with("maps/");
+                             name != "report.html" && name != ".waymark_files" && name != "flight.mcap" &&
+                             !name.starts_with("maps/");
     if (is_compared && read_text(entry.path()) != read_text(other / name)) differ.push_back(name);
   }
   return differ;

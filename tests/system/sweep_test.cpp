@@ -29,7 +29,7 @@ class SmallStudy {
                            "seeds: 2\n"
                            "evaluate: [--reference, '{}']\n"
                            "scores:\n"
-                           "  - {{ name: RMS, path: evaluate.trajectory.position_rms_m, at_most: 1 }}\n"
+                           "  - {{ name: RMS, path: evaluate.trajectory.ate_rms_m, at_most: 1 }}\n"
                            "  - {{ name: lost, path: diagnostics.health.lost_s, at_most: 0, judged_by: worst }}\n",
                            particles, path_));
   }

@@ -65,6 +65,9 @@ Json number(const Asked& asked) {
 
 Json any_of(std::vector<Json> choices) { return {{"anyOf", std::move(choices)}}; }
 
+/// Instead of numbers, a mapping or a list a word may stand (`none`, `from_tf`). Which ones, only the reader decides.
+Json or_word(Json value) { return any_of({std::move(value), {{"type", "string"}}}); }
+
 Json object_of(const KeyNode& node);
 
 Json value_of(const KeyNode& node) {
@@ -79,20 +82,22 @@ Json value_of(const KeyNode& node) {
     case Asked::Type::choice:
       return any_of({{{"enum", asked.words}}, variable()});
     case Asked::Type::text:
-      return scalar;
+      // A column of a table may also be a mapping: its name, and its unit or scale.
+      return any_of({scalar, {{"type", "object"}}});
     case Asked::Type::numbers: {
       Json list{{"type", "array"}, {"items", any_of({{{"type", "number"}}, variable()})}};
       if (asked.count >= 0) list["minItems"] = list["maxItems"] = asked.count;
-      return any_of({list, variable()});
+      return or_word(list);
     }
     case Asked::Type::texts:
       return any_of({scalar, {{"type", "array"}, {"items", scalar}}});
     case Asked::Type::items: {
       const KeyNode* element = node.find("[]");
-      return {{"type", "array"}, {"items", element == nullptr ? Json{{"type", "object"}} : object_of(*element)}};
+      return or_word(
+          {{"type", "array"}, {"items", element == nullptr ? Json{{"type", "object"}} : object_of(*element)}});
     }
     case Asked::Type::mapping:
-      return object_of(node);
+      return or_word(object_of(node));
     case Asked::Type::none:
       break;
   }

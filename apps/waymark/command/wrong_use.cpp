@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -38,7 +40,9 @@ std::vector<std::string> names_of_subcommands(const CLI::App& app) {
 
 std::string did_you_mean(const std::string& asked, const std::vector<std::string>& names) {
   const std::string near = nearest_name(asked, names);
-  if (near.empty()) return "";
+  // Of a short word half must be right: --out is not nearly --set.
+  const std::size_t letters = asked.size() - std::min(asked.find_first_not_of('-'), asked.size());
+  if (near.empty() || 2 * edit_distance(asked, near) > letters) return "";
   std::string others;  // as near: --set and --seed of --sed
   for (const std::string& name : names) {
     if (name != near && edit_distance(asked, name) == edit_distance(asked, near))

@@ -94,7 +94,7 @@ std::vector<Score> read_scores(const Config& yaml) {
   for (const Config& entry : yaml.items({"scores", "the columns of the table"})) {
     Score score;
     score.path = entry.text({"path",
-                             "number in the result of a run: evaluate.trajectory.position_rms_m, run.cpu_s, "
+                             "number in the result of a run: evaluate.trajectory.ate_rms_m, run.cpu_s, "
                              "diagnostics.health.lost_s; of a list, the index or the `sensor` of the element"});
     score.name = entry.text({"name", "", "head of the column, with the unit", "the path"}, score.path);
     if (entry.has("at_most")) score.at_most = entry.number({"at_most", "mark: not more than this"});

@@ -15,7 +15,7 @@ struct Score {
   enum class Judged { by_median, by_worst };
 
   std::string name;  ///< with its unit, as the head of a column
-  std::string path;  ///< in the result of a task: "evaluate.trajectory.position_rms_m", "run.cpu_s"
+  std::string path;  ///< in the result of a task: "evaluate.trajectory.ate_rms_m", "run.cpu_s"
   std::optional<double> at_most;
   std::optional<double> at_least;
   Judged judged = Judged::by_median;

@@ -40,6 +40,10 @@ MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnF
       by_wheels ? Keys{{"left_m", "m", "way of the left wheel since the start; `scale` makes metres of ticks"},
                        {"right_m", "m", "way of the right wheel since the start"}}
                 : Keys{{"x_m", "m", "where odometry has the robot"}, {"y_m", "m", "where odometry has the robot"}};
+  if (by_wheels) {
+    track_m_ =
+        entry.positive({"track_m", "m", "of totals of two wheels as `PoseIncrement`: the distance between them"});
+  }
   std::vector<FieldName> fields;
   std::vector<std::string_view> names;
   for (const Config::Key& key : keys) {
@@ -52,11 +56,7 @@ MotionBuilder::MotionBuilder(const Config& entry, const Config& columns, ColumnF
   }
   check_fields(columns, fields, names, kOwner);
   for (const Config::Key& key : keys) columns_.emplace_back(columns, key, finder);
-  if (by_wheels) {
-    track_m_ =
-        entry.positive({"track_m", "m", "of totals of two wheels as `PoseIncrement`: the distance between them"});
-    return;
-  }
+  if (by_wheels) return;
   yaw_ = YawColumn::find(columns, {"yaw_rad", "rad", "where odometry has the robot"}, kOwner, finder);
   if (entry.is_mapping("cumulative")) entry.fail("cumulative", "poses do not start over, ticks do; true is expected");
 }

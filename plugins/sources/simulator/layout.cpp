@@ -74,11 +74,11 @@ std::vector<Cylinder> drawn(const Config& config, const Path& path, std::uint64_
 
 /// Which texture each landmark of an explicit list has: as in the YAML, else -1.
 std::vector<int> listed_textures(const Config& config, std::size_t landmarks, int textures) {
-  if (!config.has("list_m")) return std::vector<int>(landmarks, -1);
   const std::vector<double> numbers =
       config.numbers({"list_texture", "", "with `list_m`: the texture of each, counted from 0", "at random"}, -1,
                      std::vector<double>{});
   if (numbers.empty()) return std::vector<int>(landmarks, -1);
+  if (!config.has("list_m")) config.fail("list_texture", "is for landmarks of `list_m`; there is no such key");
   if (numbers.size() != landmarks) {
     config.fail("list_texture", fmt::format("{} textures for {} landmarks", numbers.size(), landmarks));
   }
