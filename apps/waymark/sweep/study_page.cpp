@@ -16,8 +16,8 @@ namespace {
 
 std::string text_of(const Cell& cell) {
   if (cell.values.empty()) return "–";
-  if (cell.values.size() == 1) return fmt::format("{:.4g}", cell.median);
-  return fmt::format("{:.4g} / {:.4g} / {:.4g}", cell.min, cell.median, cell.max);
+  if (cell.min == cell.max) return fmt::format("{:.3g}", cell.median);
+  return fmt::format("{:.3g} / {:.3g} / {:.3g}", cell.min, cell.median, cell.max);
 }
 
 /// "at most 0.15 by the median"; empty without a mark.
