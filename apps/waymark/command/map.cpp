@@ -16,6 +16,7 @@
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
+#include "apps/waymark/maps/octree_picture.hpp"
 #include "plugins/shared/map_formats/landmark_list.hpp"
 #include "plugins/shared/map_formats/map_server.hpp"
 #include "waymark/base/error.hpp"
@@ -178,6 +179,34 @@ void convert(const ConvertOptions& options) {
   write_grid(about(options.in, [&] { return maps::slice_of(*loaded.tree, slice); }), options.out);
 }
 
+struct DrawOptions {
+  fs::path in;
+  fs::path out;
+  fs::path path;
+  std::vector<double> height_m;  // empty: not given
+  maps::OctreeView view;
+};
+
+void draw(DrawOptions options) {
+  const MapKind kind = kind_of(options.in);
+  if (kind != MapKind::octree && kind != MapKind::full_octree)
+    throw UsageError(fmt::format("map draw: {}: an octree (.bt, .ot) is expected", options.in.string()));
+  if (options.out.extension() != ".png")
+    throw UsageError(fmt::format("map draw: {}: a name that ends in .png is expected", options.out.string()));
+  if (!options.height_m.empty()) {
+    options.view.low_m = options.height_m[0];
+    options.view.high_m = options.height_m[1];
+  }
+  std::vector<Eigen::Vector3d> path;
+  if (!options.path.empty()) {
+    for (const auto& point : evaluation::read_trajectory(options.path).points) path.push_back(point.pose.p);
+  }
+  const maps::LoadedOctree loaded = maps::read_octree(options.in);
+  const maps::Picture picture = about(options.in, [&] { return maps::picture_of(*loaded.tree, options.view, path); });
+  maps::write_png(picture, options.out);
+  print_output("{}: {} x {} pixels\n", options.out.string(), picture.width, picture.height);
+}
+
 /// Runs a command on `file`; a map that does not fit into memory is an Error.
 template <class Command>
 void run_on(const fs::path& file, const Command& command) {
@@ -191,11 +220,12 @@ void run_on(const fs::path& file, const Command& command) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("map", "Inspect a map's file, convert it");
+  CLI::App* command = app.add_subcommand("map", "Inspect a map's file, convert it, draw it");
   command->require_subcommand(1);
   command->footer(
       "Example:\n  waymark map info out/hall/hall.bt\n"
-      "  waymark map convert out/hall/hall.bt hall.yaml --slice-m 0.2,1.5");
+      "  waymark map convert out/hall/hall.bt hall.yaml --slice-m 0.2,1.5\n"
+      "  waymark map draw out/hall/hall.bt hall.png --height-m -1,2.5");
 
   auto file = std::make_shared<fs::path>();
   CLI::App* info = command->add_subcommand("info", "What a map's file holds: kind, cells, size, memory");
@@ -224,6 +254,32 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->expected(2);
   convert_command->callback([options, &exit_code] {
     run_on(options->in, [&] { convert(*options); });
+    exit_code = kSuccess;
+  });
+
+  auto drawing = std::make_shared<DrawOptions>();
+  CLI::App* draw_command = command->add_subcommand("draw", "Draw an octree as a picture in three dimensions");
+  draw_command->footer("Example:\n  waymark map draw hall.bt hall.png --height-m -1,2.5 --path path.txt");
+  draw_command->add_option("in", drawing->in, ".bt or .ot")->required();
+  draw_command->add_option("out", drawing->out, "name of the picture, .png")->required();
+  draw_command
+      ->add_option("--height-m", drawing->height_m, "low,high: only voxels whose middles lie between these heights [m]")
+      ->delimiter(',')
+      ->check(finite_number())
+      ->expected(2);
+  draw_command->add_option("--path", drawing->path, "a trajectory of TUM's format that is drawn above the voxels");
+  draw_command
+      ->add_option("--from-deg", drawing->view.from_deg, "direction from the map to the spectator, 0: east, 90: north")
+      ->check(finite_number())
+      ->capture_default_str();
+  draw_command->add_option("--tilt-deg", drawing->view.tilt_deg, "0: seen from the side, 90: from above")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str();
+  draw_command->add_option("--width-px", drawing->view.width_px, "width of the picture")
+      ->check(CLI::Range(100, 10000))
+      ->capture_default_str();
+  draw_command->callback([drawing, &exit_code] {
+    run_on(drawing->in, [&] { draw(*drawing); });
     exit_code = kSuccess;
   });
 }
