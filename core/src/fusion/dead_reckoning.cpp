@@ -53,8 +53,22 @@ void DeadReckoning::predict(Time to) {
 }
 
 void DeadReckoning::process(const Measurement& m) {
+  if (!sensors_[m.sensor] || m.stamp < belief_.stamp) return;
+  const auto later = std::ranges::upper_bound(waiting_, m.stamp, {}, &Measurement::stamp);
+  waiting_.insert(later, m);
+}
+
+void DeadReckoning::advance(Time to) {
+  while (!waiting_.empty() && waiting_.front().stamp <= to) {
+    process_motion(waiting_.front());
+    waiting_.pop_front();
+  }
+  predict(to);
+}
+
+void DeadReckoning::process_motion(const Measurement& m) {
   std::unique_ptr<Sensor>& sensor = sensors_[m.sensor];
-  if (!sensor || m.stamp < belief_.stamp) return;
+  if (!sensor) return;
   predict(m.stamp);
   const StateLayout& layout = process_.layout();
   const int block_offset = layout.block_offset(static_cast<int>(m.sensor));
@@ -138,7 +152,7 @@ void DeadReckoning::update(int block_offset, const Update& update) {
 
 void DeadReckoning::add_fix(const Measurement& m, const StartHint& hint) {
   if (m.stamp < belief_.stamp || !hint.p_map_point) return;
-  predict(m.stamp);
+  advance(m.stamp);
   const auto sensor = static_cast<int>(m.sensor);
   if (!has_moved_) {
     // The path begins at the first motion measurement: of the fixes before it the newest counts.

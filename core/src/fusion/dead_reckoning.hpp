@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -23,9 +24,11 @@ class DeadReckoning {
   DeadReckoning(const estimation::ProcessModel& process, const StartSettings& settings, Duration standstill_after,
                 const std::vector<SensorRecord>& sensors, Time begin);
 
-  /// Predicts, and processes the measurement if its sensor measures the motion. Late ones are left out.
+  /// Keeps the measurement, if its sensor measures the motion, until a fix is added: a fix may arrive later than the
+  /// motion after it. What is older than the last fix is left out.
   void process(const Measurement& m);
-  /// Adds a fix of `p_base_point`. Of many fixes some are left out, but not the first and the last.
+  /// Adds a fix of `p_base_point`, after the motion up to it. Of many fixes some are left out, but not the first and
+  /// the last. One that is older than the last one is ignored.
   void add_fix(const Measurement& m, const StartHint& hint);
   /// True if the forward speed is measured: without it nothing is known of the path.
   bool measures_speed() const { return measures_speed_; }
@@ -39,6 +42,8 @@ class DeadReckoning {
     estimation::ReckonedFix fix;
     estimation::ekf::Innovation::Gain with_state;  // size × 2
   };
+  void advance(Time to);
+  void process_motion(const Measurement& m);
   void predict(Time to);
   void update(int block_offset, const Update& update);
   void set_standing(const Measurement& m, const UpdateList& updates);
@@ -50,6 +55,7 @@ class DeadReckoning {
   Belief belief_;
   monitoring::Standstill standstill_;
   std::vector<std::unique_ptr<Sensor>> sensors_;  // null: measures no motion
+  std::deque<Measurement> waiting_;               // motion after the last fix, by stamp
   std::vector<Point> points_;
   Eigen::MatrixXd joint_;   // covariance of the points
   bool has_moved_ = false;  // a motion was measured

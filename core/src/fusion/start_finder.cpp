@@ -26,7 +26,8 @@ constexpr double kRepeated = 2.0;
 }  // namespace
 
 std::optional<Start> StartFinder::process(const Measurement& measurement, const std::optional<StartHint>& hint,
-                                          const std::vector<SensorRecord>& sensors) {
+                                          const std::vector<SensorRecord>& sensors,
+                                          const std::vector<Measurement>& before) {
   if (!sources_.has_absolute || (settings_.position && settings_.yaw)) return make_start(measurement.stamp, nullptr);
   if (reckoning_) reckoning_->process(measurement);
   if (!hint) return std::nullopt;
@@ -35,7 +36,7 @@ std::optional<Start> StartFinder::process(const Measurement& measurement, const 
     yaw_ = hint->yaw_rad;
     yaw_sigma_ = hint->yaw_sigma_rad;
   }
-  if (hint->p_map_point) add_fix(measurement, *hint, sensors);
+  if (hint->p_map_point) add_fix(measurement, *hint, sensors, before);
   const bool have_yaw = settings_.yaw || yaw_;
   const Fix* fix = first_fix();
   if (!have_yaw || (!settings_.position && fix == nullptr)) return std::nullopt;
@@ -52,10 +53,14 @@ void StartFinder::restart(const StartSettings& settings, StartSources sources) {
 }
 
 void StartFinder::add_fix(const Measurement& measurement, const StartHint& hint,
-                          const std::vector<SensorRecord>& sensors) {
+                          const std::vector<SensorRecord>& sensors, const std::vector<Measurement>& before) {
   const bool wants_heading = !settings_.yaw && !yaw_;
-  if (wants_heading && !reckoning_)
+  if (wants_heading && !reckoning_) {
     reckoning_.emplace(process_model_, settings_, standstill_after_, sensors, measurement.stamp);
+    for (const Measurement& m : before) {
+      if (m.stamp > measurement.stamp) reckoning_->process(m);
+    }
+  }
   if (wants_heading) reckoning_->add_fix(measurement, hint);
   const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
   const bool is_first = first == first_fixes_.end();

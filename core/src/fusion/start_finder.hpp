@@ -41,9 +41,10 @@ class StartFinder {
         standstill_after_(standstill_after),
         sources_(sources) {}
 
-  /// Adds the next measurement in stamp order, with its sensor's hint. Returns the start once it is known.
+  /// Adds the next measurement, with its sensor's hint. `before` holds those before it, in any order: a first fix may
+  /// be late. Returns the start once it is known.
   std::optional<Start> process(const Measurement& measurement, const std::optional<StartHint>& hint,
-                               const std::vector<SensorRecord>& sensors);
+                               const std::vector<SensorRecord>& sensors, const std::vector<Measurement>& before);
 
   /// Begins the search anew.
   void restart(const StartSettings& settings, StartSources sources);
@@ -63,7 +64,8 @@ class StartFinder {
   Start make_start(Time stamp, const Fix* fix) const;
 
   const Fix* first_fix() const { return first_fixes_.empty() ? nullptr : &first_fixes_.front(); }
-  void add_fix(const Measurement& measurement, const StartHint& hint, const std::vector<SensorRecord>& sensors);
+  void add_fix(const Measurement& measurement, const StartHint& hint, const std::vector<SensorRecord>& sensors,
+               const std::vector<Measurement>& before);
   void find_heading_on_path();
   void find_heading_on_chord(const StartHint& hint, const Fix& first);
 

@@ -12,7 +12,7 @@ namespace waymark::fusion {
 std::optional<Start> Startup::process(const Measurement& m, const std::optional<StartHint>& hint,
                                       const std::vector<SensorRecord>& sensors) {
   buffer_.insert(std::upper_bound(buffer_.begin(), buffer_.end(), m, MeasurementQueue::Order{}), m);
-  if (!start_ && !(last_pose_ && !sources_.has_absolute)) start_ = finder_.process(m, hint, sensors);
+  if (!start_ && !(last_pose_ && !sources_.has_absolute)) start_ = finder_.process(m, hint, sensors, buffer_);
   if (!start_ && last_pose_ && has_waited_enough(m)) start_ = last_pose_->start;
   if (!start_) return std::nullopt;
   if (auto start = at_first_motion(sensors)) return start;

@@ -10,7 +10,8 @@ function headline(data) {
   return element;
 }
 
-/** The sum of the ways between the points of the track. Noise in place is left out: steps under 1σ do not count. */
+/** The sum of the ways between the points of the track. Noise in place is left out: steps under 5 cm do not count. Steps of
+ * corrections do, so with fixes of a metre it is longer than the way that was driven. */
 function distance(track) {
   let sum = 0;
   let last = 0;
@@ -34,7 +35,7 @@ function tiles(data) {
   }
   const last = track.t.length - 1;
   const way = distance(track);
-  if (way > 0.05) tile('Distance', length(way), `in ${data.duration}`);
+  if (way > 0.05) tile('Distance', length(way), `of the online estimate, in ${data.duration}`);
   const at = reference?.at_track;
   const error = at ? statistics(track.x.map((x, i) => (at.x[i] == null ? null : Math.hypot(x - at.x[i], track.y[i] - at.y[i])))) : null;
   if (error?.count) {

@@ -141,6 +141,26 @@ TEST(FusionStart, HeadingIsFoundAfterMinutesAtStandstill) {
   EXPECT_NEAR(robot.pose().yaw(), 0.0, 6.0 * kDeg);
 }
 
+TEST(FusionStart, HeadingIsTheSameIfFixesArriveLate) {
+  const std::string yaml = "sensors:\n" + kWheels + gps("sigma_vertical_m: 0.2");
+  std::vector<Measurement> log = driven(0.5, 1.2, 0.8, 6.0);
+  FusionRobot ideal(yaml);
+  ideal.play(log);
+  ASSERT_TRUE(ideal.fusion().started());
+  for (const double delay : {0.05, 0.5, 1.5}) {  // s; the wheels come every 0.02 s
+    std::vector<Measurement> late = log;
+    for (Measurement& m : late) {
+      if (m.sensor == 1) m.arrival = m.stamp + from_seconds(delay);
+    }
+    std::ranges::stable_sort(late, {}, &Measurement::arrival);
+    FusionRobot robot(yaml);
+    robot.play(late);
+    ASSERT_TRUE(robot.fusion().started()) << delay;
+    EXPECT_TRUE(robot.bytes() == ideal.bytes()) << delay;
+    EXPECT_EQ(robot.report(1).before_start, 0U) << delay;
+  }
+}
+
 TEST(FusionStart, AChordThatOnlyTheWheelsErrorsExplainIsNoHeading) {
   // Nothing is known of the rotation, so the path may have any shape.
   const std::string wheels =
