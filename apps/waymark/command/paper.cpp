@@ -17,6 +17,7 @@
 #include "apps/waymark/paper/jobs.hpp"
 #include "apps/waymark/paper/outages.hpp"
 #include "apps/waymark/paper/page.hpp"
+#include "apps/waymark/paper/representative.hpp"
 #include "apps/waymark/paper/sawtooth.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
@@ -73,13 +74,35 @@ void write(const PaperOptions& options, const std::string& name, const std::stri
   print_message("results in {}\n", (options.out / (name + ".md")).string());
 }
 
+/// The YAML of the algorithm as published that lies beside the given one; empty: there is none, or it is the given one.
+std::string published_beside(const std::filesystem::path& config) {
+  const std::filesystem::path published = config.parent_path() / "paper_literal.yaml";
+  std::error_code error;
+  if (!std::filesystem::exists(published, error) || std::filesystem::equivalent(published, config, error)) return {};
+  return published.string();
+}
+
+/// Draws the seeds that stand for a figure of the paper: those courses once more, with a picture.
+void draw_representatives(const PaperOptions& options, const paper::Results& results) {
+  for (const paper::Representative& one : paper::representative_failures(results)) {
+    paper::Scenario scenario = results.experiment.scenarios[one.scenario];
+    scenario.picture = one.picture;
+    paper::run(
+        options.config, options.overrides,
+        {results.seeds[one.seed], results.noises[paper::shown_noise(results)], options.out / results.experiment.name},
+        {scenario});
+  }
+}
+
 void run_scenarios(const PaperOptions& options) {
   paper::Results results;
   results.command = command_of(options);
   results.config = options.config;
   results.overrides = options.overrides;
   results.world = paper::surveyed(options.config, options.overrides);
-  results.experiment = options.experiment == "signatures" ? paper::signature_rules() : paper::scenarios_of_the_paper();
+  results.experiment = options.experiment == "signatures"
+                           ? paper::signature_rules()
+                           : paper::scenarios_of_the_paper(published_beside(options.config));
   results.noises = options.noises;
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
@@ -95,6 +118,7 @@ void run_scenarios(const PaperOptions& options) {
         {results.seeds[seed], results.noises[noise], pictures ? options.out / name : std::filesystem::path()},
         results.experiment.scenarios);
   });
+  draw_representatives(options, results);
   write(options, name, paper::to_page(results, name), paper::to_json(results));
 }
 
@@ -160,7 +184,8 @@ void add_paper_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--experiment", options->experiment,
-                   "scenarios: the four of the paper; signatures: rules compared; outages: Figs. 3.1 and 3.2; "
+                   "scenarios: the four of the paper, also with the paper_literal.yaml beside the YAML; signatures: "
+                   "rules compared; outages: Figs. 3.1 and 3.2; "
                    "sawtooth: what a GPS does to SLAM")
       ->check(CLI::IsMember({"scenarios", "signatures", "outages", "sawtooth"}))
       ->capture_default_str();

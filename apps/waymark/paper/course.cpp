@@ -148,20 +148,18 @@ void refuse_failures(const host::SessionResult& result) {
 
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios) {
-  std::vector<std::string> common = with_noise(config, overrides, course.noise);
-  common.push_back(fmt::format("source.seed={}", course.seed));
-  common.push_back(fmt::format("filter.seed={}", course.seed));
-  common.emplace_back("filter.threads=1");
-  common.emplace_back("maps.0.keep_sightings=true");
-
   std::vector<std::unique_ptr<Run>> runs;
   for (const Scenario& scenario : scenarios) {
-    std::vector<std::string> own = common;
+    const std::filesystem::path file = scenario.config.empty() ? config : std::filesystem::path(scenario.config);
+    std::vector<std::string> own = with_noise(file, overrides, course.noise);
+    own.push_back(fmt::format("source.seed={}", course.seed));
+    own.push_back(fmt::format("filter.seed={}", course.seed));
+    own.emplace_back("filter.threads=1");
+    own.emplace_back("maps.0.keep_sightings=true");
     own.insert(own.end(), scenario.overrides.begin(), scenario.overrides.end());
-    own.push_back(course.pictures.empty()
-                      ? "sinks=[]"
-                      : fmt::format("sinks=[{{plugin: plot, file: scenario_{}.png}}]", scenario.number));
-    runs.push_back(std::make_unique<Run>(host::Robot::load(config, own), course.pictures));
+    own.push_back(course.pictures.empty() ? "sinks=[]"
+                                          : fmt::format("sinks=[{{plugin: plot, file: {}}}]", scenario.picture));
+    runs.push_back(std::make_unique<Run>(host::Robot::load(file, own), course.pictures));
   }
   Source& source = runs.front()->source();
   while (std::optional<Measurement> measurement = source.next()) {

@@ -36,11 +36,11 @@ struct Trial {
 struct Course {
   std::uint64_t seed;
   double noise;                    ///< factor on the odometry's noise, of simulator and filter
-  std::filesystem::path pictures;  ///< folder for scenario_N.png; empty: none
+  std::filesystem::path pictures;  ///< folder for the pictures of the scenarios; empty: none
 };
 
-/// Runs the scenarios on a course. `overrides` are applied to all. Throws Error, also if a plugin goes out of service:
-/// such a run is not a result.
+/// Runs the scenarios on a course: the source of the first feeds them all. `overrides` are applied to all. Throws
+/// Error, also if a plugin goes out of service: such a run is not a result.
 std::vector<Trial> run(const std::filesystem::path& config, const std::vector<std::string>& overrides,
                        const Course& course, const std::vector<Scenario>& scenarios);
 

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "apps/waymark/paper/representative.hpp"
 #include "apps/waymark/paper/spread.hpp"
 
 namespace waymark::paper {
@@ -102,10 +103,27 @@ std::vector<Row> rows() {
   };
 }
 
-std::string header(const std::vector<Scenario>& scenarios) {
+/// The scenarios of one filter, as indices into those of the experiment.
+struct Group {
+  std::string filter;  ///< empty: there is only one
+  std::vector<std::size_t> scenarios;
+};
+
+std::vector<Group> groups_of(const Experiment& experiment) {
+  std::vector<Group> groups;
+  for (std::size_t s = 0; s < experiment.scenarios.size(); ++s) {
+    const std::string& filter = experiment.scenarios[s].filter;
+    if (groups.empty() || groups.back().filter != filter) groups.push_back({filter, {}});
+    groups.back().scenarios.push_back(s);
+  }
+  return groups;
+}
+
+std::string header(const Results& results, const Group& group) {
   std::string line = "| |";
   std::string rule = "|---|";
-  for (const Scenario& scenario : scenarios) {
+  for (const std::size_t s : group.scenarios) {
+    const Scenario& scenario = results.experiment.scenarios[s];
     line += fmt::format(" {}: {} |", scenario.number, scenario.title);
     rule += "---|";
   }
@@ -126,26 +144,70 @@ std::string world_text(const std::vector<evaluation::Landmark>& world) {
   return text;
 }
 
-std::string table(const Results& results, std::size_t noise) {
-  std::string text = header(results.experiment.scenarios);
+std::string table(const Results& results, std::size_t noise, const Group& group) {
+  std::string text = header(results, group);
   for (const Row& row : rows()) {
     text += fmt::format("| {} |", row.name);
-    for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s)
+    for (const std::size_t s : group.scenarios)
       text += fmt::format(" {} |", row.cell(of_scenario(results.trials[noise], s)));
     text += "\n";
   }
   return text;
 }
 
-std::string sweep(const Results& results) {
-  std::string text = header(results.experiment.scenarios);
+std::string sweep(const Results& results, const Group& group) {
+  std::string text = header(results, group);
   for (std::size_t n = 0; n < results.noises.size(); ++n) {
     text += fmt::format("| × {:g} |", results.noises[n]);
-    for (std::size_t s = 0; s < results.experiment.scenarios.size(); ++s) {
+    for (const std::size_t s : group.scenarios) {
       const std::vector<Trial> trials = of_scenario(results.trials[n], s);
       text += fmt::format(" {}; {} m |", count(trials, is_right), spread(values_of(trials, &Trial::position_rms_m), 2));
     }
     text += "\n";
+  }
+  return text;
+}
+
+/// What the filters make of the same measurements: a scenario a row, a filter a column.
+std::string side_by_side(const Results& results, std::size_t noise, const std::vector<Group>& groups) {
+  std::string text = "| every cylinder once, nothing else; landmarks; pose, RMS [m] |";
+  std::string rule = "|---|";
+  for (const Group& group : groups) {
+    text += fmt::format(" {} |", group.filter);
+    rule += "---|";
+  }
+  text += "\n" + rule + "\n";
+  for (std::size_t i = 0; i < groups.front().scenarios.size(); ++i) {
+    const Scenario& scenario = results.experiment.scenarios[groups.front().scenarios[i]];
+    text += fmt::format("| {}: {} |", scenario.number, scenario.title);
+    for (const Group& group : groups) {
+      const std::vector<Trial> trials = of_scenario(results.trials[noise], group.scenarios[i]);
+      text += fmt::format(
+          " {}; {}; {} |", count(trials, is_exact),
+          spread(values_of(trials, [](const Trial& t) { return static_cast<double>(t.landmarks.counted); }), 0),
+          spread(values_of(trials, &Trial::position_rms_m), 3));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string figures(const Results& results, const std::string& pictures) {
+  std::string text = fmt::format(
+      "## Figures\nSeed {}. Blue arrow: weighted mean of the pose. Numbered: landmarks of the particle with the "
+      "highest weight, with 3-sigma ellipses. Red: the truth. Orange dots: particles.\n\n",
+      results.seeds.front());
+  for (const Scenario& scenario : results.experiment.scenarios) {
+    const std::string filter = scenario.filter.empty() ? "" : scenario.filter + ", ";
+    text += fmt::format("![Scenario {0}]({1}/{2})\n\n*{3}scenario {0}: {4}.*\n\n", scenario.number, pictures,
+                        scenario.picture, filter, scenario.title);
+  }
+  for (const Representative& one : representative_failures(results)) {
+    text += fmt::format(
+        "![Beside Fig. {0}]({1}/{2})\n\n*Beside Fig. {0} of the paper: scenario {3}, seed {4}: {5}. "
+        "Chosen: {6}.*\n\n",
+        one.figure, pictures, one.picture, results.experiment.scenarios[one.scenario].number, results.seeds[one.seed],
+        one.failure, one.criterion);
   }
   return text;
 }
@@ -165,26 +227,27 @@ std::string to_page(const Results& results, const std::string& pictures) {
       "scenarios. Cells are min / **median** / max over the seeds.{}\n\n",
       results.experiment.heading, results.experiment.text, results.command, results.config, results.seeds.size(),
       results.overrides.empty() ? std::string() : fmt::format(" Changed: `{}`.", fmt::join(results.overrides, "`, `")));
-  text += fmt::format(
-      "## Figures\nSeed {}. Blue arrow: weighted mean of the pose. Numbered: landmarks of the particle with the "
-      "highest "
-      "weight, with 3-sigma ellipses. Red: the truth. Orange dots: particles.\n\n",
-      results.seeds.front());
-  for (const Scenario& scenario : results.experiment.scenarios) {
-    text += fmt::format("![Scenario {0}]({1}/scenario_{0}.png)\n\n*Scenario {0}: {2}.*\n\n", scenario.number, pictures,
-                        scenario.title);
+  text += figures(results, pictures);
+  const std::vector<Group> groups = groups_of(results.experiment);
+  if (groups.size() > 1) {
+    text += fmt::format("## Side by side\nThe same measurements, odometry noise × {:g}.\n\n{}\n", results.noises[shown],
+                        side_by_side(results, shown, groups));
   }
-  text += fmt::format("## Scenarios\nOdometry noise × {:g}.\n\n{}", results.noises[shown], table(results, shown));
+  for (const Group& group : groups) {
+    text +=
+        fmt::format("## Scenarios{}\nOdometry noise × {:g}.\n\n{}\n", group.filter.empty() ? "" : ": " + group.filter,
+                    results.noises[shown], table(results, shown, group));
+  }
   text +=
-      "\nA landmark counts once it was seen three times; it matches a cylinder within half the least distance between "
+      "A landmark counts once it was seen three times; it matches a cylinder within half the least distance between "
       "two cylinders. A detection shows the "
       "cylinder that stands where the true pose puts it; a landmark stands for what its first detection showed. "
       "Precision: detections that went into a landmark of the same cylinder, of all that went into one. Recall: "
       "detections that went into their cylinder's own landmark, not into a duplicate or a new one. All of the particle "
       "that has the highest weight at the end, and of its ancestors.\n";
-  text += fmt::format(
-      "\n## Odometry noise\nEvery cylinder once, nothing else, no wrong association; RMS of the pose.\n\n{}",
-      sweep(results));
+  text += "\n## Odometry noise\nEvery cylinder once, nothing else, no wrong association; RMS of the pose.\n";
+  for (const Group& group : groups)
+    text += (group.filter.empty() ? "\n" : "\n" + group.filter + ":\n\n") + sweep(results, group);
   text += fmt::format("\n## World\n{}", world_text(results.world));
   return text;
 }
@@ -201,6 +264,7 @@ std::string to_json(const Results& results) {
         one["noise"] = results.noises[n];
         one["seed"] = results.seeds[k];
         one["scenario"] = results.experiment.scenarios[s].number;
+        one["filter"] = results.experiment.scenarios[s].filter;
         one["exact_map"] = t.has_exact_map();
         one["landmarks"] = t.landmarks.counted;
         one["matched"] = t.landmarks.matched;

@@ -23,8 +23,8 @@ struct Results {
 /// The noise level that is shown in full, with pictures of the first seed: × 1, or the first one given.
 std::size_t shown_noise(const Results& results);
 
-/// The page in Markdown: world, figures, a table per noise level, the sweep. Pictures are expected in `pictures`,
-/// relative to the page.
+/// The page in Markdown: figures, filters side by side, a table and a sweep per filter, world. Pictures are expected in
+/// `pictures`, relative to the page.
 std::string to_page(const Results& results, const std::string& pictures);
 
 /// Every figure of every trial, as JSON.
