@@ -99,14 +99,13 @@ std::string to_table(const std::vector<NamedReport>& reports) {
 }
 
 std::string to_json(const std::vector<NamedReport>& reports) {
-  using Json = nlohmann::ordered_json;
-  Json out{{"runs", Json::array()}};
+  nlohmann::ordered_json out{{"runs", nlohmann::ordered_json::array()}};
   for (const NamedReport& one : reports) {
-    Json run{{"run", one.name}};
-    run.update(Json::parse(to_json(one.report)));
+    nlohmann::ordered_json run{{"run", one.name}};
+    run.update(nlohmann::ordered_json::parse(to_json(one.report)));
     out["runs"].push_back(std::move(run));
   }
-  return out.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace waymark::evaluation

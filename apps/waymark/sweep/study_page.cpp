@@ -153,20 +153,20 @@ std::string to_text(const Study& study, const Summary& summary) {
 }
 
 std::string to_json(const Study& study, const std::string& command) {
-  using Json = nlohmann::ordered_json;
   const Plan& plan = study.plan();
-  Json rows = Json::array();
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const Task& task : plan.tasks()) {
     const std::optional<TaskResult> result = study.result(task);
     if (!result || !result->error.empty()) continue;
-    Json values = Json::object();
+    nlohmann::ordered_json values = nlohmann::ordered_json::object();
     for (std::size_t i = 0; i < plan.scores.size(); ++i)
-      values[plan.scores[i].path] = result->values[i] ? Json(*result->values[i]) : Json(nullptr);
+      values[plan.scores[i].path] =
+          result->values[i] ? nlohmann::ordered_json(*result->values[i]) : nlohmann::ordered_json(nullptr);
     rows.push_back({{"run", plan.variants[task.variant].name}, {"seed", task.seed}, {"values", std::move(values)}});
   }
-  const Json page{
+  const nlohmann::ordered_json page{
       {"title", plan.title}, {"command", "waymark sweep " + command}, {"version", study.version()}, {"runs", rows}};
-  return page.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
+  return page.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }
 
 }  // namespace waymark::sweep
