@@ -180,9 +180,9 @@ TEST_F(CsvPayloads, RefusesHalfTurnsAndHalfAPairOfWheels) {
   const auto spins = source(wheels + ", track_m: 0.3", "max_bad_rows: 1\n");
   EXPECT_EQ(read_all(*spins).size(), 1u);
   EXPECT_THAT(construction_error<ConfigError>(entry(wheels)), HasSubstr("track_m"));
-  EXPECT_THAT(
-      construction_error<ConfigError>(entry("payload: PoseIncrement, cumulative: true, columns: { left_m: l }")),
-      HasSubstr("needs the column \"right_m\""));
+  EXPECT_THAT(construction_error<ConfigError>(
+                  entry("payload: PoseIncrement, cumulative: true, columns: { left_m: l }, track_m: 0.3")),
+              HasSubstr("needs the column \"right_m\""));
   EXPECT_THAT(construction_error<ConfigError>(entry("payload: PoseIncrement, cumulative: { wraps_at: 9 }, columns: {"
                                                     " x_m: l, y_m: r, yaw_rad: r }")),
               HasSubstr("poses do not start over"));
