@@ -2,6 +2,9 @@
 // Measurements that precede the committed one in the total order (docs/math/time.md).
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdint>
+
 #include "fusion/parts.hpp"
 
 namespace waymark {
@@ -15,7 +18,8 @@ void Fusion::Parts::process_late(const Measurement& m) {
     fusion::PastHorizon past(steps, *past_particles);
     fate = process(m, past, layout, updates);
     committed.count(m, fate);
-    ++committed.record(m).state.counters.processed_late;
+    constexpr std::uint64_t kOften = 10;
+    if (++committed.record(m).state.counters.processed_late == kOften) note_often_late(m);
   } else {
     committed.count(m, fate);
     note_too_late(m);
@@ -44,6 +48,19 @@ Fate Fusion::Parts::roll_back_and_repeat(const Measurement& m) {
 
 void Fusion::Parts::mark_if_due() {
   if (history.keeps() && history.needs_mark()) history.mark(committed.mark(history.count()));
+}
+
+/// With maps: what is late weights the particles only, so scans correct no pose and wheels move none.
+void Fusion::Parts::note_often_late(const Measurement& m) {
+  const fusion::SensorRecord& sensor = committed.record(m);
+  if (!sensor.triggers_map && !sensor.traits.is_motion_source) return;
+  const double latency_s = to_seconds(m.arrival - m.stamp);
+  arrival_events.push_back(
+      {fmt::format("{}: measurements come {:.3f} s after their stamps, after others that were committed already; they "
+                   "only weight the particles, {}; filter.max_latency_s: {:.1f} would wait for them",
+                   sensor.slot.name, latency_s, sensor.triggers_map ? "and correct no pose" : "and move no particle",
+                   std::ceil(12.0 * latency_s) / 10.0),
+       m.arrival});
 }
 
 void Fusion::Parts::note_too_late(const Measurement& m) {

@@ -43,6 +43,7 @@ struct Fusion::Parts {
   void process_late(const Measurement& m);
   Fate roll_back_and_repeat(const Measurement& m);
   void note_too_late(const Measurement& m);
+  void note_often_late(const Measurement& m);
   void mark_if_due();
 
   static constexpr const char* kUnsound = "the covariance is not positive definite any more";

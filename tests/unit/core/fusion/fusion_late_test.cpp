@@ -244,5 +244,23 @@ TEST(FusionLate, WithMapsPosesStayAndWeightsMove) {
   EXPECT_GT(weight_of_nearest, 0.05);
 }
 
+TEST(FusionLate, WithMapsWheelsThatAreOftenLateAreReportedOnceWithTheRemedy) {
+  FusionRobot robot(kAtOrigin + "filter: { particles: 2 }\nsensors:\n" + kWheels + gps(), {}, idle_map());
+  std::vector<Measurement> log;
+  drive(log, 0.0, 5.0, 1.0);
+  for (Measurement& m : log) {
+    if (m.sensor == 0) m.arrival = m.stamp + from_seconds(0.31);
+  }
+  std::ranges::stable_sort(log, {}, &Measurement::arrival);
+  for (const Measurement& m : log) robot.fusion().add(m);
+  std::vector<std::string> reported;
+  for (const Event& event : robot.fusion().report().events) {
+    if (event.text.find("only weight the particles") != std::string::npos) reported.push_back(event.text);
+  }
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_TRUE(reported[0].starts_with("wheels: measurements come 0.310 s after their stamps")) << reported[0];
+  EXPECT_NE(reported[0].find("filter.max_latency_s: 0.4 would wait"), std::string::npos) << reported[0];
+}
+
 }  // namespace
 }  // namespace waymark
