@@ -57,6 +57,7 @@ int run_command(int argc, char** argv) {
   command::add_plugins_command(app, exit_code);
   command::add_evaluate_command(app, exit_code);
   command::add_map_command(app, exit_code);
+  command::add_calibrate_command(app, exit_code);
   command::add_ctl_command(app, exit_code);
   command::add_import_command(app, exit_code);
   command::add_paper_command(app, exit_code);
@@ -69,8 +70,8 @@ int run_command(int argc, char** argv) {
     const std::vector<std::string> unknown = app.remaining();
     const std::string what = unknown.empty() ? error.what() : fmt::format("\"{}\" is not expected", unknown.front());
     command::print_message(
-        "waymark: error: {} (subcommands are run, check, doctor, plugins, evaluate, map, ctl, import, paper; each has "
-        "a "
+        "waymark: error: {} (subcommands are run, check, doctor, calibrate, plugins, evaluate, map, ctl, import, "
+        "paper; each has a "
         "--help of its own)\n",
         what);
     return command::kUsage;
