@@ -29,17 +29,20 @@ Density read_density(const Config& config, const Config::Key& key, const std::ve
   return {values[0], values[1], values.size() > 2 ? values[2] : 0.0};
 }
 
-/// Errors that stay: each is a state of the sensor's block if its sigma is not zero.
+/// Errors that stay: each has a known value, and is a state of the sensor's block if its sigma is not zero.
 struct Systematic {
   enum Kind { kSpeedScale, kCurvature, kYawScale, kCount };
   std::array<int, kCount> index{-1, -1, -1};  // within the block
+  std::array<double, kCount> known{};
   StateBlock block;
 
-  void add(Kind kind, const char* name, double sigma, double walk_per_sqrt_m) {
+  void add(Kind kind, const char* name, double value, double sigma, double walk_per_sqrt_m) {
+    known[kind] = value;
     if (sigma == 0.0 && walk_per_sqrt_m == 0.0) return;
     index[kind] = static_cast<int>(block.size());
     BlockState state;
     state.name = name;
+    state.initial = value;
     state.initial_sigma = sigma;
     state.walk_per_sqrt_m = walk_per_sqrt_m;
     block.push_back(state);
@@ -48,7 +51,7 @@ struct Systematic {
   double usual(Kind kind, double at_least) const {
     return index[kind] < 0 ? at_least : std::max(at_least, block[static_cast<std::size_t>(index[kind])].initial_sigma);
   }
-  double value(const double* states, Kind kind) const { return index[kind] < 0 ? 0.0 : states[index[kind]]; }
+  double value(const double* states, Kind kind) const { return index[kind] < 0 ? known[kind] : states[index[kind]]; }
 };
 
 /// The twist that the wheels give, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
@@ -128,12 +131,14 @@ class Odometry final : public Sensor {
       config.fail("speed_noise_m_per_sqrt_s", "a speed without noise is not believable");
     systematic_.add(
         Systematic::kSpeedScale, "speed_scale",
+        config.positive({"speed_scale", "", "true speed per speed that the wheels give"}, 1.0) - 1.0,
         config.non_negative(
             {"speed_scale_sigma", "scale error of the wheels as a state: its first σ; 0, and no walk: no state"}, 0.02),
         config.non_negative({"speed_scale_walk_per_sqrt_m", "1/√m", "walk of the wheels' scale error with distance"},
                             0.0));
     systematic_.add(
         Systematic::kCurvature, "curvature_per_m",
+        config.number({"curvature_per_m", "1/m", "rotation per metre that the wheels do not give; left positive"}, 0.0),
         config.non_negative(
             {"curvature_sigma_per_m", "1/m",
              "a steering offset (a robot that pulls to one side) as a state: its first σ; 0, and no walk: no state",
@@ -143,6 +148,9 @@ class Odometry final : public Sensor {
                             0.0));
     systematic_.add(
         Systematic::kYawScale, "yaw_scale",
+        config.positive({"yaw_scale", "", "true rotation per rotation that the wheels give, beside `speed_scale`"},
+                        1.0) -
+            1.0,
         config.non_negative(
             {"yaw_scale_sigma", "scale error of the rotation as a state: its first σ; 0, and no walk: no state"}, 0.03),
         config.non_negative({"yaw_scale_walk_per_sqrt_m", "1/√m", "walk of the rotation's scale error with distance"},
@@ -155,9 +163,14 @@ class Odometry final : public Sensor {
   std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
     const WheelTwist twist = model_->twist(measurement);
     ObservedMotion seen;
-    seen.speed_mps = twist.v_x;
+    const double scale = 1.0 + systematic_.known[Systematic::kSpeedScale];
+    seen.speed_mps = scale * twist.v_x;
     // So much noise is the way to declare that the rotation is not measured.
-    if (yaw_.floor < kNoRotation) seen.yaw_rate_radps = twist.w_z;
+    if (yaw_.floor < kNoRotation) {
+      seen.yaw_rate_radps = (model_->rotation_scales_with_speed() ? scale : 1.0) *
+                                (1.0 + systematic_.known[Systematic::kYawScale]) * twist.w_z +
+                            systematic_.known[Systematic::kCurvature] * twist.v_x;
+    }
     seen.interval_s = twist.interval_s.value_or(0.0);
     seen.speed_scale_sigma = systematic_.usual(Systematic::kSpeedScale, seen.speed_scale_sigma);
     // Noise that grows with the rate, more than by default, is what a skid-steered robot has instead of a scale.

@@ -39,11 +39,11 @@ TEST(Command, HelpNamesEverySubcommand) {
 }
 
 TEST(Command, UnknownSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(reports_error(waymark({"fly"}), 2, {"fly", "run, check, doctor, plugins, evaluate, map"}));
+  EXPECT_TRUE(reports_error(waymark({"fly"}), 2, {"fly", "run, check, doctor, calibrate, plugins, evaluate, map"}));
 }
 
 TEST(Command, NoSubcommandIsOneErrorLine) {
-  EXPECT_TRUE(reports_error(waymark({}), 2, {"subcommand", "run, check, doctor, plugins, evaluate, map"}));
+  EXPECT_TRUE(reports_error(waymark({}), 2, {"subcommand", "run, check, doctor, calibrate, plugins, evaluate, map"}));
 }
 
 TEST(Command, AMistypedSubcommandGetsTheNearestOne) {

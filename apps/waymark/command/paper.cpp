@@ -14,7 +14,7 @@
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
-#include "apps/waymark/paper/jobs.hpp"
+#include "apps/waymark/jobs/jobs.hpp"
 #include "apps/waymark/paper/outages.hpp"
 #include "apps/waymark/paper/page.hpp"
 #include "apps/waymark/paper/representative.hpp"
@@ -54,7 +54,7 @@ void report(std::size_t done, std::size_t count) {
 }
 
 void run_courses(std::size_t count, const PaperOptions& options, const std::function<void(std::size_t)>& work) {
-  paper::run_jobs(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
+  jobs::run_all(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
 }
 
 /// Throws Error, before the courses run, if a page would be overwritten that a person wrote.

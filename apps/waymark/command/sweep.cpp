@@ -3,14 +3,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
-#include <exception>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -18,6 +15,7 @@
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/jobs/jobs.hpp"
 #include "apps/waymark/sweep/child_process.hpp"
 #include "apps/waymark/sweep/drift.hpp"
 #include "apps/waymark/sweep/slurm.hpp"
@@ -53,25 +51,9 @@ void report_progress(std::size_t ended, std::size_t count) {
 }
 
 void run_tasks(const sweep::Study& study, const std::vector<sweep::Task>& tasks, int jobs) {
-  boost::asio::thread_pool pool(static_cast<std::size_t>(jobs));
-  std::mutex mutex;
-  std::size_t ended = 0;
-  std::exception_ptr failure;
-  for (const sweep::Task& task : tasks) {
-    boost::asio::post(pool, [&, task] {
-      try {
-        study.run(task);
-      } catch (...) {
-        const std::scoped_lock lock(mutex);
-        if (!failure) failure = std::current_exception();
-        pool.stop();
-      }
-      const std::scoped_lock lock(mutex);
-      report_progress(++ended, tasks.size());
-    });
-  }
-  pool.join();
-  if (failure) std::rethrow_exception(failure);
+  jobs::run_all(
+      tasks.size(), jobs, [&](std::size_t i) { study.run(tasks[i]); },
+      [&](std::size_t ended) { report_progress(ended, tasks.size()); });
 }
 
 /// Throws Error if the page is one that a person wrote.

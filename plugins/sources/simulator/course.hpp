@@ -34,6 +34,7 @@ class Course {
 /// How the robot may move.
 struct DriveLimits {
   double speed_mps;          ///< cruising speed
+  double speed_swing;        ///< share by which it falls and comes back every 20 s
   double acceleration_mps2;  ///< along the course, also when braking
   double turn_rate_radps;    ///< largest |yaw rate|
   double lookahead_m;        ///< of the pure pursuit; at least 2 speed / turn rate

@@ -33,6 +33,8 @@ constexpr Duration kReferencePeriod{50'000'000};
 DriveLimits read_limits(const Config& config) {
   DriveLimits limits{};
   limits.speed_mps = config.number_in({"speed_mps", "m/s", "cruising speed"}, 0.01, 100.0, 1.0);
+  limits.speed_swing = config.number_in(
+      {"speed_swing", "", "the cruising speed falls by this share and comes back, every 20 s"}, 0.0, 0.9, 0.0);
   limits.acceleration_mps2 = config.positive({"acceleration_mps2", "m/s²", "when starting and braking"}, 0.5);
   limits.turn_rate_radps = config.positive({"turn_rate_max_radps", "rad/s", "largest yaw rate"}, 1.0);
   // A shorter look-ahead lets the robot circle around a point that it can never reach.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/waymark/paper/jobs.hpp"
+#include "apps/waymark/jobs/jobs.hpp"
 
 #include <atomic>
 #include <exception>
@@ -7,10 +7,10 @@
 #include <thread>
 #include <vector>
 
-namespace waymark::paper {
+namespace waymark::jobs {
 
-void run_jobs(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
-              const std::function<void(std::size_t)>& done) {
+void run_all(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
+             const std::function<void(std::size_t)>& done) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::size_t finished = 0;
@@ -36,4 +36,4 @@ void run_jobs(std::size_t count, int jobs, const std::function<void(std::size_t)
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace waymark::paper
+}  // namespace waymark::jobs

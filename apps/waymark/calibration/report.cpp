@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/calibration/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace waymark::calibration {
+
+namespace {
+
+/// A parameter counts as determined by the drive if the log removed so much of the prior's variance.
+constexpr double kDetermined = 0.75;
+/// A level of noise also if the log contradicts the given one by so many σ: of one that is near zero a log says hardly
+/// more than that it is small.
+constexpr double kContradicted = 2.0;
+
+bool is_determined(const Findings& findings, std::size_t i) {
+  const auto index = static_cast<Eigen::Index>(i);
+  const Estimate& estimate = findings.estimate;
+  if (estimate.information(index) >= kDetermined) return true;
+  return findings.parameters[i].kind == Parameter::Kind::noise &&
+         std::abs(estimate.change(index)) >= kContradicted * estimate.sigma(index);
+}
+
+/// The change of what the drive determined, zero elsewhere.
+Eigen::VectorXd determined_change(const Findings& findings) {
+  Eigen::VectorXd change = findings.estimate.change;
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    if (!is_determined(findings, i)) change(static_cast<Eigen::Index>(i)) = 0.0;
+  }
+  return change;
+}
+
+/// Given and estimated value of a parameter, and σ in its unit.
+struct Row {
+  double given;
+  double estimated;
+  double sigma;
+};
+
+Row row_of(const Findings& findings, const Values& values, std::size_t i) {
+  const auto index = static_cast<Eigen::Index>(i);
+  Row row{values.value(i, 0.0), values.value(i, findings.estimate.change(index)), findings.estimate.sigma(index)};
+  if (findings.parameters[i].kind != Parameter::Kind::value) row.sigma *= std::abs(row.estimated);
+  return row;
+}
+
+/// With as many digits as σ makes sense of.
+std::string number(double value, double sigma) {
+  const int digits = sigma > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12) : 6;
+  return fmt::format("{:.{}f}", value, digits);
+}
+
+/// "[0] " of "base_p_antenna_m[0]", for a comment; empty if the key is no list.
+std::string element_of(const Parameter& parameter) {
+  const std::string name = parameter.name();
+  const std::size_t bracket = name.find('[');
+  return bracket == std::string::npos ? std::string() : name.substr(bracket) + " ";
+}
+
+/// What is known of the values under one key.
+std::string comment_of(const Findings& findings, const Values& values, const std::string& path) {
+  std::string comment;
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    const Parameter& parameter = findings.parameters[i];
+    if (path != fmt::format("sensors.{}.{}", parameter.sensor, parameter.key)) continue;
+    const Row row = row_of(findings, values, i);
+    comment += (comment.empty() ? "" : "; ") + element_of(parameter);
+    comment += is_determined(findings, i)
+                   ? fmt::format("± {}, was {}", number(row.sigma, row.sigma), number(row.given, row.sigma))
+                   : "not determined";
+  }
+  return comment;
+}
+
+std::string lines_of_standing(const Standing& standing) {
+  const double shown = standing.bias_sigma.maxCoeff();
+  return fmt::format(
+      "    # gyro bias at rest: [{}, {}, {}] ± {} rad/s\n    {}: {}  # ± {}, was {}; at rest: a driving robot shakes\n",
+      number(standing.bias.x(), shown), number(standing.bias.y(), shown), number(standing.bias.z(), shown),
+      number(shown, shown), kGyroNoise, number(standing.noise.density, standing.noise.sigma),
+      number(standing.noise.sigma, standing.noise.sigma), number(standing.given_noise, standing.noise.sigma));
+}
+
+}  // namespace
+
+std::string table(const Findings& findings, const Values& values) {
+  std::size_t width = 9;
+  for (const Parameter& parameter : findings.parameters) width = std::max(width, parameter.name().size());
+  std::string text = fmt::format("{:<{}}  {:>12}  {:>12}  {:>12}\n", "parameter", width, "given", "estimated", "± σ");
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    const Parameter& parameter = findings.parameters[i];
+    const Row row = row_of(findings, values, i);
+    const double shown = std::max(row.sigma, 1e-12);
+    text += fmt::format("{:<{}}  {:>12}  {:>12}  {:>12} {}{}\n", parameter.name(), width, number(row.given, shown),
+                        number(row.estimated, shown), number(row.sigma, shown), parameter.unit,
+                        is_determined(findings, i) ? "" : "  not determined by this drive");
+  }
+  return text;
+}
+
+std::string standing_tables(const Findings& findings) {
+  std::string text;
+  for (const Standing& standing : findings.standing) {
+    text += fmt::format("{} stands from {:.0f} s on for {:.0f} s, {:.0f} samples a second; Allan deviations:\n",
+                        standing.sensor, standing.begin_s, standing.duration_s, standing.rate_hz);
+    text += fmt::format("{:>9}  {:>35}  {:>35}\n", "τ [s]", "rate x, y, z [rad/s]", "force x, y, z [m/s²]");
+    for (std::size_t k = 0; k < standing.gyro[0].size(); ++k) {
+      text += fmt::format("{:>8.3g}  {:>11.3g} {:>11.3g} {:>11.3g}", standing.gyro[0][k].tau_s,
+                          standing.gyro[0][k].deviation, standing.gyro[1][k].deviation, standing.gyro[2][k].deviation);
+      if (k < standing.force[0].size()) {
+        text += fmt::format("  {:>11.3g} {:>11.3g} {:>11.3g}", standing.force[0][k].deviation,
+                            standing.force[1][k].deviation, standing.force[2][k].deviation);
+      }
+      text += "\n";
+    }
+    text += lines_of_standing(standing);
+  }
+  return text;
+}
+
+std::string json(const Findings& findings, const Values& values) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    const Row row = row_of(findings, values, i);
+    list.push_back({{"name", findings.parameters[i].name()},
+                    {"unit", findings.parameters[i].unit},
+                    {"given", row.given},
+                    {"estimated", row.estimated},
+                    {"sigma", row.sigma},
+                    {"determined", is_determined(findings, i)}});
+  }
+  for (const Standing& standing : findings.standing) {
+    list.push_back({{"name", standing.sensor + "." + kGyroNoise},
+                    {"unit", "rad/√s"},
+                    {"given", standing.given_noise},
+                    {"estimated", standing.noise.density},
+                    {"sigma", standing.noise.sigma},
+                    {"determined", true}});
+    for (int axis = 0; axis < 3; ++axis) {
+      list.push_back({{"name", fmt::format("{}.gyro_bias_radps[{}]", standing.sensor, axis)},
+                      {"unit", "rad/s"},
+                      {"given", nullptr},
+                      {"estimated", standing.bias(axis)},
+                      {"sigma", standing.bias_sigma(axis)},
+                      {"determined", true}});
+    }
+  }
+  return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::vector<Config::Override> overrides(const Findings& findings, const Values& values) {
+  std::vector<Config::Override> all = values.changed(determined_change(findings));
+  std::erase_if(all, [&](const Config::Override& one) {
+    for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+      const Parameter& parameter = findings.parameters[i];
+      if (is_determined(findings, i) && one.starts_with(fmt::format("sensors.{}.{}=", parameter.sensor, parameter.key)))
+        return false;
+    }
+    return true;
+  });
+  for (const Standing& standing : findings.standing)
+    all.push_back(fmt::format("sensors.{}.{}={}", standing.sensor, kGyroNoise,
+                              number(standing.noise.density, standing.noise.sigma)));
+  return all;
+}
+
+std::string yaml_block(const Findings& findings, const Values& values, const std::string& heading) {
+  const std::vector<Config::Override> all = overrides(findings, values);
+  std::vector<std::string> sensors;
+  for (const Parameter& parameter : findings.parameters) sensors.push_back(parameter.sensor);
+  for (const Standing& standing : findings.standing) sensors.push_back(standing.sensor);
+  std::string text;
+  std::vector<std::string> written;
+  for (const std::string& sensor : sensors) {
+    if (std::ranges::find(written, sensor) != written.end()) continue;
+    written.push_back(sensor);
+    const std::string prefix = fmt::format("sensors.{}.", sensor);
+    std::string lines;
+    std::string parent;
+    for (const Config::Override& one : all) {  // "sensors.NAME.KEY=VALUE", in the order of the keys
+      if (!one.starts_with(prefix)) continue;
+      const std::size_t equals = one.find('=');
+      const std::string path = one.substr(0, equals);
+      const std::string key = path.substr(prefix.size());
+      const std::string comment = comment_of(findings, values, path);
+      if (comment.empty()) continue;  // of a standing stretch, below
+      const std::size_t dot = key.find('.');
+      if (dot != std::string::npos && key.substr(0, dot) != parent) {
+        parent = key.substr(0, dot);
+        lines += fmt::format("    {}:  # its other keys stay\n", parent);
+      }
+      lines += fmt::format("    {}{}: {}  # {}\n", dot == std::string::npos ? "" : "  ",
+                           dot == std::string::npos ? key : key.substr(dot + 1), one.substr(equals + 1), comment);
+    }
+    for (const Standing& standing : findings.standing) {
+      if (standing.sensor == sensor) lines += lines_of_standing(standing);
+    }
+    if (!lines.empty()) text += fmt::format("  - name: {}\n{}", sensor, lines);
+  }
+  return heading + (text.empty() ? "# Nothing was determined.\n" : "sensors:\n" + text);
+}
+
+}  // namespace waymark::calibration

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/waymark/calibration/estimate.hpp"
+#include "apps/waymark/calibration/innovations.hpp"
+#include "apps/waymark/calibration/parameter.hpp"
+#include "apps/waymark/calibration/report.hpp"
+#include "apps/waymark/calibration/standing.hpp"
+#include "apps/waymark/command/command_line.hpp"
+#include "apps/waymark/command/commands.hpp"
+#include "waymark/io/output_file.hpp"
+
+namespace waymark::command {
+
+namespace {
+
+struct CalibrateOptions {
+  std::filesystem::path config;
+  std::filesystem::path out;
+  std::filesystem::path json;
+  std::vector<std::string> overrides;
+  std::vector<std::string> only;
+  std::optional<double> until_s;
+  int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+};
+
+void calibrate(const CalibrateOptions& options) {
+  const Config yaml = Config::load(options.config, options.overrides);
+  const calibration::Plan plan = calibration::plan_for(yaml, options.only);
+  const calibration::Values values(yaml, plan.parameters);
+  const auto rerun = [&](const Eigen::VectorXd& change) {
+    std::vector<Config::Override> overrides = options.overrides;
+    overrides.insert(overrides.end(), plan.overrides.begin(), plan.overrides.end());
+    const std::vector<Config::Override> changed = values.changed(change);
+    overrides.insert(overrides.end(), changed.begin(), changed.end());
+    return calibration::run_over_log(options.config, overrides, options.until_s, plan.inputs);
+  };
+  calibration::Findings findings;
+  findings.parameters = plan.parameters;
+  if (!plan.imus.empty())
+    findings.standing = calibration::standing_over_log(options.config, options.overrides, options.until_s, plan.imus);
+  for (const std::string& imu : plan.imus) {
+    if (std::ranges::find(findings.standing, imu, &calibration::Standing::sensor) == findings.standing.end())
+      print_output("{} never stands for 20 s: no Allan deviation\n", imu);
+  }
+  std::string heading =
+      fmt::format("# waymark calibrate {}: copy what you trust into the YAML.\n", options.config.string());
+  if (!plan.parameters.empty()) {
+    print_output("{} parameters; each step runs the log {} times\n", plan.parameters.size(),
+                 2 * plan.parameters.size() + 1);
+    const auto progress = [](const calibration::Estimate& so_far) {
+      print_message("step {}: mean NIS per row {:.3f} -> {:.3f}\n", so_far.iterations, so_far.nis_before,
+                    so_far.nis_after);
+    };
+    findings.estimate = calibration::estimate(plan.parameters, rerun, options.jobs, progress);
+    print_output("\n{}\n", calibration::table(findings, values));
+    if (!findings.estimate.converged)
+      print_message("waymark: warning: not converged after {} steps; the values are the best so far\n",
+                    findings.estimate.iterations);
+    heading += fmt::format("# NIS per row {:.3f} before, {:.3f} after.\n", findings.estimate.nis_before,
+                           findings.estimate.nis_after);
+  }
+  print_output("{}", calibration::standing_tables(findings));
+  const std::string block = calibration::yaml_block(findings, values, heading);
+  if (!options.out.empty()) {
+    OutputFile file(options.out);
+    file.write(block);
+    file.commit();
+    print_output("written: {}\n", options.out.string());
+  } else {
+    print_output("\n{}", block);
+  }
+  if (!options.json.empty()) {
+    OutputFile file(options.json);
+    file.write(calibration::json(findings, values));
+    file.commit();
+  }
+  const std::vector<Config::Override> found = calibration::overrides(findings, values);
+  if (!found.empty())
+    print_output("\nto try it: waymark run {} --set '{}'\n", options.config.string(), fmt::join(found, "' --set '"));
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<CalibrateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate",
+      "Estimate geometry, delays, scales and noise of a robot's sensors from a log, with their uncertainty");
+  command->footer("Example:\n  waymark calibrate robot.yaml --only wheels gps.base_p_antenna_m --out calibration.yaml");
+  command->add_option("config", options->config, "the YAML of a log")->required();
+  command->add_option("--only", options->only, "parameters, or beginnings of their names: gps, wheels.track_m");
+  command->add_option("--out", options->out, "file for the block of YAML; else it is printed");
+  command->add_option("--json", options->json, "file for the table as JSON");
+  command->add_option("--set", options->overrides, "key=value: overrides a key of the YAML");
+  command->add_option("--until", options->until_s, "only the first seconds of the log")->check(positive_number());
+  command->add_option("--jobs", options->jobs, "runs at the same time")->check(CLI::Range(1, 256));
+  command->callback([options, &exit_code] {
+    calibrate(*options);
+    exit_code = kSuccess;
+  });
+}
+
+}  // namespace waymark::command

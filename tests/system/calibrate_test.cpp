@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: compass, csv, dgps, imu, log, odometry, simulator
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/system/outputs.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+struct Found {
+  double estimated;
+  double sigma;
+  bool is_determined;
+};
+
+std::map<std::string, Found> read_found(const std::filesystem::path& json) {
+  std::map<std::string, Found> found;
+  for (const auto& row : nlohmann::json::parse(read_text(json)))
+    found[row.at("name")] = {row.at("estimated"), row.at("sigma"), row.at("determined")};
+  return found;
+}
+
+// A log first: the simulator reads the mountings from the same YAML, so it would hide their errors.
+TEST(Calibrate, FindsTheErrorsOfASimulatedRobotAndWritesThem) {
+  const TemporaryFolder folder;
+  const Outcome drive =
+      waymark({"run", WAYMARK_SOURCE_DIR "/config/calibration.yaml", "--quiet", "--out", (folder / "drive").string(),
+               "--set", "source.duration_s=150", "--set", "sinks=[{plugin: log}]"});
+  ASSERT_EQ(drive.exit_code, 0) << drive.err;
+  const std::string replay = (folder / "drive/log/replay.yaml").string();
+  const Outcome outcome = waymark(
+      {"calibrate", replay, "--json", (folder / "found.json").string(), "--out", (folder / "found.yaml").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, Found> found = read_found(folder / "found.json");
+
+  // What the comments of config/calibration.yaml say: the wheels give 1.02 and 1.01 of the true speed.
+  const double mean = 0.5 * (1.0 / 1.02 + 1.0 / 1.01);
+  const std::map<std::string, double> truth{{"wheels.speed_scale", mean},
+                                            {"wheels.curvature_per_m", (1.0 / 1.01 - 1.0 / 1.02) / 0.515},
+                                            {"wheels.track_m", 0.515},
+                                            {"gps.base_p_antenna_m[0]", 0.3},
+                                            {"gps.base_p_antenna_m[1]", -0.1},
+                                            {"gps.delay_s", 0.1},
+                                            {"gps.sigma_m", 0.05},
+                                            {"compass.base_T_sensor.yaw_deg", -5.0}};
+  for (const auto& [name, value] : truth) {
+    ASSERT_TRUE(found.contains(name)) << name << " is missing in\n" << outcome.out;
+    EXPECT_NEAR(found[name].estimated, value, 3.0 * found[name].sigma) << name;
+    EXPECT_TRUE(found[name].is_determined) << name;
+  }
+
+  const std::string block = read_text(folder / "found.yaml");
+  EXPECT_THAT(block, HasSubstr("sensors:\n  - name: wheels\n"));
+  EXPECT_THAT(block, HasSubstr("    base_T_sensor:  # its other keys stay\n      yaw_deg: -"));
+  // What the command proposes is a valid robot.
+  std::vector<std::string> check{"check", replay};
+  const std::size_t at = outcome.out.find("to try it: waymark run ");
+  ASSERT_NE(at, std::string::npos) << outcome.out;
+  const std::string proposal = outcome.out.substr(at, outcome.out.find('\n', at) - at);
+  for (std::size_t begin = proposal.find(" --set '"); begin != std::string::npos;
+       begin = proposal.find(" --set '", begin + 1)) {
+    const std::size_t value = begin + std::string_view(" --set '").size();
+    check.insert(check.end(), {"--set", proposal.substr(value, proposal.find('\'', value) - value)});
+  }
+  ASSERT_GT(check.size(), 12U) << proposal;
+  const Outcome valid = waymark(check);
+  EXPECT_EQ(valid.exit_code, 0) << valid.err;
+}
+
+// It drives 5 m and then stands; the noise of the simulated gyro is 3e-4 rad/√s.
+TEST(Calibrate, ReadsTheNoiseOfTheGyroFromAStandingStretch) {
+  const TemporaryFolder folder;
+  write_text(folder / "robot.yaml", R"(
+source:
+  plugin: simulator
+  seed: 3
+  duration_s: 80
+  course: { waypoints_m: [0, 0, 5, 0] }
+  landmarks: { count: 0, area_m: [-5, -5, 10, 5], radius_m: [0.1, 0.2], seed: 1 }
+  wheels: { sensor: wheels, track_m: 0.5 }
+  imu: { sensor: imu, gyroscope_noise_radps_per_sqrt_hz: 3.0e-4, gyroscope_bias_sigma_radps: 0.002 }
+initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
+sensors:
+  - { name: wheels, plugin: odometry, model: differential, track_m: 0.5 }
+  - { name: imu, plugin: imu, base_T_sensor: { yaw_deg: 0 } }
+)");
+  const Outcome outcome = waymark({"calibrate", (folder / "robot.yaml").string(), "--only",
+                                   "imu.gyro_noise_rad_per_sqrt_s", "--json", (folder / "found.json").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("imu stands from "));
+  EXPECT_THAT(outcome.out, HasSubstr("# gyro bias at rest: ["));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("each step runs the log"))) << "the filter is not needed";
+  std::map<std::string, Found> found = read_found(folder / "found.json");
+  const Found& noise = found["imu.gyro_noise_rad_per_sqrt_s"];
+  EXPECT_NEAR(noise.estimated, 3e-4, 3.0 * noise.sigma);
+  EXPECT_LT(noise.sigma, 0.25 * 3e-4);
+  for (const char* axis : {"0", "1", "2"}) {
+    const Found& bias = found[std::string("imu.gyro_bias_radps[") + axis + "]"];
+    EXPECT_GT(bias.sigma, 0.0);
+    EXPECT_LT(std::abs(bias.estimated), 4.0 * 0.002) << "of its distribution";
+  }
+}
+
+TEST(Calibrate, AStandingImuOfARecording) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      waymark({"calibrate", WAYMARK_SOURCE_DIR "/config/repoimu.yaml", "--set", "variables.trial=TStick_Test01_Static",
+               "--only", "imu.gyro_noise_rad_per_sqrt_s", "--json", (folder / "found.json").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, Found> found = read_found(folder / "found.json");
+  // The mean rates of the whole log, by another program: 0.003671, -0.002329, 0.000983 rad/s; deviation · √τ at 1 s:
+  // 6.5e-4, 6.2e-4, 5.9e-4.
+  EXPECT_NEAR(found["imu.gyro_bias_radps[0]"].estimated, 0.003671, 5e-5);
+  EXPECT_NEAR(found["imu.gyro_bias_radps[1]"].estimated, -0.002329, 5e-5);
+  EXPECT_NEAR(found["imu.gyro_bias_radps[2]"].estimated, 0.000983, 5e-5);
+  EXPECT_NEAR(found["imu.gyro_noise_rad_per_sqrt_s"].estimated, 6.2e-4, 0.3e-4);
+}
+
+TEST(Calibrate, NamesWhatFitsNothing) {
+  EXPECT_TRUE(reports_error(waymark({"calibrate", WAYMARK_SOURCE_DIR "/config/calibration.yaml", "--only", "sonar"}), 1,
+                            {"--only sonar", "no parameter of this robot begins so"}));
+}
+
+}  // namespace
+}  // namespace waymark::system_test
