@@ -3,7 +3,7 @@
 """How well `waymark calibrate` finds what is wrong: simulated drives of five minutes, each with errors of its own, as a table.
 
 The robot of config/calibration.yaml, whose drive is written as a log first, since the simulator reads the mountings from the same YAML; drawn for each seed: wheel scales, track, lever arm, the GPS's delay, the compass's mounting. For each
-parameter: how often the truth lies within 2σ, the largest |error| / σ, σ and |error| (min / median / max).
+parameter: how often the truth lies within 2σ, error / σ, σ and |error| (min / median / max).
 
 Example:
   tests/results/calibration.py --waymark build/release/bin/waymark --seeds 50
@@ -51,50 +51,58 @@ def spread(values, digits):
     return " / ".join(f"{v:.{digits}g}" for v in (min(values), statistics.median(values), max(values)))
 
 
+def calibrate(seed, waymark, jobs, folder):
+    """The truth of one drive, and what was found."""
+    overrides, truth = drive(seed)
+    found = folder / "found.json"
+    drive_out = folder / str(seed)
+    record = [waymark, "run", CONFIG, "--quiet", "--out", drive_out, "--set", "sinks=[{plugin: log}]"]
+    for one in overrides:
+        record += ["--set", one]
+    run = subprocess.run(record, capture_output=True, text=True)
+    if run.returncode == 1:
+        sys.exit(f"seed {seed}: {run.stderr}")
+    run = subprocess.run([waymark, "calibrate", drive_out / "log/replay.yaml", "--jobs", str(jobs), "--json", found, "--out", folder / "found.yaml"],
+                         capture_output=True, text=True)
+    if run.returncode != 0:
+        sys.exit(f"seed {seed}: {run.stderr}")
+    return {"truth": truth, "found": json.loads(found.read_text())}
+
+
+def table(drives):
+    """One row for each parameter whose truth is known."""
+    lines = ["| parameter | within 2σ | error / σ, min / median / max | σ, min / median / max | unsigned error, min / median / max | unit | not determined |",
+             "|---|---|---|---|---|---|---|"]
+    for name in drives[0]["truth"]:
+        rows = [(row, one["truth"][name]) for one in drives for row in one["found"] if row["name"] == name]
+        known = [(row["estimated"] - truth, row["sigma"]) for row, truth in rows if row["determined"]]
+        ratios = [error / sigma for error, sigma in known]
+        lines.append(f"| {name} | {sum(abs(r) < 2 for r in ratios)} of {len(known)} | {spread(ratios, 2)} | {spread([s for _, s in known], 2)} | "
+                     f"{spread([abs(e) for e, _ in known], 2)} | {rows[0][0]['unit']} | {len(rows) - len(known)} |")
+    return "\n".join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--waymark", default="build/release/bin/waymark")
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for what calibrate found in each drive, as JSON")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for what calibrate found in each drive, as JSON; a drive that is there is not repeated")
     arguments = parser.parse_args()
-    errors, sigmas, units, undetermined = {}, {}, {}, {}
-    with tempfile.TemporaryDirectory() as folder:
+    drives = []
+    with tempfile.TemporaryDirectory() as temporary:
         for seed in range(arguments.first, arguments.first + arguments.seeds):
-            overrides, truth = drive(seed)
-            found = pathlib.Path(folder) / "found.json"
-            drive_out = pathlib.Path(folder) / str(seed)
-            record = [arguments.waymark, "run", CONFIG, "--quiet", "--out", drive_out, "--set", "sinks=[{plugin: log}]"]
-            for one in overrides:
-                record += ["--set", one]
-            run = subprocess.run(record, capture_output=True, text=True)
-            if run.returncode == 1:
-                sys.exit(f"seed {seed}: {run.stderr}")
-            run = subprocess.run([arguments.waymark, "calibrate", drive_out / "log/replay.yaml", "--jobs", str(arguments.jobs), "--json", found,
-                                  "--out", pathlib.Path(folder) / "found.yaml"], capture_output=True, text=True)
-            if run.returncode != 0:
-                sys.exit(f"seed {seed}: {run.stderr}")
-            if arguments.keep:
-                arguments.keep.mkdir(parents=True, exist_ok=True)
-                (arguments.keep / f"{seed}.json").write_text(json.dumps({"truth": truth, "found": json.loads(found.read_text())}))
-            for row in json.loads(found.read_text()):
-                if row["name"] not in truth:
-                    continue
-                if not row["determined"]:
-                    undetermined[row["name"]] = undetermined.get(row["name"], 0) + 1
-                    continue
-                errors.setdefault(row["name"], []).append(row["estimated"] - truth[row["name"]])
-                sigmas.setdefault(row["name"], []).append(row["sigma"])
-                units[row["name"]] = row["unit"]
-            if errors:
-                print(f"seed {seed}: {max(abs(e[-1]) / s[-1] for e, s in zip(errors.values(), sigmas.values())):.1f} sigma at most",
-                      file=sys.stderr, flush=True)
-    print("| parameter | within 2σ | largest error / σ | σ, min / median / max | error, min / median / max | unit | not determined |\n|---|---|---|---|---|---|---|")
-    for name, list_ in errors.items():
-        ratios = [abs(e) / s for e, s in zip(list_, sigmas[name])]
-        print(f"| {name} | {sum(r < 2 for r in ratios)} of {len(ratios)} | {max(ratios):.1f} | {spread(sigmas[name], 2)} | "
-              f"{spread([abs(e) for e in list_], 2)} | {units[name]} | {undetermined.get(name, 0)} |")
+            kept = arguments.keep / f"{seed}.json" if arguments.keep else None
+            if kept and kept.exists():
+                drives.append(json.loads(kept.read_text()))
+                continue
+            drives.append(calibrate(seed, arguments.waymark, arguments.jobs, pathlib.Path(temporary)))
+            if kept:
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                kept.write_text(json.dumps(drives[-1]))
+            print(f"seed {seed}: done", file=sys.stderr, flush=True)
+    print(table(drives))
 
 
 if __name__ == "__main__":

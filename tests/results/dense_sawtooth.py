@@ -107,6 +107,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
     parser.add_argument("--rates", default="0.2,1,5", help="of the GPS [Hz], comma-separated")
     parser.add_argument("--errors", default="0,0.5,1,2", help="σ of its slowly varying error [m], comma-separated")
+    parser.add_argument("--filters", default="1,2,3", help="of the three, comma-separated")
     parser.add_argument("--particles", default="25", help="numbers, comma-separated; one after the other in each cell")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], help="override of the YAML")
@@ -127,7 +128,7 @@ def main():
         without = both(["sensors.gps.enabled=false"])
         print("Without GPS: " + "; ".join(f"{title}: {', '.join(text(one) for one in without)}" for title, text in TABLES))
         print(f"path of the best particle, aligned, RMS [m]: {', '.join(cell([o['path'] for o in one]) for one in without)}", flush=True)
-        for title, overrides in FILTERS:
+        for title, overrides in (FILTERS[int(number) - 1] for number in arguments.filters.split(",")):
             results = {(rate, error): both([f"source.gps.rate_hz={rate}", f"source.gps.correlated_sigma_m={error}", *overrides(error)])
                        for rate in rates for error in errors}
             print(f"\n## {title}")

@@ -127,6 +127,29 @@ TEST(Odometry, ACurvatureErrorTurnsWithTheDistance) {
   EXPECT_NEAR(bench.feed(twist(2.0, 0.0, 0.4)).residual[2], 0.4 + 0.1, kExact);
 }
 
+TEST(Odometry, AKnownErrorCorrectsTheReadingWithoutAState) {
+  const std::string yaml =
+      "{ model: differential, track_m: 0.5, speed_scale: 1.1, yaw_scale: 0.9, curvature_per_m: 0.05, " + kStateless +
+      " }";
+  auto bench = odometry(yaml);
+  const auto& model = bench.feed(wheels(0.9, 1.1));
+  EXPECT_NEAR(model.residual[0], 1.1, kExact);
+  EXPECT_NEAR(model.residual[2], 1.1 * 0.9 * 0.4 + 0.05, kExact);
+  const auto seen = make_sensor("odometry", yaml)->observed_motion(wheels(0.9, 1.1), nullptr);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->speed_mps, 1.1, kExact);
+  EXPECT_NEAR(seen->yaw_rate_radps, 1.1 * 0.9 * 0.4 + 0.05, kExact);
+}
+
+TEST(Odometry, AKnownErrorIsWhereItsStateBegins) {
+  const auto block =
+      make_sensor("odometry", "{ model: twist, speed_scale: 1.1, yaw_scale: 0.9, curvature_per_m: 0.05 }")->block();
+  ASSERT_EQ(block.size(), 3u);
+  EXPECT_NEAR(block[0].initial, 0.1, kExact);
+  EXPECT_NEAR(block[1].initial, 0.05, kExact);
+  EXPECT_NEAR(block[2].initial, -0.1, kExact);
+}
+
 TEST(Odometry, AnErrorWithoutSigmaAndWalkIsNoState) {
   EXPECT_TRUE(make_sensor("odometry", kDifferential)->block().empty());
   const auto block = make_sensor("odometry",

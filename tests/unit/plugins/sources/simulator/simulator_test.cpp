@@ -57,6 +57,22 @@ TEST(Simulator, EqualSeedsGiveEqualLogs) {
   }
 }
 
+TEST(Simulator, TheSpeedSwingsBetweenCruisingSpeedAndItsShare) {
+  const auto log = read_all(*make(
+      "{ duration_s: 60, speed_swing: 0.4, course: { waypoints_m: [0, 0, 100, 0] }, wheels: { sensor: wheels, track_m: "
+      "0.5, noise_m_per_sqrt_s: 1.0e-6 } }"));
+  double slowest = 1.0;
+  double fastest = 0.0;
+  for (const Measurement& m : log) {
+    const double speed = 0.5 * (m.as<WheelSpeeds>().left_mps + m.as<WheelSpeeds>().right_mps);
+    if (m.stamp < Time(from_seconds(5.0))) continue;  // it starts from rest
+    slowest = std::min(slowest, speed);
+    fastest = std::max(fastest, speed);
+  }
+  EXPECT_NEAR(slowest, 0.6, 0.01);
+  EXPECT_NEAR(fastest, 1.0, 0.01);
+}
+
 TEST(Simulator, AnotherSeedChangesTheNoiseButNotTheWorld) {
   std::string other = kLoop;
   other.replace(other.find("seed: 3"), 7, "seed: 4");
