@@ -54,10 +54,10 @@ int run_command(int argc, char** argv) {
   command::add_run_command(app, exit_code);
   command::add_check_command(app, exit_code);
   command::add_doctor_command(app, exit_code);
+  command::add_calibrate_command(app, exit_code);
   command::add_plugins_command(app, exit_code);
   command::add_evaluate_command(app, exit_code);
   command::add_map_command(app, exit_code);
-  command::add_calibrate_command(app, exit_code);
   command::add_ctl_command(app, exit_code);
   command::add_import_command(app, exit_code);
   command::add_paper_command(app, exit_code);

@@ -248,6 +248,8 @@ TEST(FusionLate, WithMapsWheelsThatAreOftenLateAreReportedOnceWithTheRemedy) {
   FusionRobot robot(kAtOrigin + "filter: { particles: 2 }\nsensors:\n" + kWheels + gps(), {}, idle_map());
   std::vector<Measurement> log;
   drive(log, 0.0, 5.0, 1.0);
+  for (int k = 0; k < 50; ++k) log.push_back(fix(0.1 * k + 0.05, 0.1 * k + 0.05, 0.0));
+  log = in_order(log);
   for (Measurement& m : log) {
     if (m.sensor == 0) m.arrival = m.stamp + from_seconds(0.31);
   }
