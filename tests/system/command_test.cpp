@@ -29,7 +29,8 @@ TEST_P(Subcommand, ShowsAnExampleInItsHelp) {
   EXPECT_EQ(outcome.err, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Command, Subcommand, testing::Values("run", "check", "plugins", "evaluate", "sweep", "schema", "help"));
+INSTANTIATE_TEST_SUITE_P(Command, Subcommand,
+                         testing::Values("run", "check", "plugins", "evaluate", "sweep", "schema", "help"));
 
 TEST(Command, HelpNamesEverySubcommand) {
   const Outcome outcome = waymark({"--help"});

@@ -10,8 +10,8 @@ namespace waymark::calibration {
 
 namespace {
 
-constexpr double kShortest_s = 0.1;  // faster noise is often filtered within the device
-constexpr double kLongest_s = 2.0;   // slower noise is the walk of the bias
+constexpr double kShortestSeconds = 0.1;  // faster noise is often filtered within the device
+constexpr double kLongestSeconds = 2.0;   // slower noise is the walk of the bias
 constexpr double kKnown = 1.0 / 3.0;
 
 }  // namespace
@@ -43,7 +43,7 @@ WhiteNoise white_noise(const std::vector<AllanPoint>& points) {
   double weights = 0.0;
   double share = 0.0;
   for (const AllanPoint& point : points) {
-    if (point.tau_s < kShortest_s || point.tau_s > kLongest_s) continue;
+    if (point.tau_s < kShortestSeconds || point.tau_s > kLongestSeconds) continue;
     noise.density += point.deviation * std::sqrt(point.tau_s);
     share = std::max(share, point.share);
     weights += 1.0;

@@ -18,7 +18,7 @@ namespace waymark::calibration {
 namespace {
 
 /// While heading, twist and offsets are found at the start, innovations are large and say little.
-constexpr double kSettling_s = 10.0;
+constexpr double kSettlingSeconds = 10.0;
 
 /// A sensor that notes the results of its updates. Clones do not: they are for what is not committed.
 class NotingSensor final : public Sensor {
@@ -152,7 +152,7 @@ Run run_over_log(const std::filesystem::path& yaml, const std::vector<Config::Ov
   if (!fusion->started()) throw Error(fmt::format("{}: the filter has not started: see waymark run", yaml.string()));
   run.duration_s = first ? to_seconds(last - *first) : 0.0;
   if (first) {
-    const Time settled = *first + from_seconds(std::min(kSettling_s, 0.1 * run.duration_s));
+    const Time settled = *first + from_seconds(std::min(kSettlingSeconds, 0.1 * run.duration_s));
     std::erase_if(run.innovations, [&](const Innovation& one) { return one.stamp < settled; });
   }
   std::ranges::stable_sort(run.innovations, {}, &Innovation::id);

@@ -216,6 +216,7 @@ std::vector<Config::Override> Values::changed(const Eigen::VectorXd& delta) cons
     }
   }
   std::vector<Config::Override> overrides;
+  overrides.reserve(numbers.size());
   for (const auto& [path, list] : numbers) {
     overrides.push_back(is_list_.at(path) ? fmt::format("{}=[{}]", path, fmt::join(list, ", "))
                                           : fmt::format("{}={}", path, list[0]));

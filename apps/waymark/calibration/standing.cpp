@@ -15,12 +15,12 @@ namespace waymark::calibration {
 
 namespace {
 
-constexpr double kLeastStand_s = 20.0;
+constexpr double kLeastStandSeconds = 20.0;
 constexpr double kStillRate = 0.02;           // [rad/s], spread within a second: MEMS devices at rest have less
 constexpr double kStillForce = 0.15;          // [m/s²], likewise
 constexpr double kSameRate = 0.005;           // [rad/s], of the means of two seconds in sequence
-constexpr double kMotion_mps = 0.01;          // as `still_speed_mps` of the odometry
-constexpr double kMotion_radps = 0.01;        // as `still_rate_radps`
+constexpr double kMotionMps = 0.01;           // as `still_speed_mps` of the odometry
+constexpr double kMotionRadps = 0.01;         // as `still_rate_radps`
 constexpr std::size_t kFewestSamples = 5;     // of a second
 constexpr double kUsualGyroNoise = 8.727e-4;  // [rad/√s], the default of the plugin imu
 
@@ -95,7 +95,7 @@ std::optional<Standing> standing_of(const std::vector<InertialSample>& samples, 
     }
   }
   // The first and the last one may have caught the beginning of a motion.
-  if (best_end - best_begin < static_cast<std::size_t>(kLeastStand_s) + 2) return std::nullopt;
+  if (best_end - best_begin < static_cast<std::size_t>(kLeastStandSeconds) + 2) return std::nullopt;
   const std::size_t first = seconds[best_begin + 1].begin;
   const std::size_t last = seconds[best_end - 2].end;
   Standing standing;
@@ -142,7 +142,7 @@ std::vector<Standing> standing_over_log(const std::filesystem::path& yaml,
     if (slot.sensor == nullptr) continue;
     try {
       const std::optional<ObservedMotion> seen = slot.sensor->observed_motion(*m, nullptr);
-      if (seen && (std::abs(seen->speed_mps) > kMotion_mps || std::abs(seen->yaw_rate_radps) > kMotion_radps))
+      if (seen && (std::abs(seen->speed_mps) > kMotionMps || std::abs(seen->yaw_rate_radps) > kMotionRadps))
         moving.push_back(m->stamp);
     } catch (const DataError&) {
       continue;  // the filter counts it

@@ -65,7 +65,7 @@ std::string wrong_use(const CLI::App& app, const CLI::ParseError& error) {
   }
   std::string path;
   for (const CLI::App* of = &command; of->get_parent() != nullptr; of = of->get_parent())
-    path = ' ' + of->get_name() + path;
+    path.insert(0, ' ' + of->get_name());
   if (subcommands.empty()) return fmt::format("{} (see waymark help{})", what, path);
   return fmt::format("{} (subcommands are {}; each has a --help of its own)", what, fmt::join(subcommands, ", "));
 }

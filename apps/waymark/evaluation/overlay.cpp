@@ -15,9 +15,9 @@
 namespace waymark::evaluation {
 namespace {
 
-constexpr double kSide = 900.0;        // the longer side of the paths [px]
-constexpr double kMargin = 60.0;       // [px]
-constexpr double kSmallest_px = 0.75;  // points that are nearer to each other show nothing more
+constexpr double kSide = 900.0;           // the longer side of the paths [px]
+constexpr double kMargin = 60.0;          // [px]
+constexpr double kSmallestPixels = 0.75;  // points that are nearer to each other show nothing more
 constexpr std::array<std::string_view, 8> kColours{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
                                                    "#ff7f0e", "#17becf", "#8c564b", "#e377c2"};
 
@@ -76,7 +76,7 @@ std::string line_of(const OverlayPath& path, const Frame& frame, std::string_vie
   Eigen::Vector2d last = Eigen::Vector2d::Constant(-kSide);
   for (const Eigen::Vector2d& point : path.points) {
     const Eigen::Vector2d at = frame(point);
-    if ((at - last).norm() < kSmallest_px) continue;
+    if ((at - last).norm() < kSmallestPixels) continue;
     out += fmt::format("{:.1f},{:.1f} ", at.x(), at.y());
     last = at;
   }

@@ -9,7 +9,7 @@ namespace waymark::evaluation {
 namespace {
 
 constexpr std::array<double, 8> kLengthsM{100, 200, 300, 400, 500, 600, 700, 800};
-constexpr double kBetweenBeginnings_s = 1.0;  // every tenth frame at 10 Hz
+constexpr double kBetweenBeginningsSeconds = 1.0;  // every tenth frame at 10 Hz
 
 /// The distance along the reference's path to each pair [m].
 std::vector<double> distances(std::span<const PosePair> pairs) {
@@ -35,7 +35,7 @@ SegmentErrors score_segments(std::span<const PosePair> pairs) {
     std::size_t last_begin = 0;
     for (std::size_t begin = 0; begin < pairs.size(); ++begin) {
       const double since_last_s = to_seconds(pairs[begin].stamp - pairs[last_begin].stamp);
-      if (begin > 0 && since_last_s < kBetweenBeginnings_s * (1.0 - 1e-9)) continue;
+      if (begin > 0 && since_last_s < kBetweenBeginningsSeconds * (1.0 - 1e-9)) continue;
       last_begin = begin;
       const auto end =
           std::lower_bound(along.begin() + static_cast<std::ptrdiff_t>(begin), along.end(), along[begin] + length) -

@@ -23,9 +23,9 @@ namespace waymark::maps {
 namespace {
 
 constexpr std::size_t kMostVoxels = 20'000'000;
-constexpr int kMargin_px = 20;
-constexpr int kMostHeight_px = 8000;
-constexpr int kFraction_bits = 4;  // of a pixel, for smooth edges
+constexpr int kMarginPixels = 20;
+constexpr int kMostHeightPixels = 8000;
+constexpr int kFractionBits = 4;  // of a pixel, for smooth edges
 
 using Voxel = std::array<int, 3>;
 
@@ -91,18 +91,18 @@ class Sheet {
     high.array() += 2.0 * resolution;
     left_ = low.x();
     top_ = high.y();
-    scale_ = (width_px - 2.0 * kMargin_px) / (high.x() - low.x());
+    scale_ = (width_px - 2.0 * kMarginPixels) / (high.x() - low.x());
     const double tall = scale_ * (high.y() - low.y());
-    if (tall > kMostHeight_px) scale_ *= kMostHeight_px / tall;
-    width = static_cast<int>(std::ceil(scale_ * (high.x() - low.x()))) + 2 * kMargin_px;
-    height = static_cast<int>(std::ceil(scale_ * (high.y() - low.y()))) + 2 * kMargin_px;
+    if (tall > kMostHeightPixels) scale_ *= kMostHeightPixels / tall;
+    width = static_cast<int>(std::ceil(scale_ * (high.x() - low.x()))) + 2 * kMarginPixels;
+    height = static_cast<int>(std::ceil(scale_ * (high.y() - low.y()))) + 2 * kMarginPixels;
   }
 
   cv::Point at(const Eigen::Vector3d& p) const {
-    constexpr double kOne = 1 << kFraction_bits;
+    constexpr double kOne = 1 << kFractionBits;
     const Eigen::Vector2d on = flat(p);
-    return {static_cast<int>(std::lround(kOne * (kMargin_px + scale_ * (on.x() - left_)))),
-            static_cast<int>(std::lround(kOne * (kMargin_px + scale_ * (top_ - on.y()))))};
+    return {static_cast<int>(std::lround(kOne * (kMarginPixels + scale_ * (on.x() - left_)))),
+            static_cast<int>(std::lround(kOne * (kMarginPixels + scale_ * (top_ - on.y()))))};
   }
 
   int width = 0;
@@ -186,7 +186,7 @@ void draw(cv::Mat& image, std::vector<Voxel> voxels, const Axes& axes, const She
       std::array<cv::Point, 4> corners;
       for (std::size_t i = 0; i < 4; ++i)
         corners[i] = sheet.at(resolution * (Eigen::Vector3d(v[0], v[1], v[2]) + side.corners[i]));
-      cv::fillConvexPoly(image, corners.data(), 4, colours.of(v[2], side.brightness), cv::LINE_AA, kFraction_bits);
+      cv::fillConvexPoly(image, corners.data(), 4, colours.of(v[2], side.brightness), cv::LINE_AA, kFractionBits);
     }
   }
 }
@@ -203,8 +203,8 @@ Picture picture_of(const octomap::OcTree& tree, const OctreeView& view, const st
   line.reserve(path.size());
   for (const Eigen::Vector3d& p : path) line.push_back(sheet.at(p));
   if (line.size() > 1) {
-    cv::polylines(image, line, false, cv::Scalar(255, 255, 255), 6, cv::LINE_AA, kFraction_bits);
-    cv::polylines(image, line, false, cv::Scalar(20, 20, 20), 2, cv::LINE_AA, kFraction_bits);
+    cv::polylines(image, line, false, cv::Scalar(255, 255, 255), 6, cv::LINE_AA, kFractionBits);
+    cv::polylines(image, line, false, cv::Scalar(20, 20, 20), 2, cv::LINE_AA, kFractionBits);
   }
   cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
   Picture picture{image.cols, image.rows, {}};

@@ -48,7 +48,7 @@ std::string Config::place() const { return node_->place(); }
 std::string Config::path() const { return node_->path(); }
 
 std::filesystem::path Config::file() const {
-  const std::filesystem::path file = *root_->origin;
+  std::filesystem::path file = *root_->origin;
   const Node* base = root_->find("base_folder");
   if (base == nullptr || base->kind != Node::Kind::scalar || base->is_default) return file;
   return file.parent_path() / base->text / file.filename();

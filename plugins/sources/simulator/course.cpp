@@ -16,7 +16,7 @@ constexpr double kShortestLeg = 0.01;  // [m]
 constexpr double kTargetStep = 0.001;  // [m], how finely the pursued point moves along the course
 constexpr double kArrived = 0.001;     // [m]
 constexpr double kPathSpacing = 0.1;   // [m]
-constexpr double kSwingPeriod_s = 20.0;
+constexpr double kSwingPeriodSeconds = 20.0;
 
 /// The pose after `dt` at constant twist; exact (the SE(2) exponential), with its series where the arc is nearly
 /// straight.
@@ -109,7 +109,7 @@ Trajectory drive(const Course& course, const DriveLimits& limits, Duration durat
     const double aside = std::cos(now.yaw) * to_target.y() - std::sin(now.yaw) * to_target.x();
     if (ending && ahead < kArrived) break;
 
-    const double phase = 2.0 * std::numbers::pi * to_seconds(time) / kSwingPeriod_s;
+    const double phase = 2.0 * std::numbers::pi * to_seconds(time) / kSwingPeriodSeconds;
     const double cruise = limits.speed_mps * (1.0 - 0.5 * limits.speed_swing * (1.0 - std::cos(phase)));
     double speed = std::min(now.v_x + limits.acceleration_mps2 * dt, cruise);
     if (ending) speed = std::min(speed, std::sqrt(2.0 * limits.acceleration_mps2 * ahead));
