@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <thread>
 
+#include "apps/waymark/command/batch.hpp"
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/jobs/jobs.hpp"
@@ -44,27 +42,12 @@ std::string command_of(const PaperOptions& options) {
   return text;
 }
 
-/// Reports progress on standard error: on a terminal always, elsewhere every tenth.
-void report(std::size_t done, std::size_t count) {
-  if (isatty(STDERR_FILENO) == 1) {
-    print_message("\r{} of {} courses{}", done, count, done == count ? "\n" : "");
-  } else if (done * 10 / count != (done - 1) * 10 / count) {
-    print_message("{} of {} courses\n", done, count);
-  }
-}
-
 void run_courses(std::size_t count, const PaperOptions& options, const std::function<void(std::size_t)>& work) {
-  jobs::run_all(count, options.jobs, work, [&](std::size_t done) { report(done, count); });
+  jobs::run_all(count, options.jobs, work, [&](std::size_t done) { report_ended(done, count, "courses"); });
 }
 
-/// Throws Error, before the courses run, if a page would be overwritten that a person wrote.
-void require_replaceable(const PaperOptions& options, const std::string& name) {
-  const std::filesystem::path page = options.out / (name + ".md");
-  std::ifstream file(page);
-  if (!file) return;
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (text.find("Made by\n\n    waymark paper ") == std::string::npos)
-    throw Error(fmt::format("{}: not written by `waymark paper`, so it is kept; choose another --out", page.string()));
+void require_own_page(const PaperOptions& options, const std::string& name) {
+  require_replaceable(options.out / (name + ".md"), "waymark paper", "--out");
 }
 
 /// Writes page and numbers, and reports where they are.
@@ -107,7 +90,7 @@ void run_scenarios(const PaperOptions& options) {
   for (int seed = 1; seed <= options.seeds; ++seed) results.seeds.push_back(static_cast<std::uint64_t>(seed));
   results.trials.assign(results.noises.size(), std::vector<std::vector<paper::Trial>>(results.seeds.size()));
   const std::string& name = results.experiment.name;
-  require_replaceable(options, name);
+  require_own_page(options, name);
   create_folder(options.out / name, "output folder");
   run_courses(results.noises.size() * results.seeds.size(), options, [&](std::size_t i) {
     const std::size_t noise = i / results.seeds.size();
@@ -124,7 +107,7 @@ void run_scenarios(const PaperOptions& options) {
 
 void run_sawtooth(const PaperOptions& options) {
   if (options.noises.size() != 1) throw Error("paper: --experiment sawtooth takes one --noise");
-  require_replaceable(options, "sawtooth");
+  require_own_page(options, "sawtooth");
   paper::Sawtooth results = paper::Sawtooth::prepare(options.seeds);
   results.command = command_of(options);
   results.config = options.config;
@@ -138,7 +121,7 @@ void run_sawtooth(const PaperOptions& options) {
 
 void run_outages(const PaperOptions& options) {
   if (!options.noises.empty()) throw Error("paper: --experiment outages takes no --noise; use --set");
-  require_replaceable(options, "outages");
+  require_own_page(options, "outages");
   paper::Outages results;
   results.command = command_of(options);
   results.config = options.config;

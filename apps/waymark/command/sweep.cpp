@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -13,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/waymark/command/batch.hpp"
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/jobs/jobs.hpp"
@@ -41,28 +41,10 @@ struct SweepOptions {
 /// The program that runs, for the processes of the tasks.
 std::filesystem::path this_program() { return std::filesystem::read_symlink("/proc/self/exe"); }
 
-/// Progress on standard error: on a terminal one line, elsewhere a line every tenth.
-void report_progress(std::size_t ended, std::size_t count) {
-  if (isatty(STDERR_FILENO) == 1) {
-    print_message("\r{} of {} runs{}", ended, count, ended == count ? "\n" : "");
-  } else if (ended * 10 / count != (ended - 1) * 10 / count) {
-    print_message("{} of {} runs\n", ended, count);
-  }
-}
-
 void run_tasks(const sweep::Study& study, const std::vector<sweep::Task>& tasks, int jobs) {
   jobs::run_all(
       tasks.size(), jobs, [&](std::size_t i) { study.run(tasks[i]); },
-      [&](std::size_t ended) { report_progress(ended, tasks.size()); });
-}
-
-/// Throws Error if the page is one that a person wrote.
-void require_replaceable(const std::filesystem::path& page) {
-  std::ifstream file(page);
-  if (!file) return;
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (text.find(sweep::kMadeBy) == std::string::npos)
-    throw Error(fmt::format("{}: not written by `waymark sweep`, so it is kept; choose another --page", page.string()));
+      [&](std::size_t ended) { report_ended(ended, tasks.size(), "runs"); });
 }
 
 std::string command_of(const SweepOptions& options) {
@@ -125,7 +107,7 @@ int submit(const sweep::Study& study, const SweepOptions& options) {
 int check(const sweep::Study& study, const SweepOptions& options) {
   const std::size_t count = study.plan().variants.size();
   const std::vector<sweep::Drift> drifts =
-      sweep::find_drift(study, options.check, [&](std::size_t ended) { report_progress(ended, count); });
+      sweep::find_drift(study, options.check, [&](std::size_t ended) { report_ended(ended, count, "runs"); });
   for (const sweep::Drift& drift : drifts)
     print_output("{}, seed {}: {}: {}, it was {}\n", drift.variant, drift.seed, drift.score, drift.now, drift.before);
   print_output("{} of {} rows tried; {} values have changed\n", count, count, drifts.size());
@@ -134,7 +116,7 @@ int check(const sweep::Study& study, const SweepOptions& options) {
 
 int run(const SweepOptions& options) {
   sweep::Plan plan = sweep::Plan::read(options.plan);
-  if (!options.page.empty()) require_replaceable(options.page);
+  if (!options.page.empty()) require_replaceable(options.page, "waymark sweep", "--page");
   std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / options.plan.stem() : options.out;
   if (!options.check.empty()) out /= "check";
   const sweep::Study study(std::move(plan), out, this_program(), WAYMARK_VERSION);

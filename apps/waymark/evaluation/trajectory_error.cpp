@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "waymark/base/error.hpp"
 
@@ -121,6 +122,12 @@ RelativeError relative_error(const std::vector<Pair>& pairs, const TrajectoryOpt
 
 }  // namespace
 
+double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
 ErrorStatistics statistics(std::vector<double> values) {
   ErrorStatistics out;
   if (values.empty()) return out;
@@ -133,10 +140,8 @@ ErrorStatistics statistics(std::vector<double> values) {
   const auto count = static_cast<double>(values.size());
   out.rms = std::sqrt(squares / count);
   out.mean /= count;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  out.median = values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-  out.max = values.back();
+  out.max = *std::max_element(values.begin(), values.end());
+  out.median = median_of(std::move(values));
   return out;
 }
 

@@ -20,6 +20,9 @@ struct ErrorStatistics {
   double max = 0.0;
 };
 
+/// Of an even number of values, the mean of the two in the middle. There must be one.
+double median_of(std::vector<double> values);
+
 /// Statistics of the values' magnitudes; all zero if there is none.
 ErrorStatistics statistics(std::vector<double> values);
 

@@ -37,10 +37,10 @@ std::string last_line(const std::string& text) {
                      end - (begin == std::string::npos ? 0 : begin + 1) + 1);
 }
 
-/// The text with the word in place of a placeholder, "{seed}".
-std::string filled(std::string text, std::string_view placeholder, std::string_view word) {
-  for (std::size_t at = text.find(placeholder); at != std::string::npos; at = text.find(placeholder, at + word.size()))
-    text.replace(at, placeholder.size(), word);
+/// The text with a value in place of each "{seed}".
+std::string filled(std::string text, std::string_view name, std::string_view value) {
+  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + value.size()))
+    text.replace(at, name.size(), value);
   return text;
 }
 

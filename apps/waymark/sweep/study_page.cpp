@@ -69,8 +69,10 @@ std::string to_markdown(const Study& study, const Summary& summary, const std::s
   const Plan& plan = study.plan();
   std::string page = fmt::format("# {}\n\n", plan.title);
   if (!plan.about.empty()) page += plan.about + "\n\n";
-  page += fmt::format("{}{}\n\nby version {}; {} of {} runs. Over the seeds: min / median / max.\n\n| run | seeds |",
-                      kMadeBy, command, study.version(), summary.ended, summary.tasks);
+  page += fmt::format(
+      "Made by\n\n    waymark sweep {}\n\nby version {}; {} of {} runs. Over the seeds: min / median / max.\n\n| run | "
+      "seeds |",
+      command, study.version(), summary.ended, summary.tasks);
   for (const Score& score : plan.scores) page += fmt::format(" {} |", in_cell(score.name));
   page += "\n|---|---|";
   for (std::size_t i = 0; i < plan.scores.size(); ++i) page += "---|";

@@ -7,9 +7,6 @@
 
 namespace waymark::sweep {
 
-/// The begin of the line with the command, by which a page that waymark wrote is known.
-inline constexpr const char* kMadeBy = "Made by\n\n    waymark sweep ";
-
 /// The study as Markdown: title, table with min / median / max over the seeds, marks, failed tasks, command and
 /// version.
 std::string to_markdown(const Study& study, const Summary& summary, const std::string& command);

@@ -3,22 +3,17 @@
 
 #include <algorithm>
 
+#include "apps/waymark/evaluation/trajectory_error.hpp"
+
 namespace waymark::sweep {
 
 namespace {
-
-/// Of an even number of values, the mean of the two in the middle.
-double median_of(std::vector<double> sorted) {
-  std::ranges::sort(sorted);
-  const std::size_t half = sorted.size() / 2;
-  return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
-}
 
 void conclude(Cell& cell, const Score& score) {
   if (cell.values.empty()) return;
   cell.min = *std::ranges::min_element(cell.values);
   cell.max = *std::ranges::max_element(cell.values);
-  cell.median = median_of(cell.values);
+  cell.median = evaluation::median_of(cell.values);
   if (!score.at_most && !score.at_least) return;
   const bool by_worst = score.judged == Score::Judged::by_worst;
   cell.reached = (!score.at_most || (by_worst ? cell.max : cell.median) <= *score.at_most) &&
