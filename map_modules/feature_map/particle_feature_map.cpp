@@ -194,6 +194,21 @@ void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& obs
   }
 }
 
+void ParticleFeatureMap::correspond(const PoseGaussian& pose, const Observation& observation, const Association* memo,
+                                    Correspondences& out) const {
+  const auto& features = static_cast<const FeatureObservation&>(observation);
+  const auto& association = static_cast<const FeatureAssociation&>(*memo);
+  for (std::size_t d = 0; d < features.detections.size(); ++d) {
+    const LandmarkRef ref = association.landmark_of[d];
+    if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
+    const Detection& detection = features.detections[d];
+    const Eigen::Vector3d p_base(detection.xyr.x(), detection.xyr.y(), 0.0);
+    const Eigen::Vector2d p_map = ref.chunk >= 0 ? Eigen::Vector2d(landmarks_.at(ref).mean.head<2>())
+                                                 : Eigen::Vector2d((pose.T_map_base * p_base).head<2>());
+    out.landmarks.push_back({p_map, detection.R.topLeftCorner<2, 2>()});
+  }
+}
+
 void ParticleFeatureMap::describe(MapDescription& out) const {
   landmarks_.for_all([&](const Landmark& landmark) {
     LandmarkView view;

@@ -66,6 +66,12 @@ void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observati
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
 }
 
+void ParticleGrid::correspond(const PoseGaussian& /*pose*/, const Observation& observation,
+                              const Association* /*association*/, Correspondences& out) const {
+  for (const Eigen::Vector2f& hit : static_cast<const ScanObservation&>(observation).hits)
+    out.points_base.emplace_back(hit.cast<double>());
+}
+
 void ParticleGrid::describe(MapDescription& out) const {
   const GridFigures counts = figures_of(tiles_);
   const auto number = [](auto count) { return static_cast<double>(count); };

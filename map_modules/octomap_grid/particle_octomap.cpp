@@ -53,6 +53,12 @@ void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observ
   storage().insertion.insert(voxels_, pose.T_map_base, cloud, model_->settings);
 }
 
+void ParticleOctomap::correspond(const PoseGaussian& /*pose*/, const Observation& observation,
+                                 const Association* /*association*/, Correspondences& out) const {
+  for (const Eigen::Vector3f& hit : static_cast<const CloudObservation&>(observation).matched)
+    out.points_base.emplace_back(hit.head<2>().cast<double>());
+}
+
 void ParticleOctomap::describe(MapDescription& out) const {
   const MapFigures counts = figures_of(voxels_);
   const auto number = [](auto count) { return static_cast<double>(count); };

@@ -197,6 +197,19 @@ HealthSettings read_health(const Config& config) {
   return health;
 }
 
+JointSettings read_joint(const Config& yaml) {
+  JointSettings joint;
+  joint.enabled = yaml.boolean({"enabled", "false: the covariance of the particles alone is reported"}, joint.enabled);
+  joint.anchor_spacing = yaml.number_in({"anchor_spacing_m", "m", "distance between the anchors of a dense map"}, 0.5,
+                                        1000.0, joint.anchor_spacing);
+  joint.anchor_sigma =
+      yaml.number_in({"anchor_sigma_m", "m", "error that all that is mapped from an anchor has in common"}, 0.0, 10.0,
+                     joint.anchor_sigma);
+  joint.anchor_yaw_sigma = kRadPerDeg * yaml.number_in({"anchor_yaw_sigma_deg", "deg", "the same of its heading"}, 0.0,
+                                                       90.0, joint.anchor_yaw_sigma / kRadPerDeg);
+  return joint;
+}
+
 }  // namespace
 
 FusionSettings read_fusion_settings(const Config& yaml) {
@@ -209,6 +222,9 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   }
   const Config filter = yaml.child_or_empty({"filter", "particles, and the order of measurements"});
   read_filter(filter, yaml.is_list("maps") && !yaml.items("maps").empty(), settings);
+  settings.filter.joint = read_joint(yaml.child_or_empty(
+      {"joint",
+       "the joint Gaussian over the pose and the places of the maps, whose covariance is reported; used with maps"}));
   settings.clock = read_clock(yaml.child_or_empty({"clock", "which stamps are plausible"}));
   settings.health = read_health(yaml.child_or_empty({"health", "when the result is reported as lost or degraded"}));
   settings.georeference =

@@ -162,4 +162,16 @@ Eigen::Matrix2d Georeference::point_covariance(const Belief& belief, const Eigen
   return J * P * J.transpose();
 }
 
+Eigen::Matrix2d Georeference::point_covariance(
+    const Belief& belief, const NavState& state, const Eigen::Vector2d& p_map, const Eigen::Matrix2d& P,
+    const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& cross) const {
+  const Eigen::Matrix2d R = T_enu_map(state).q.toRotationMatrix().topLeftCorner<2, 2>();
+  const Eigen::Vector2d lever = R * p_map;
+  Eigen::Matrix<double, 2, 3> J;
+  J << 1.0, 0.0, -lever.y(), 0.0, 1.0, lever.x();
+  const Eigen::Matrix3d P_place = belief.P(planar_states(), planar_states());
+  const Eigen::Matrix2d mixed = R * cross(Eigen::all, planar_states()) * J.transpose();
+  return J * P_place * J.transpose() + R * P * R.transpose() + mixed + mixed.transpose();
+}
+
 }  // namespace waymark::estimation

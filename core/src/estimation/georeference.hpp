@@ -45,6 +45,11 @@ class WAYMARK_API Georeference {
   void inflate(Belief& belief, double position_variance, double yaw_variance) const;
   /// Covariance of (east, north) of a fixed point of the map, due to the map's place on the Earth alone.
   Eigen::Matrix2d point_covariance(const Belief& belief, const Eigen::Vector2d& p_map) const;
+  /// Covariance of (east, north) of a point that is uncertain in the map, by `P`, and correlated with the state, by
+  /// `cross` (its two states × error states). `state` has the map's place on the Earth.
+  Eigen::Matrix2d point_covariance(const Belief& belief, const NavState& state, const Eigen::Vector2d& p_map,
+                                   const Eigen::Matrix2d& P,
+                                   const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& cross) const;
 
  private:
   /// Error states of the block's x, y and yaw.

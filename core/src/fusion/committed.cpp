@@ -60,10 +60,11 @@ void Committed::count(const Measurement& m, Fate fate) {
 }
 
 void Committed::update_health(Time now) {
-  const Belief& mixture = filter.mixture();
+  filter.mixture();
+  const Belief belief = filter.reported();
   const auto& pose = filter.layout().pose_indices();
-  const Eigen::Matrix2d P{{mixture.P(pose[0], pose[0]), mixture.P(pose[0], pose[1])},
-                          {mixture.P(pose[1], pose[0]), mixture.P(pose[1], pose[1])}};
+  const Eigen::Matrix2d P{{belief.P(pose[0], pose[0]), belief.P(pose[0], pose[1])},
+                          {belief.P(pose[1], pose[0]), belief.P(pose[1], pose[1])}};
   const double mean = 0.5 * P.trace();
   const double largest = mean + std::sqrt(std::max(mean * mean - P.determinant(), 0.0));
   health.judge(now, std::sqrt(std::max(largest, 0.0)));

@@ -13,7 +13,7 @@ FrontHorizon::FrontHorizon(const Committed& committed, const estimation::Process
                            const std::optional<Datum>& datum)
     : process_(process),
       datum_(datum),
-      belief_(committed.filter.mixture()),
+      belief_(committed.filter.reported()),
       standing_(committed.standstill.standing()) {
   sensors_.reserve(committed.sensors.size());
   for (const SensorRecord& record : committed.sensors) {

@@ -44,7 +44,7 @@ std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
     if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) description.grid = map->grid();
     if (detail == MapDetail::with_mixtures) description.mixture = mixture_of(i, description.grid);
     if (detail == MapDetail::with_files) description.files = map->files(filter_.T_enu_map(best()));
-    if (filter_.georeference()) place_on_earth(description);
+    make_marginal(description);
   }
   return result;
 }
@@ -59,6 +59,19 @@ std::optional<GridView> SnapshotView::mixture_of(std::size_t map, const std::opt
       grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
   }
   return particles::mix_grids(grids);
+}
+
+/// Covariances of landmarks: a map has the one given its particle's path, the report the marginal one.
+void SnapshotView::make_marginal(MapDescription& map) const {
+  std::vector<std::optional<Eigen::Matrix2d>> marginal;
+  marginal.reserve(map.landmarks.size());
+  for (LandmarkView& landmark : map.landmarks) marginal.push_back(filter_.landmark_covariance(landmark.p_map));
+  if (filter_.georeference()) place_on_earth(map);
+  for (std::size_t i = 0; i < marginal.size(); ++i) {
+    LandmarkView& landmark = map.landmarks[i];
+    landmark.P_conditional = landmark.P.topLeftCorner<2, 2>();
+    if (marginal[i]) landmark.P.topLeftCorner<2, 2>() = *marginal[i];
+  }
 }
 
 /// Transforms landmarks and grids from the map to ENU. The landmarks' covariances then include that of the map's place

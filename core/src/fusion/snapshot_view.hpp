@@ -22,14 +22,16 @@ class SnapshotView final : public Snapshot {
         started_(started),
         measurement_(measurement),
         fate_(fate),
-        datum_(datum) {}
+        datum_(datum) {
+    if (started_) belief_ = filter_.reported();
+  }
 
   Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
   Fate fate() const override { return fate_; }
   const SensorCounters& counters() const override { return counters_; }
   bool started() const override { return started_; }
-  const Belief& belief() const override { return filter_.mixture(); }
+  const Belief& belief() const override { return belief_; }
   const StateLayout& layout() const override { return filter_.layout(); }
   std::optional<Datum> datum() const override { return datum_; }
   double effective_sample_size() const override { return filter_.effective_sample_size(); }
@@ -43,6 +45,7 @@ class SnapshotView final : public Snapshot {
   const particles::Particle& best() const { return filter_.set()[filter_.set().best()]; }
   /// `of_best`: the grid of the best particle.
   std::optional<GridView> mixture_of(std::size_t map, const std::optional<GridView>& of_best) const;
+  void make_marginal(MapDescription& map) const;
   void place_on_earth(MapDescription& map) const;
 
   const particles::ParticleFilter& filter_;
@@ -53,6 +56,7 @@ class SnapshotView final : public Snapshot {
   const Measurement& measurement_;
   Fate fate_;
   const std::optional<Datum>& datum_;
+  Belief belief_;
 };
 
 }  // namespace waymark::fusion

@@ -24,7 +24,7 @@ void Fusion::Parts::begin(const fusion::Start& start) {
   if (started) {
     begin_anew(start);
   } else {
-    committed.filter.start(start.prior, start.draw);
+    committed.filter.start(start.prior, start.draw, start.frame);
     committed.health.start(start.prior.stamp);
     started = true;
   }

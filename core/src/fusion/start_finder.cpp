@@ -128,19 +128,22 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
 
   // Without a fused absolute sensor the start pose is the map's gauge and has zero covariance. In a prior map it has
   // the given covariance, and stays a Gaussian until the first match: each particle then searches all of it.
+  const double yaw_variance = yaw_sigma * yaw_sigma;
+  Eigen::Matrix3d P;
+  P.topLeftCorner<2, 2>() = position_sigma * position_sigma * Eigen::Matrix2d::Identity() +
+                            yaw_variance * position_by_yaw * position_by_yaw.transpose();
+  P.topRightCorner<2, 1>() = yaw_variance * position_by_yaw;
+  P.bottomLeftCorner<1, 2>() = P.topRightCorner<2, 1>().transpose();
+  P(2, 2) = yaw_variance;
   if (sources_.fuses_absolute || sources_.has_prior_map) {
     start.draw = !sources_.has_prior_map;
     const auto& index = layout_.pose_indices();
-    const double yaw_variance = yaw_sigma * yaw_sigma;
-    ErrorMatrix& P = start.prior.P;
-    const Eigen::Matrix2d position_block = position_sigma * position_sigma * Eigen::Matrix2d::Identity() +
-                                           yaw_variance * position_by_yaw * position_by_yaw.transpose();
-    for (int i = 0; i < 2; ++i) {
-      const int row = index[static_cast<std::size_t>(i)];
-      for (int j = 0; j < 2; ++j) P(row, index[static_cast<std::size_t>(j)]) = position_block(i, j);
-      P(row, index[2]) = P(index[2], row) = yaw_variance * position_by_yaw[i];
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j)
+        start.prior.P(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]) = P(i, j);
     }
-    P(index[2], index[2]) = yaw_variance;
+  } else if (sources_.has_absolute) {
+    start.frame = P;
   }
   return start;
 }

@@ -18,6 +18,9 @@ struct Start {
   std::uint32_t used_sensor = 0;  ///< the measurement that gave the position, if `used`; not to be fused again
   std::uint64_t used_sequence = 0;
   bool used = false;
+  /// Covariance of (x, y, yaw) of a start pose that absolute sensors found and that is the map's gauge: it is reported,
+  /// and not estimated.
+  Eigen::Matrix3d frame = Eigen::Matrix3d::Zero();
   bool keeps_pose = false;  ///< of a new start: the position before, with the covariance of the prior
 };
 

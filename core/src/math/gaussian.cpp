@@ -60,6 +60,17 @@ Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P) {
   return Eigen::LLT<Eigen::MatrixXd>(correlation).solve(scaled.transpose()).transpose() * scale.asDiagonal();
 }
 
+Eigen::Matrix3d excess(const Eigen::Matrix3d& other, const Eigen::Matrix3d& P) {
+  constexpr double kLeast = 1e-12;  // a variance below has no scale
+  const Eigen::Vector3d scale = P.diagonal().cwiseMax(other.diagonal()).cwiseMax(kLeast).cwiseSqrt();
+  const Eigen::Matrix3d difference =
+      scale.cwiseInverse().asDiagonal() * (other - P) * scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(difference);
+  const Eigen::Matrix3d positive =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+  return scale.asDiagonal() * positive * scale.asDiagonal();
+}
+
 Eigen::Vector3d standard_normal(Random& random) {
   // Named draws: the order of evaluation must not depend on the compiler.
   const double x = random.normal();

@@ -65,6 +65,7 @@ template void ParticleFilter::serialize(InArchive& archive, State& state) const;
 template <class Archive>
 void ParticleFilter::serialize_rest(Archive& archive) {
   recollection_.past().serialize(archive, set_.size(), layout(), stamp());
+  if (joint_) archive(*joint_);
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
   estimation::serialize_belief(archive, mixture_, layout());

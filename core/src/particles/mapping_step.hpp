@@ -62,6 +62,10 @@ class MappingStep {
   bool localized() const { return localized_; }
   /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
   bool failed() const { return failed_; }
+  /// What module `module` returned for a particle in the last refinement.
+  const Refinement& refinement(std::size_t slot, int module) const {
+    return scratch_[slot].refinements[static_cast<std::size_t>(module)];
+  }
   /// The belief of a particle before the last refinement.
   const Belief& prior(std::size_t slot) const { return scratch_[slot].prior; }
 

@@ -67,6 +67,9 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       updates_(process.layout(), georeference_, workers_, set_.size()),
       mapping_(process.layout(), workers_, streams_, set_.size()),
       recollection_(process, set_, moments_, workers_, settings.history),
+      joint_(settings.joint.enabled && !modules_.empty()
+                 ? std::make_optional<joint::JointBelief>(process, settings.joint)
+                 : std::nullopt),
       now_(std::make_unique<Present>(*this)),
       beliefs_(set_.size()) {
   assert(settings.particles >= 1);
@@ -74,16 +77,18 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
 
 ParticleFilter::~ParticleFilter() = default;
 
-void ParticleFilter::start(const Belief& prior, bool draw) {
+void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d& frame) {
   for (Particle& particle : set_) {
     particle = Particle{};
     particle.belief = prior;
     for (const auto& module : modules_) particle.maps.push_back(module ? module->create_map() : nullptr);
   }
-  // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (georeference_) {
     for (Particle& particle : set_) georeference_->take_over_start(particle.belief);
-  } else if (draw && set_.size() > 1) {
+  }
+  if (joint_) joint_->start(set_[0].belief, frame);
+  // A single draw cannot represent the prior, so a single particle keeps all of it.
+  if (!georeference_ && draw && set_.size() > 1) {
     for (std::size_t slot = 0; slot < set_.size(); ++slot) {
       Random stream = streams_(static_cast<int>(slot), stamp(), kStartDraw);
       ekf::sample_pose(set_[slot].belief, layout(), settings_.sampling_fraction, stream);
@@ -101,6 +106,7 @@ void ParticleFilter::begin_anew(const estimation::NewStart& start) {
     particle.path.distribute_correction(last, last);
     estimation::begin_anew(particle.belief, start, layout(), georeference_);
   }
+  if (joint_) joint_->restart(set_[set_.best()].belief);
   recollection_.past().clear();
   set_.normalize();
   mixture_is_current_ = false;
@@ -118,6 +124,10 @@ bool ParticleFilter::has_plausible_variances() const {
 
 void ParticleFilter::predict(Time to, bool standing) {
   if (to == stamp()) return;
+  if (joint_) {
+    joint_->linearize_at(set_[set_.best()].belief.mean);
+    joint_->predict(to, standing);
+  }
   const auto predict_one = [&](int slot) {
     process_.predict(set_[static_cast<std::size_t>(slot)].belief, to, standing);
   };
@@ -130,8 +140,14 @@ Instant& ParticleFilter::now() { return *now_; }
 Instant* ParticleFilter::recall(Time stamp) { return recollection_.recall(stamp) ? &recollection_ : nullptr; }
 
 MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const UpdatePolicy& policy) {
+  // What is late changes the weights, and no pose.
+  const bool is_joint = joint_ && &at == now_.get();
+  const std::size_t best = set_.best();
+  if (is_joint) joint_->linearize_at(set_[best].belief.mean);
   MixtureOutcome outcome = updates_.apply(set_, at, model, policy);
   if (!outcome.usable) return outcome;
+  if (is_joint && outcome.accepted && !policy.evaluate_only)
+    joint_->update(updates_.model(best), updates_.jacobian(best));
   set_.normalize();
   mixture_is_current_ = false;
   return outcome;
@@ -143,6 +159,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   mapping_.refine(set_, at, inputs, stamp(), sensor, failures, drop);
   set_.normalize();
   mixture_is_current_ = false;
+  if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
   at.sample(sensor);
   mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
@@ -150,13 +167,42 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   return failures;
 }
 
+void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures) {
+  const std::size_t slot = set_.best();
+  const Particle& best = set_[slot];
+  joint_->linearize_at(best.belief.mean);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const MappingInput& input = inputs[i];
+    const auto module = static_cast<std::size_t>(input.module);
+    const auto& map = best.maps[module];
+    if (!map || !input.localize) continue;
+    const Refinement& refinement = mapping_.refinement(slot, input.module);
+    correspondences_.landmarks.clear();
+    correspondences_.points_base.clear();
+    try {
+      const PoseGaussian pose{best.belief.mean.T_map_base, pose_covariance(best.belief, layout())};
+      map->correspond(pose, *input.observation, refinement.association.get(), correspondences_);
+    } catch (const std::exception& error) {
+      failures.emplace_back(static_cast<int>(i), error.what());
+      drop_module(input.module);
+      continue;
+    }
+    joint_->map(
+        {input.share * refinement.information, input.share, refinement.writes, modules_[module]->has_prior_map()},
+        correspondences_);
+  }
+}
+
 void ParticleFilter::stop() {
   for (Particle& particle : set_) ekf::stop(particle.belief, layout());
+  if (joint_) joint_->replace_twist([&](Belief& belief) { ekf::stop(belief, layout()); });
   mixture_is_current_ = false;
 }
 
 void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
-  for (Particle& particle : set_) ekf::release(particle.belief, layout(), velocity_sigma, rate_sigma);
+  const auto release_one = [&](Belief& belief) { ekf::release(belief, layout(), velocity_sigma, rate_sigma); };
+  for (Particle& particle : set_) release_one(particle.belief);
+  if (joint_) joint_->replace_twist(release_one);
   mixture_is_current_ = false;
 }
 
@@ -164,13 +210,15 @@ void ParticleFilter::inflate_pose(const ekf::PoseVariance& variance) {
   mixture_is_current_ = false;
   // With a georeference only the position is inflated: a rotation about the map's origin would displace a distant
   // robot.
-  for (Particle& particle : set_) {
+  const auto inflate = [&](Belief& belief) {
     if (georeference_) {
-      georeference_->inflate(particle.belief, variance.position, 0.0);
+      georeference_->inflate(belief, variance.position, 0.0);
     } else {
-      ekf::inflate_pose(particle.belief, layout(), variance);
+      ekf::inflate_pose(belief, layout(), variance);
     }
-  }
+  };
+  for (Particle& particle : set_) inflate(particle.belief);
+  if (joint_) joint_->add_noise(inflate);
 }
 
 void ParticleFilter::record_path() {
@@ -221,6 +269,28 @@ const Belief& ParticleFilter::mixture() {
 const Belief& ParticleFilter::mixture() const {
   assert(mixture_is_current_);
   return mixture_;
+}
+
+Belief ParticleFilter::reported() const {
+  Belief belief = mixture();
+  if (!joint_) return belief;
+  Belief joint = joint_->marginal(set_[set_.best()].belief.mean);
+  if (georeference_) georeference_->to_enu(joint);
+  // Where the particles are of several opinions, their spread is larger.
+  const Eigen::Matrix3d own = pose_covariance(joint, layout());
+  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(belief, layout()), own);
+  belief.P = joint.P;
+  const auto& pose = layout().pose_indices();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += more(i, j);
+  }
+  return belief;
+}
+
+std::optional<Eigen::Matrix2d> ParticleFilter::landmark_covariance(const Eigen::Vector2d& p_map) const {
+  if (!joint_) return std::nullopt;
+  return joint_->landmark_covariance(p_map, set_[set_.best()].belief.mean, georeference_);
 }
 
 }  // namespace waymark::particles

@@ -11,6 +11,7 @@
 #include "estimation/georeference.hpp"
 #include "estimation/new_start.hpp"
 #include "estimation/process_model.hpp"
+#include "joint/joint_belief.hpp"
 #include "particles/instant.hpp"
 #include "particles/mapping_step.hpp"
 #include "particles/mixture_moments.hpp"
@@ -39,10 +40,11 @@ class WAYMARK_API ParticleFilter {
   ParticleFilter(const ParticleFilter&) = delete;
   ParticleFilter& operator=(const ParticleFilter&) = delete;
 
-  /// Sets all particles to `prior`. If `draw`, each of several particles samples its pose from it (with the sampling
-  /// fraction). With a georeference nothing is drawn: the start pose becomes the map's origin, and the prior that of
-  /// the georeference. Maps become the modules' initial ones.
-  void start(const Belief& prior, bool draw);
+  /// `frame`: covariance of (x, y, yaw) of the start pose that the particles take for the map's origin; it is in the
+  /// reported covariance only. Sets all particles to `prior`. If `draw`, each of several particles samples its pose
+  /// from it (with the sampling fraction). With a georeference nothing is drawn: the start pose becomes the map's
+  /// origin, and the prior that of the georeference. Maps become the modules' initial ones.
+  void start(const Belief& prior, bool draw, const Eigen::Matrix3d& frame = Eigen::Matrix3d::Zero());
 
   /// Begins the belief of every particle anew: the pose is lost, while maps, paths, weights and the own states of
   /// sensors stay. Past beliefs are forgotten.
@@ -109,6 +111,11 @@ class WAYMARK_API ParticleFilter {
   const Belief& mixture();
   /// The same; the filter must not have changed since the last computation.
   const Belief& mixture() const;
+  /// The belief to be reported: the mixture's mean with the marginal covariance of the joint Gaussian, and no less than
+  /// the mixture's for the pose. Without maps the mixture.
+  Belief reported() const;
+  /// Marginal covariance of (east, north) of a landmark of the best particle; nothing if it is not known.
+  std::optional<Eigen::Matrix2d> landmark_covariance(const Eigen::Vector2d& p_map) const;
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
@@ -133,6 +140,9 @@ class WAYMARK_API ParticleFilter {
   template <class Archive>
   void serialize_rest(Archive& archive);
 
+  /// Passes a mapping step to the joint Gaussian, before the poses are sampled.
+  void map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures);
+
   /// Thins the older half of paths that have grown too long.
   void bound_paths();
 
@@ -149,6 +159,8 @@ class WAYMARK_API ParticleFilter {
   UpdateStep updates_;
   MappingStep mapping_;
   Recollection recollection_;
+  std::optional<joint::JointBelief> joint_;  // with maps only
+  Correspondences correspondences_;          // scratch
   std::unique_ptr<Present> now_;
   Belief mixture_;
   bool mixture_is_current_ = false;

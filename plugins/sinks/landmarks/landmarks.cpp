@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kHeader =
     "map,id,east_m,north_m,radius_m,var_east_m2,var_north_m2,cov_east_north_m2,var_radius_m2,existence,sightings,"
-    "confirmed\n";
+    "confirmed,conditional_var_east_m2,conditional_var_north_m2,conditional_cov_east_north_m2\n";
 constexpr std::string_view kReferenceHeader = "name,x_m,y_m,radius_m\n";
 
 constexpr int kDecimals = 6;
@@ -22,11 +22,12 @@ std::string squared(double value) { return std::isfinite(value) ? fmt::format("{
 
 std::string row(std::string_view map, const LandmarkView& landmark) {
   const bool has_radius = std::isfinite(landmark.radius_m);
-  return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d}\n", csv_field(map), landmark.id,
+  return fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{},{:d},{},{},{}\n", csv_field(map), landmark.id,
                      csv_field(landmark.p_map.x(), kDecimals), csv_field(landmark.p_map.y(), kDecimals),
                      csv_field(landmark.radius_m, kDecimals), squared(landmark.P(0, 0)), squared(landmark.P(1, 1)),
                      squared(landmark.P(0, 1)), has_radius ? squared(landmark.P(2, 2)) : std::string(),
-                     landmark.existence, landmark.sightings, landmark.confirmed);
+                     landmark.existence, landmark.sightings, landmark.confirmed, squared(landmark.P_conditional(0, 0)),
+                     squared(landmark.P_conditional(1, 1)), squared(landmark.P_conditional(0, 1)));
 }
 
 /// The landmarks of the best particle's maps as CSV, at the end of the run.

@@ -22,6 +22,14 @@ struct GeoreferenceSettings {
   double yaw_walk_per_sqrt_m = 0.0;        ///< [rad/√m driven]
 };
 
+/// The joint Gaussian over the pose and the places of the maps, whose covariance is reported (`joint:` of the YAML).
+struct JointSettings {
+  bool enabled = true;
+  double anchor_spacing = 4.0;      ///< distance between the anchors of a dense map [m]
+  double anchor_sigma = 0.02;       ///< error that all places of an anchor have in common [m]
+  double anchor_yaw_sigma = 0.004;  ///< [rad]
+};
+
 /// The particle filter's part of the YAML (`filter:`).
 struct ParticleFilterSettings {
   int particles = 1;
@@ -31,7 +39,8 @@ struct ParticleFilterSettings {
   double sampling_fraction = 0.2;
   int threads = 1;
   std::size_t path_poses = 200'000;  ///< >= 2; of a longer path the older half loses every second pose
-  Duration history{};                ///< past beliefs stored for late measurements reach back this far; zero: none
+  JointSettings joint;
+  Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
 };
 
 }  // namespace waymark

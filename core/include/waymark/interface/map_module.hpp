@@ -48,6 +48,17 @@ struct Refinement {
   std::unique_ptr<Association> association;  ///< kept by the host from step to step; a map can reuse its storage
 };
 
+/// What of an observation ties the pose to places of the map (docs/math/joint.md).
+struct Correspondences {
+  /// A landmark that was observed, again or for the first time.
+  struct Landmark {
+    Eigen::Vector2d p_map;  ///< by the map, or where it is added [m]
+    Eigen::Matrix2d R;      ///< noise of its measured position in the base frame [m²]
+  };
+  std::vector<Landmark> landmarks;
+  std::vector<Eigen::Vector2d> points_base;  ///< of the surfaces that were matched, in the base frame [m]
+};
+
 /// One particle's map of one module. `clone` shares storage (copy-on-write) and is O(1) in the size of the map.
 class WAYMARK_TYPE ParticleMap {
  public:
@@ -61,6 +72,14 @@ class WAYMARK_TYPE ParticleMap {
 
   /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept.
   virtual void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) = 0;
+
+  /// Adds what the last `refine` found, for the covariance that is reported: landmarks with a place each, or points of
+  /// surfaces. Called between `refine` and `insert`, for one particle. The default ties the pose to the place where the
+  /// robot is. `pose` is the refined one.
+  virtual void correspond(const PoseGaussian& /*pose*/, const Observation& /*observation*/,
+                          const Association* /*association*/, Correspondences& out) const {
+    out.points_base.emplace_back(0.0, 0.0);
+  }
 
   /// Adds landmarks, figures and sightings to `out`. Called often.
   virtual void describe(MapDescription& out) const = 0;

@@ -50,6 +50,10 @@ struct Eigen3 {
 /// Of a symmetric positive semi-definite matrix; eigenvalues below 1e-12 × the largest are rounding and become zero.
 WAYMARK_API Eigen3 eigen(const Eigen::Matrix3d& P);
 
+/// What P must grow by to be no smaller than `other` (in the sense of ⪰): the positive part of other − P, in units in
+/// which the variances of P are one.
+WAYMARK_API Eigen::Matrix3d excess(const Eigen::Matrix3d& other, const Eigen::Matrix3d& P);
+
 /// A P⁻¹ for a positive semi-definite P (n × n) and A with n columns: a gain. A state without variance gets no gain.
 /// States may have different units.
 WAYMARK_API Eigen::MatrixXd divide(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P);

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "joint/joint_gaussian.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/belief_archive.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::joint {
+
+namespace {
+
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUpdateRows, kMaxUpdateRows>;
+
+/// W ← W L⁻ᵀ.
+template <class W>
+void divide(W&& w, const Eigen::LLT<Square>& factor) {
+  factor.matrixU().template solveInPlace<Eigen::OnTheRight>(w);
+}
+
+}  // namespace
+
+void JointGaussian::start(const Belief& prior) {
+  belief_ = prior;
+  nodes_.clear();
+  size_ = 0;
+  pending_columns_ = 0;
+  cross_.resize(0, layout_.size());
+  between_.resize(0, 0);
+  pending_.resize(0, kPending);
+  W_.resize(0, kMaxUpdateRows);
+}
+
+void JointGaussian::restart(const Belief& belief) {
+  belief_ = belief;
+  cross_.topRows(size_).setZero();
+}
+
+namespace {
+
+/// δp' = δp + φ × d for a new position that is `d` further: calls add(row, factor, state) for δp'_row += factor
+/// δ_state.
+template <class Add>
+void for_moved_errors(const StateLayout& layout, const Eigen::Vector3d& d, const Add& add) {
+  const Eigen::Matrix3d by_attitude = -so3::skew(d);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const int row = layout.active(i);
+      const int attitude = layout.active(3 + j);
+      if (row >= 0 && attitude >= 0 && by_attitude(i, j) != 0.0) add(row, by_attitude(i, j), attitude);
+    }
+  }
+}
+
+void move(Belief& belief, const StateLayout& layout, const NavState& mean) {
+  for_moved_errors(layout, mean.T_map_base.p - belief.mean.T_map_base.p, [&](int row, double factor, int state) {
+    belief.P.row(row) += factor * belief.P.row(state);
+    belief.P.col(row) += factor * belief.P.col(state);
+  });
+  belief.mean = mean;
+}
+
+}  // namespace
+
+void JointGaussian::relinearize(const NavState& mean) {
+  auto cross = cross_.topRows(size_);
+  for_moved_errors(layout_, mean.T_map_base.p - belief_.mean.T_map_base.p,
+                   [&](int row, double factor, int state) { cross.col(row) += factor * cross.col(state); });
+  move(belief_, layout_, mean);
+}
+
+Belief JointGaussian::belief_at(const NavState& mean) const {
+  Belief belief = belief_;
+  move(belief, layout_, mean);
+  return belief;
+}
+
+void JointGaussian::predict(const estimation::ProcessModel& process, Time to, bool standing) {
+  if (size_ > 0) {
+    // F is the identity plus rows of the pose, and the decay of the blocks.
+    const ErrorMatrix F = process.transition(belief_.mean, to_seconds(to - belief_.stamp));
+    const int core = layout_.core_size();
+    const int pose = core / 2;
+    ErrorMatrix G = F.topLeftCorner(pose, core);
+    G.diagonal().array() -= 1.0;
+    auto cross = cross_.topRows(size_);
+    auto W = W_.topLeftCorner(size_, pose);
+    W.noalias() = cross.leftCols(core) * G.transpose();
+    cross.leftCols(pose) += W;
+    for (int i = core; i < layout_.size(); ++i) {
+      if (F(i, i) != 1.0) cross.col(i) *= F(i, i);
+    }
+  }
+  process.predict(belief_, to, standing);
+}
+
+void JointGaussian::update(const Linearization& model, const estimation::StateJacobian& H) {
+  const int rows = model.rows();
+  Factor own = Factor::Zero(layout_.size(), rows);
+  for (int k = 0; k < H.count; ++k) {
+    own += belief_.P.col(H.states[static_cast<std::size_t>(k)]) * H.columns.col(k).transpose();
+  }
+  Square S = model.R;
+  for (int k = 0; k < H.count; ++k) {
+    S += H.columns.col(k) * own.row(H.states[static_cast<std::size_t>(k)]);
+  }
+  const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
+  if (!S.allFinite() || factor.info() != Eigen::Success) return;
+  auto W = W_.topLeftCorner(size_, rows);
+  W.setZero();
+  for (int k = 0; k < H.count; ++k) {
+    W += cross_.topRows(size_).col(H.states[static_cast<std::size_t>(k)]) * H.columns.col(k).transpose();
+  }
+  divide(own, factor);
+  divide(W, factor);
+  // The optimal update, except for states that are considered and not estimated (Schmidt): their own covariance stays.
+  const int first = H.first_considered;
+  const ErrorMatrix kept = belief_.P.block(first, first, H.considered, H.considered);
+  subtract(own);
+  belief_.P.block(first, first, H.considered, H.considered) = kept;
+}
+
+void JointGaussian::relate(const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
+  const auto rows = static_cast<int>(H_pose.rows());
+  const auto& pose = layout_.pose_indices();
+  Factor own = Factor::Zero(layout_.size(), rows);
+  auto W = W_.topLeftCorner(size_, rows);
+  W.setZero();
+  for (int i = 0; i < 3; ++i) {
+    const int state = pose[static_cast<std::size_t>(i)];
+    own += belief_.P.col(state) * H_pose.col(i).transpose();
+    W += cross_.topRows(size_).col(state) * H_pose.col(i).transpose();
+  }
+  const auto pending = pending_.topLeftCorner(size_, pending_columns_);
+  for (const NodeRows& part : nodes) {
+    const auto [id, offset, size] = find(part.node);
+    own += cross_.middleRows(offset, size).transpose() * part.H.transpose();
+    W.noalias() += between_.block(0, offset, size_, size) * part.H.transpose();
+    W.noalias() -= pending * (pending.middleRows(offset, size).transpose() * part.H.transpose());
+  }
+  Square S = Square::Identity(rows, rows);
+  for (int i = 0; i < 3; ++i) S += H_pose.col(i) * own.row(pose[static_cast<std::size_t>(i)]);
+  for (const NodeRows& part : nodes) {
+    const auto [id, offset, size] = find(part.node);
+    S += part.H * W.middleRows(offset, size);
+  }
+  const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
+  if (!S.allFinite() || factor.info() != Eigen::Success) return;
+  divide(own, factor);
+  divide(W, factor);
+  subtract(own);
+}
+
+void JointGaussian::subtract(const Factor& own) {
+  belief_.P -= own.lazyProduct(own.transpose());
+  for (int i = 0; i < layout_.size(); ++i) belief_.P(i, i) = std::max(belief_.P(i, i), 0.0);
+  if (size_ == 0) return;
+  const auto rows = static_cast<int>(own.cols());
+  const auto W = W_.topLeftCorner(size_, rows);
+  cross_.topRows(size_).noalias() -= W * own.transpose();
+  if (pending_columns_ + rows > kPending) subtract_pending();
+  pending_.block(0, pending_columns_, size_, rows) = W;
+  pending_columns_ += rows;
+}
+
+void JointGaussian::subtract_pending() {
+  const auto pending = pending_.topLeftCorner(size_, pending_columns_);
+  auto between = between_.topLeftCorner(size_, size_);
+  between.selfadjointView<Eigen::Lower>().rankUpdate(pending, -1.0);
+  between.triangularView<Eigen::StrictlyUpper>() = between.transpose();
+  pending_columns_ = 0;
+}
+
+void JointGaussian::reserve(int size) {
+  const auto capacity = static_cast<int>(between_.rows());
+  if (size <= capacity) return;
+  const int more = std::max(size, 2 * capacity);
+  cross_.conservativeResize(more, layout_.size());
+  between_.conservativeResize(more, more);
+  pending_.conservativeResize(more, kPending);
+  W_.resize(more, kMaxUpdateRows);
+}
+
+JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q) {
+  const auto size = static_cast<int>(G.rows());
+  const int offset = size_;
+  reserve(offset + size);
+  const auto& pose = layout_.pose_indices();
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxErrorStates> P_pose(3, layout_.size());
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> of_nodes(offset, 3);
+  for (int i = 0; i < 3; ++i) {
+    const int state = pose[static_cast<std::size_t>(i)];
+    P_pose.row(i) = belief_.P.row(state);
+    of_nodes.col(i) = cross_.topRows(offset).col(state);
+    for (int j = 0; j < 3; ++j) P(i, j) = belief_.P(state, pose[static_cast<std::size_t>(j)]);
+  }
+  cross_.middleRows(offset, size) = G * P_pose;
+  between_.block(0, offset, offset, size) = of_nodes * G.transpose();
+  between_.block(offset, 0, size, offset) = between_.block(0, offset, offset, size).transpose();
+  between_.block(offset, offset, size, size) = G * P * G.transpose() + Q;
+  pending_.middleRows(offset, size).setZero();
+  size_ += size;
+  nodes_.push_back({next_id_, offset, size});
+  return next_id_++;
+}
+
+bool JointGaussian::has_node(NodeId node) const { return std::ranges::binary_search(nodes_, node, {}, &Node::id); }
+
+const JointGaussian::Node& JointGaussian::find(NodeId node) const {
+  return *std::ranges::lower_bound(nodes_, node, {}, &Node::id);
+}
+
+void JointGaussian::remove_node(NodeId node) {
+  subtract_pending();
+  const auto found = std::ranges::lower_bound(nodes_, node, {}, &Node::id);
+  const auto [id, offset, size] = *found;
+  for (int i = offset; i + size < size_; ++i) {
+    cross_.row(i) = cross_.row(i + size);
+    between_.row(i).head(size_) = between_.row(i + size).head(size_);
+  }
+  size_ -= size;
+  for (int i = offset; i < size_; ++i) between_.col(i).head(size_) = between_.col(i + size).head(size_);
+  for (auto later = nodes_.erase(found); later != nodes_.end(); ++later) later->offset -= size;
+}
+
+JointGaussian::Rows JointGaussian::node_covariance(NodeId node) const {
+  const auto [id, offset, size] = find(node);
+  const auto pending = pending_.block(offset, 0, size, pending_columns_);
+  return between_.block(offset, offset, size, size) - pending * pending.transpose();
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> JointGaussian::cross_covariance(
+    NodeId node) const {
+  const auto [id, offset, size] = find(node);
+  return cross_.middleRows(offset, size);
+}
+
+template <class Archive>
+void JointGaussian::serialize(Archive& archive) {
+  archive.section("joint_gaussian", 1);
+  estimation::serialize_belief(archive, belief_, layout_);
+  archive.each(nodes_, [](auto& each, Node& node) { each(node.id, node.size); });
+  Eigen::MatrixXd cross;
+  Eigen::MatrixXd between;
+  Eigen::MatrixXd pending;
+  if constexpr (!Archive::kReads) {
+    cross = cross_.topRows(size_);
+    between = between_.topLeftCorner(size_, size_);
+    pending = pending_.topLeftCorner(size_, pending_columns_);
+  }
+  archive(next_id_, cross, between, pending);
+  if constexpr (Archive::kReads) {
+    size_ = 0;
+    NodeId next = 0;
+    for (Node& node : nodes_) {
+      if (node.size < 1 || node.size > 3 || node.id < next || node.id >= next_id_)
+        throw DataError("the checkpoint has an invalid node of the joint Gaussian");
+      next = node.id + 1;
+      node.offset = size_;
+      size_ += node.size;
+    }
+    const bool fits = cross.rows() == size_ && cross.cols() == layout_.size() && between.rows() == size_ &&
+                      between.cols() == size_ && pending.rows() == size_ && pending.cols() <= kPending &&
+                      cross.allFinite() && between.allFinite() && pending.allFinite();
+    if (!fits) throw DataError("the checkpoint has a joint Gaussian of another size");
+    cross_ = cross;
+    between_ = between;
+    pending_.setZero(size_, kPending);
+    W_.resize(size_, kMaxUpdateRows);
+    pending_columns_ = static_cast<int>(pending.cols());
+    pending_.leftCols(pending_columns_) = pending;
+  }
+}
+template void JointGaussian::serialize(OutArchive& archive);
+template void JointGaussian::serialize(InArchive& archive);
+
+}  // namespace waymark::joint

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <initializer_list>
+#include <vector>
+
+#include "estimation/process_model.hpp"
+#include "estimation/state_jacobian.hpp"
+#include "waymark/base/api.hpp"
+#include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/update.hpp"
+#include "waymark/io/archive.hpp"
+
+namespace waymark::joint {
+
+/// One Gaussian over the navigation state and the nodes of a map, as in EKF-SLAM (R. Smith, M. Self, P. Cheeseman,
+/// 1990), of which only the covariance is computed here: means, Jacobians and associations are the particles'
+/// (docs/math/joint.md). Nodes are static, of one to three error states each; their meaning is the caller's.
+class WAYMARK_API JointGaussian {
+ public:
+  /// Rows of a relation over the pose (x, y, yaw), or over one node.
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+
+  /// Names a node for as long as it lives.
+  using NodeId = std::uint64_t;
+
+  /// A relation's part of one node: H over the node's states.
+  struct NodeRows {
+    NodeId node;
+    Rows H;
+  };
+
+  /// `layout` must outlive the object.
+  explicit JointGaussian(const StateLayout& layout) : layout_(layout) {}
+
+  /// The navigation state alone, without nodes.
+  void start(const Belief& prior);
+  /// The navigation state begins anew, uncorrelated with the nodes, which stay.
+  void restart(const Belief& belief);
+
+  /// Moves the point of linearisation. An error of the pose that is a motion of the whole map keeps its meaning: δp
+  /// changes by δφ × (new position − old position). So a jump of the particles' mean gives no information about it.
+  void relinearize(const NavState& mean);
+  /// Predicts to `to`; the mean must be the one at the belief's stamp.
+  void predict(const estimation::ProcessModel& process, Time to, bool standing);
+  /// Updates with a linearised model of the navigation state. No effect if the innovation's covariance is not positive
+  /// definite.
+  void update(const Linearization& model, const estimation::StateJacobian& H);
+  /// Updates with a relation between the pose and nodes, whose noise is white: H_pose δ + Σ H_i δ_i = N(0, I).
+  void relate(const Rows& H_pose, std::initializer_list<NodeRows> nodes);
+
+  /// Adds a node δ = G · (δx, δy, δyaw) + N(0, Q).
+  NodeId add_node(const Rows& G, const Rows& Q);
+  /// Removes a node: it is marginalised.
+  void remove_node(NodeId node);
+  bool has_node(NodeId node) const;
+  /// Covariance of one node.
+  Rows node_covariance(NodeId node) const;
+  /// Covariance of one node with the navigation state: states of the node × error states.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> cross_covariance(NodeId node) const;
+  /// Number of error states of all nodes.
+  int size() const { return size_; }
+
+  /// The point of linearisation, and the marginal covariance of the navigation state.
+  const Belief& belief() const { return belief_; }
+  /// The same, linearised at `mean`.
+  Belief belief_at(const NavState& mean) const;
+  /// Changes the navigation state's own covariance, by noise alone.
+  template <class Change>
+  void add_noise(const Change& change) {
+    change(belief_);
+  }
+  /// Makes velocity and rate uncorrelated with the nodes, and applies `change`, which does so for the navigation state.
+  template <class Change>
+  void replace_twist(const Change& change) {
+    for (int core = 6; core < kCoreStates; ++core) {
+      if (const int i = layout_.active(core); i >= 0) cross_.topRows(size_).col(i).setZero();
+    }
+    change(belief_);
+  }
+
+  template <class Archive>
+  void serialize(Archive& archive);
+
+ private:
+  using Factor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxUpdateRows>;
+
+  struct Node {
+    NodeId id;
+    int offset;
+    int size;
+  };
+  const Node& find(NodeId node) const;
+  static constexpr int kPending = 32;
+
+  void reserve(int size);
+  /// Subtracts W Wᵀ, W = (own; of_nodes): of the nodes' block later, many columns at once.
+  void subtract(const Factor& own);
+  void subtract_pending();
+
+  const StateLayout& layout_;
+  Belief belief_;
+  std::vector<Node> nodes_;  // ids ascend
+  NodeId next_id_ = 0;
+  int size_ = 0;             // error states of the nodes; the matrices below have room for more
+  Eigen::MatrixXd cross_;    // nodes × navigation states
+  Eigen::MatrixXd between_;  // nodes × nodes, without the pending part
+  Eigen::MatrixXd pending_;  // nodes × kPending: between_ − pending_ pending_ᵀ is the covariance
+  int pending_columns_ = 0;
+  Eigen::MatrixXd W_;  // scratch: nodes × rows of an update
+};
+
+}  // namespace waymark::joint

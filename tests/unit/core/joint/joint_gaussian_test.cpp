@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "joint/joint_gaussian.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <sstream>
+#include <vector>
+
+#include "joint/twist.hpp"
+#include "waymark/math/random.hpp"
+
+namespace waymark::joint {
+namespace {
+
+const StateLayout& planar() {
+  static const StateLayout layout(StateLayout::Motion::planar, {});
+  return layout;
+}
+
+Belief at_origin() {
+  Belief belief;
+  belief.mean.v_base = {1.0, 0.0, 0.0};
+  belief.mean.w_base = {0.0, 0.0, 0.1};
+  belief.P = ErrorMatrix::Zero(6, 6);
+  belief.P.diagonal() << 0.01, 0.02, 0.003, 0.1, 0.1, 0.05;
+  return belief;
+}
+
+/// The same by plain matrices over all states.
+struct Dense {
+  Eigen::MatrixXd P;
+
+  void predict(const Eigen::MatrixXd& F, const Eigen::MatrixXd& own) {
+    P.rightCols(P.cols() - 6).topRows(6) = (F * P.topRightCorner(6, P.cols() - 6)).eval();
+    P.bottomLeftCorner(P.rows() - 6, 6) = P.topRightCorner(6, P.cols() - 6).transpose();
+    P.topLeftCorner(6, 6) = own;
+  }
+  void update(const Eigen::MatrixXd& H, const Eigen::MatrixXd& R) {
+    const Eigen::MatrixXd K = P * H.transpose() * (H * P * H.transpose() + R).inverse();
+    P = ((Eigen::MatrixXd::Identity(P.rows(), P.rows()) - K * H) * P).eval();
+  }
+  void add(const Eigen::MatrixXd& G, const Eigen::MatrixXd& Q) {
+    const auto n = P.rows();
+    const auto d = G.rows();
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n + d, n);
+    J.topRows(n).setIdentity();
+    J.block(n, 0, d, 3) = G;
+    P = (J * P * J.transpose()).eval();
+    P.bottomRightCorner(d, d) += Q;
+  }
+};
+
+class JointGaussianTest : public testing::Test {
+ protected:
+  JointGaussianTest() : process_(planar(), ProcessNoise{}), joint_(planar()) {
+    joint_.start(at_origin());
+    dense_.P = joint_.belief().P;
+  }
+
+  void predict(double dt) {
+    const Eigen::MatrixXd F = process_.transition(joint_.belief().mean, dt);
+    joint_.predict(process_, joint_.belief().stamp + from_seconds(dt), false);
+    dense_.predict(F, joint_.belief().P);
+  }
+  void update() {
+    Linearization model;
+    model.reset(2, 0);
+    model.R = Eigen::Matrix2d{{0.3, 0.1}, {0.1, 0.2}};
+    estimation::StateJacobian H;
+    H.reset(2, 6);
+    H.add(0, Eigen::Vector2d(1.0, 0.2));
+    H.add(2, Eigen::Vector2d(0.5, -1.0));
+    H.add(4, Eigen::Vector2d(0.0, 1.0));
+    joint_.update(model, H);
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(2, dense_.P.cols());
+    all.col(0) << 1.0, 0.2;
+    all.col(2) << 0.5, -1.0;
+    all.col(4) << 0.0, 1.0;
+    dense_.update(all, model.R);
+  }
+  void add(const Eigen::MatrixXd& G, const Eigen::MatrixXd& Q) {
+    offsets_.push_back(static_cast<int>(dense_.P.rows()));
+    nodes_.push_back(joint_.add_node(G, Q));
+    dense_.add(G, Q);
+  }
+  void relate(std::size_t node, const Eigen::MatrixXd& H_pose, const Eigen::MatrixXd& H_node) {
+    joint_.relate(H_pose, {{nodes_[node], H_node}});
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(H_pose.rows(), dense_.P.cols());
+    H.leftCols(3) = H_pose;
+    H.middleCols(offsets_[node], H_node.cols()) = H_node;
+    dense_.update(H, Eigen::MatrixXd::Identity(H.rows(), H.rows()));
+  }
+  void expect_equal() const {
+    EXPECT_LT((joint_.belief().P - dense_.P.topLeftCorner(6, 6)).norm(), 1e-10);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const JointGaussian::Rows P = joint_.node_covariance(nodes_[i]);
+      EXPECT_LT((P - dense_.P.block(offsets_[i], offsets_[i], P.rows(), P.rows())).norm(), 1e-10) << i;
+      EXPECT_LT((joint_.cross_covariance(nodes_[i]) - dense_.P.block(offsets_[i], 0, P.rows(), 6)).norm(), 1e-10) << i;
+    }
+  }
+
+  estimation::ProcessModel process_;
+  JointGaussian joint_;
+  Dense dense_;
+  std::vector<JointGaussian::NodeId> nodes_;
+  std::vector<int> offsets_;
+};
+
+TEST_F(JointGaussianTest, EqualsTheSameComputedByPlainMatrices) {
+  Random random({7, 0, 0, 0});
+  const auto rows = [&](int r, int c) {
+    return Eigen::MatrixXd::NullaryExpr(r, c, [&] { return random.normal(); }).eval();
+  };
+  for (int step = 0; step < 40; ++step) {
+    predict(0.1);
+    if (step % 3 == 0) update();
+    if (step % 10 == 0) add(rows(2, 3), 0.1 * Eigen::Matrix2d::Identity());
+    if (step % 10 == 5) add(rows(3, 3), 0.2 * Eigen::Matrix3d::Identity());
+    const auto node = static_cast<std::size_t>(step) % nodes_.size();
+    const auto size = joint_.node_covariance(nodes_[node]).rows();
+    relate(node, 3.0 * rows(3, 3), 3.0 * rows(3, static_cast<int>(size)));
+    expect_equal();
+  }
+}
+
+TEST_F(JointGaussianTest, ARemovedNodeIsMarginalised) {
+  for (int i = 0; i < 4; ++i) {
+    predict(0.5);
+    add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
+    relate(static_cast<std::size_t>(i) / 2, 5.0 * Eigen::Matrix3d::Identity(), -5.0 * Eigen::Matrix3d::Identity());
+  }
+  joint_.remove_node(nodes_[1]);
+  EXPECT_FALSE(joint_.has_node(nodes_[1]));
+  nodes_.erase(nodes_.begin() + 1);
+  offsets_.erase(offsets_.begin() + 1);
+  expect_equal();
+}
+
+/// The robot stays, and its mean jumps about, as that of particles does: its heading is not known better for that.
+TEST_F(JointGaussianTest, JumpsOfTheMeanGiveNoInformation) {
+  const auto anchor = joint_.add_node(twist_of_error(Eigen::Vector2d::Zero()), 1e-4 * Eigen::Matrix3d::Identity());
+  const double yaw_before = joint_.node_covariance(anchor)(2, 2);
+  Random random({3, 0, 0, 0});
+  for (int i = 0; i < 200; ++i) {
+    NavState mean = joint_.belief().mean;
+    mean.T_map_base.p += Eigen::Vector3d(random.normal(), random.normal(), 0.0);
+    joint_.relinearize(mean);
+    const Eigen::Matrix3d precise = 100.0 * Eigen::Matrix3d::Identity();
+    joint_.relate(precise, {{anchor, -precise * error_of_twist(mean.T_map_base.p.head<2>())}});
+  }
+  // The first relation averages the noise of the anchor; no later one adds anything.
+  EXPECT_GT(joint_.node_covariance(anchor)(2, 2), 0.95 * yaw_before);
+  EXPECT_GT(joint_.belief().P(2, 2), 0.95 * 0.003);
+}
+
+TEST_F(JointGaussianTest, ItsCheckpointIsTheSame) {
+  for (int i = 0; i < 3; ++i) {
+    predict(0.3);
+    add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
+    relate(0, Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity());
+  }
+  std::stringstream stream;
+  OutArchive out(stream);
+  out(joint_);
+  JointGaussian loaded(planar());
+  InArchive in(stream);
+  in(loaded);
+  for (JointGaussian* one : {&joint_, &loaded}) {
+    one->predict(process_, one->belief().stamp + from_seconds(0.2), false);
+    one->relate(Eigen::Matrix3d::Identity(), {{nodes_[2], -Eigen::Matrix3d::Identity()}});
+  }
+  EXPECT_EQ(loaded.belief().P, joint_.belief().P);
+  for (const auto node : nodes_) EXPECT_EQ(loaded.node_covariance(node), joint_.node_covariance(node));
+}
+
+}  // namespace
+}  // namespace waymark::joint
