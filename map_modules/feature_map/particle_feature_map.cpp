@@ -44,6 +44,12 @@ void average(Signature& q, const Signature& z, int views) {
   for (std::size_t b = 0; b < q.size(); ++b) q[b] += (z[b] - q[b]) / static_cast<float>(views + 1);
 }
 
+/// Names a detection, and the landmark that it makes. Detections of later scans have other names, for half a year.
+std::uint64_t birth_of(const FeatureObservation& observation, std::size_t detection) {
+  constexpr std::uint64_t kMostDetections = 1024;
+  return static_cast<std::uint64_t>(observation.stamp.time_since_epoch().count()) * kMostDetections + detection + 1;
+}
+
 /// Fuses the signature of one detection; an unknown one changes nothing.
 void fuse_signature(Landmark& landmark, const Signature& seen, const AssociationSettings& s) {
   if (seen.empty()) return;
@@ -148,6 +154,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     landmark.P_floor = kept.template topLeftCorner<2, 2>();
     if (settings_->use_signature) fuse_signature(landmark, detection.signature, settings_->association);
     landmark.identity = detection.identity;
+    landmark.birth = birth_of(observation, d);
     landmark.sightings = 1;
     figures_.born += settings_->existence.min_observations == 1;
     const std::int64_t id = landmarks_.add(landmark);
@@ -194,7 +201,7 @@ void ParticleFeatureMap::insert(const PoseGaussian& pose, const Observation& obs
   }
 }
 
-void ParticleFeatureMap::correspond(const PoseGaussian& pose, const Observation& observation, const Association* memo,
+void ParticleFeatureMap::correspond(const Observation& observation, const Association* memo,
                                     Correspondences& out) const {
   const auto& features = static_cast<const FeatureObservation&>(observation);
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
@@ -202,10 +209,9 @@ void ParticleFeatureMap::correspond(const PoseGaussian& pose, const Observation&
     const LandmarkRef ref = association.landmark_of[d];
     if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
     const Detection& detection = features.detections[d];
-    const Eigen::Vector3d p_base(detection.xyr.x(), detection.xyr.y(), 0.0);
-    const Eigen::Vector2d p_map = ref.chunk >= 0 ? Eigen::Vector2d(landmarks_.at(ref).mean.head<2>())
-                                                 : Eigen::Vector2d((pose.T_map_base * p_base).head<2>());
-    out.landmarks.push_back({p_map, detection.R.topLeftCorner<2, 2>()});
+    const bool is_new = ref.chunk < 0;
+    out.landmarks.push_back({is_new ? birth_of(features, d) : landmarks_.stored(ref).birth(), is_new,
+                             detection.xyr.head<2>(), detection.R.topLeftCorner<2, 2>()});
   }
 }
 
@@ -213,6 +219,7 @@ void ParticleFeatureMap::describe(MapDescription& out) const {
   landmarks_.for_all([&](const Landmark& landmark) {
     LandmarkView view;
     view.id = landmark.id;
+    view.birth = landmark.birth;
     view.p_map = landmark.mean.head<2>();
     view.radius_m = landmark.mean.z();
     view.P = landmark.P;

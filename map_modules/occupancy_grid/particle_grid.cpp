@@ -66,8 +66,8 @@ void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observati
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
 }
 
-void ParticleGrid::correspond(const PoseGaussian& /*pose*/, const Observation& observation,
-                              const Association* /*association*/, Correspondences& out) const {
+void ParticleGrid::correspond(const Observation& observation, const Association* /*association*/,
+                              Correspondences& out) const {
   for (const Eigen::Vector2f& hit : static_cast<const ScanObservation&>(observation).hits)
     out.points_base.emplace_back(hit.cast<double>());
 }

@@ -33,8 +33,7 @@ class ParticleGrid final : public ParticleMap {
   void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
               Refinement& out) const override;
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
-  void correspond(const PoseGaussian& pose, const Observation& observation, const Association* association,
-                  Correspondences& out) const override;
+  void correspond(const Observation& observation, const Association* association, Correspondences& out) const override;
   void describe(MapDescription& out) const override;
   std::optional<GridView> grid() const override;
   void save(OutArchive& out) const override;

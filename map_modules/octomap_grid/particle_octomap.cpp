@@ -53,8 +53,8 @@ void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observ
   storage().insertion.insert(voxels_, pose.T_map_base, cloud, model_->settings);
 }
 
-void ParticleOctomap::correspond(const PoseGaussian& /*pose*/, const Observation& observation,
-                                 const Association* /*association*/, Correspondences& out) const {
+void ParticleOctomap::correspond(const Observation& observation, const Association* /*association*/,
+                                 Correspondences& out) const {
   for (const Eigen::Vector3f& hit : static_cast<const CloudObservation&>(observation).matched)
     out.points_base.emplace_back(hit.head<2>().cast<double>());
 }

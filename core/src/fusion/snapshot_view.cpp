@@ -61,16 +61,18 @@ std::optional<GridView> SnapshotView::mixture_of(std::size_t map, const std::opt
   return particles::mix_grids(grids);
 }
 
-/// Covariances of landmarks: a map has the one given its particle's path, the report the marginal one.
+/// Landmarks: a map has them given its particle's path; the report has the marginal ones of the joint Gaussian.
 void SnapshotView::make_marginal(MapDescription& map) const {
-  std::vector<std::optional<Eigen::Matrix2d>> marginal;
+  std::vector<std::optional<joint::JointBelief::LandmarkEstimate>> marginal;
   marginal.reserve(map.landmarks.size());
-  for (LandmarkView& landmark : map.landmarks) marginal.push_back(filter_.landmark_covariance(landmark.p_map));
+  for (const LandmarkView& landmark : map.landmarks) marginal.push_back(filter_.landmark(landmark.birth));
   if (filter_.georeference()) place_on_earth(map);
   for (std::size_t i = 0; i < marginal.size(); ++i) {
     LandmarkView& landmark = map.landmarks[i];
     landmark.P_conditional = landmark.P.topLeftCorner<2, 2>();
-    if (marginal[i]) landmark.P.topLeftCorner<2, 2>() = *marginal[i];
+    if (!marginal[i]) continue;
+    landmark.p_map = marginal[i]->p;
+    landmark.P.topLeftCorner<2, 2>() = marginal[i]->P;
   }
 }
 

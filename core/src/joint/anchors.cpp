@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "joint/anchors.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "joint/twist.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::joint {
 
@@ -19,12 +20,47 @@ constexpr double kLeastShare = 0.15;       // of the points: an anchor with less
 /// Places farther from the pose than this, in spacings, are claimed from nearer by: their distance adds to their error.
 constexpr double kClaimReach = 2.0;
 
-Eigen::Vector2d position_of(const JointGaussian& gaussian) { return gaussian.belief().mean.T_map_base.p.head<2>(); }
+/// x, y, yaw of the mean.
+Eigen::Vector3d pose_of(const JointGaussian& gaussian) {
+  const Pose& pose = gaussian.belief().mean.T_map_base;
+  return {pose.p.x(), pose.p.y(), pose.yaw()};
+}
+
+Eigen::Matrix3d turn(double yaw) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(yaw).toRotationMatrix();
+  return R;
+}
+
+/// A match with white noise: W d = target + N(0, I); a direction without information has a row of zeros.
+struct WhiteMatch {
+  Eigen::Matrix3d W;
+  Eigen::Vector3d target;
+};
+
+WhiteMatch whiten(const PoseMatch& match) {
+  const gaussian::Eigen3 eigen = gaussian::eigen(match.information);
+  const Eigen::Vector3d root = eigen.values.cwiseSqrt();
+  WhiteMatch white;
+  white.W = root.asDiagonal() * eigen.vectors.transpose();
+  const Eigen::Vector3d rotated = eigen.vectors.transpose() * match.gradient;
+  for (int i = 0; i < 3; ++i) white.target[i] = root[i] > 0.0 ? rotated[i] / root[i] : 0.0;
+  return white;
+}
+
+Eigen::Vector3d difference(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return {a.x() - b.x(), a.y() - b.y(), so3::wrap(a.z() - b.z())};
+}
 
 }  // namespace
 
-void Anchors::relate(JointGaussian& gaussian, const Eigen::Matrix3d& information,
-                     std::span<const Eigen::Vector2d> points) {
+void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match) {
+  const WhiteMatch white = whiten(match);
+  gaussian.relate(white.target - white.W * difference(pose_of(gaussian), match.prior), white.W, {});
+}
+
+void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<const Eigen::Vector2d> points,
+                     std::span<const AnchorPose> poses) {
   shares_.clear();
   for (const Eigen::Vector2d& point : points) {
     const int anchor = places_.find(PlaceGrid::place_of(point));
@@ -45,29 +81,40 @@ void Anchors::relate(JointGaussian& gaussian, const Eigen::Matrix3d& information
   double sum = 0.0;
   for (const Share& share : shares_) sum += share.points;
 
-  const gaussian::Eigen3 eigen = gaussian::eigen(information);
-  const Eigen::Matrix3d T = error_of_twist(position_of(gaussian));
+  const WhiteMatch white = whiten(match);
   for (const Share& share : shares_) {
-    const Eigen::Vector3d root = (eigen.values * (share.points / sum)).cwiseSqrt();
-    const Eigen::Matrix3d whitened = root.asDiagonal() * eigen.vectors.transpose();
-    gaussian.relate(whitened, {{anchors_[static_cast<std::size_t>(share.anchor)].node, -whitened * T}});
+    Anchor& anchor = anchors_[static_cast<std::size_t>(share.anchor)];
+    const auto of_particle = std::ranges::find(poses, anchor.node, &AnchorPose::anchor);
+    if (of_particle == poses.end()) continue;
+    const Eigen::Vector3d correction = gaussian.take_correction(anchor.node);
+    anchor.mean += error_of_twist(anchor.mean.head<2>()) * correction;
+    anchor.in_map = of_particle->xyyaw.head<2>();
+    // The pose in the particle's map, whose frame the anchor ties to that of the joint Gaussian.
+    const Eigen::Matrix3d R = turn(of_particle->xyyaw.z() - anchor.mean.z());
+    const Eigen::Vector3d pose = pose_of(gaussian);
+    const Eigen::Vector3d in_map = of_particle->xyyaw + R * (pose - anchor.mean);
+    const double root = std::sqrt(share.points / sum);
+    const Eigen::Matrix3d rows = root * white.W * R;
+    gaussian.relate(root * (white.target - white.W * difference(in_map, match.prior)), rows,
+                    {{anchor.node, -rows * error_of_twist(pose.head<2>())}});
   }
 }
 
-void Anchors::claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points) {
-  choose_active(gaussian);
-  const Eigen::Vector2d position = position_of(gaussian);
+std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
+                                                    const Eigen::Vector2d& position) {
+  const auto added = choose_active(gaussian, position);
   const double reach = kClaimReach * settings_.anchor_spacing;
   for (const Eigen::Vector2d& point : points) {
     if ((point - position).squaredNorm() <= reach * reach) places_.claim(PlaceGrid::place_of(point), active_);
   }
+  return added;
 }
 
-int Anchors::nearest(const Eigen::Vector2d& p_map, double within) const {
+int Anchors::nearest(const Eigen::Vector2d& position, double within) const {
   int best = PlaceGrid::kNone;
   double least = within * within;
   for (std::size_t i = 0; i < anchors_.size(); ++i) {
-    const double distance = (anchors_[i].p_map - p_map).squaredNorm();
+    const double distance = (anchors_[i].in_map - position).squaredNorm();
     if (distance > least) continue;
     least = distance;
     best = static_cast<int>(i);
@@ -77,21 +124,23 @@ int Anchors::nearest(const Eigen::Vector2d& p_map, double within) const {
 
 /// The active anchor stays while it is near. Else it is the nearest one that the last scan was related to, or a new
 /// one.
-void Anchors::choose_active(JointGaussian& gaussian) {
-  const Eigen::Vector2d position = position_of(gaussian);
-  if (active_ != PlaceGrid::kNone && (anchors_[static_cast<std::size_t>(active_)].p_map - position).norm() <= spacing_)
-    return;
+std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gaussian, const Eigen::Vector2d& position) {
+  if (active_ != PlaceGrid::kNone && (anchors_[static_cast<std::size_t>(active_)].in_map - position).norm() <= spacing_)
+    return std::nullopt;
   const int near = nearest(position, spacing_);
   if (near != PlaceGrid::kNone && std::ranges::find(shares_, near, &Share::anchor) != shares_.end()) {
     active_ = near;
-    return;
+    return std::nullopt;
   }
   if (anchors_.size() >= kMostAnchors) thin(gaussian);
-  const Eigen::Matrix3d G = twist_of_error(position);
+  const Eigen::Vector3d pose = pose_of(gaussian);
+  const Eigen::Matrix3d G = twist_of_error(pose.head<2>());
   const Eigen::Vector3d sigma(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma);
   const Eigen::Matrix3d noise = sigma.cwiseAbs2().asDiagonal();
-  anchors_.push_back({gaussian.add_node(G, G * noise * G.transpose()), position});
+  const JointGaussian::NodeId node = gaussian.add_node(G, G * noise * G.transpose());
+  anchors_.push_back({node, pose, position});
   active_ = static_cast<int>(anchors_.size()) - 1;
+  return node;
 }
 
 /// Too many anchors: those nearer to an earlier one than a larger spacing give their places to it.
@@ -101,7 +150,7 @@ void Anchors::thin(JointGaussian& gaussian) {
     int keeper = PlaceGrid::kNone;
     double least = spacing_ * spacing_;
     for (std::size_t k = 0; k < i; ++k) {
-      const double distance = (anchors_[k].p_map - anchors_[i].p_map).squaredNorm();
+      const double distance = (anchors_[k].in_map - anchors_[i].in_map).squaredNorm();
       if (distance > least) continue;
       least = distance;
       keeper = static_cast<int>(k);
@@ -128,7 +177,7 @@ void Anchors::clear() {
 template <class Archive>
 void Anchors::serialize(Archive& archive, const JointGaussian& gaussian) {
   archive.section("anchors", 1);
-  archive.each(anchors_, [](auto& each, Anchor& anchor) { each(anchor.node, anchor.p_map); });
+  archive.each(anchors_, [](auto& each, Anchor& anchor) { each(anchor.node, anchor.mean, anchor.in_map); });
   archive(spacing_, active_);
   places_.serialize(archive);
   if constexpr (Archive::kReads) {

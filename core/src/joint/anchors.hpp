@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,22 @@
 
 namespace waymark::joint {
 
+/// Where a particle was when an anchor was added: the frame of all that it mapped from there.
+struct AnchorPose {
+  JointGaussian::NodeId anchor = 0;
+  Eigen::Vector3d xyyaw = Eigen::Vector3d::Zero();  ///< [m, m, rad]
+};
+
+/// A match of a scan with a particle's map: the likelihood exp(ηᵀ d − ½ dᵀ Λ d) of d = (x, y, yaw) ⊟ `prior`.
+struct PoseMatch {
+  Eigen::Vector3d prior;        ///< [m, m, rad]
+  Eigen::Matrix3d information;  ///< Λ
+  Eigen::Vector3d gradient;     ///< η
+};
+
+/// Updates the pose with a match in a map that is not uncertain.
+void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match);
+
 /// The anchors of dense maps: poses of the path from which the places around them were first mapped. A scan that
 /// matches such places relates the pose to their anchors, whatever way led there. An anchor has noise of its own: what
 /// was mapped from it lies wrong by so much, together, and no number of scans averages that.
@@ -21,11 +38,14 @@ class WAYMARK_API Anchors {
  public:
   explicit Anchors(const JointSettings& settings) : settings_(settings), spacing_(settings.anchor_spacing) {}
 
-  /// Relates the pose to the anchors of the places that `points` (in the map) lie in, each by its share of
-  /// `information` about (x, y, yaw).
-  void relate(JointGaussian& gaussian, const Eigen::Matrix3d& information, std::span<const Eigen::Vector2d> points);
-  /// The places of `points` that have no anchor get the one of this pose, which is added where none is near.
-  void claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points);
+  /// Relates the pose to the anchors of the places that `points` (in the particle's map) lie in, each by its share of
+  /// the match's information. `poses`: where the particle has the anchors.
+  void relate(JointGaussian& gaussian, const PoseMatch& match, std::span<const Eigen::Vector2d> points,
+              std::span<const AnchorPose> poses);
+  /// The places of `points` that have no anchor get the one of this pose, which is added where none is near: then its
+  /// node is returned. `position`: of the pose in the particle's map.
+  std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
+                                             const Eigen::Vector2d& position);
 
   void clear();
   std::size_t size() const { return anchors_.size(); }
@@ -36,16 +56,17 @@ class WAYMARK_API Anchors {
  private:
   struct Anchor {
     JointGaussian::NodeId node;
-    Eigen::Vector2d p_map;
+    Eigen::Vector3d mean;    // x, y, yaw
+    Eigen::Vector2d in_map;  // position in the best particle's map
   };
   struct Share {
     int anchor;
     int points;
   };
 
-  void choose_active(JointGaussian& gaussian);
+  std::optional<JointGaussian::NodeId> choose_active(JointGaussian& gaussian, const Eigen::Vector2d& position);
   void thin(JointGaussian& gaussian);
-  int nearest(const Eigen::Vector2d& p_map, double within) const;
+  int nearest(const Eigen::Vector2d& position, double within) const;
 
   JointSettings settings_;
   double spacing_;  // grows as the anchors are thinned

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 
-#include "waymark/math/gaussian.hpp"
-
 namespace waymark::joint {
 
 namespace {
@@ -26,35 +24,53 @@ void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
   landmarks_.clear();
 }
 
-void JointBelief::map(const MapEvidence& evidence, const Correspondences& correspondences) {
+void JointBelief::update(const Update& model, int owner, const estimation::Georeference* georeference) {
+  const StateLayout& layout = process_.layout();
+  const int block_offset = layout.block_offset(owner);
+  const NavState& mean = belief().mean;
+  const NavState state = georeference != nullptr ? georeference->in_enu(mean) : mean;
+  model.linearize({state, state.block.data() + block_offset}, model_);
+  H_.reset(model_.rows(), layout.size());
+  if (georeference != nullptr) {
+    georeference->scatter(mean, block_offset, model_, H_);
+  } else {
+    estimation::scatter(layout, block_offset, model_, H_);
+  }
+  gaussian_.update(model_, H_);
+}
+
+std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidence,
+                                                      const Correspondences& correspondences,
+                                                      std::span<const AnchorPose> anchors) {
   if (evidence.is_prior) {
-    // A loaded map is where it is.
-    const gaussian::Eigen3 eigen = gaussian::eigen(evidence.information);
-    gaussian_.relate(eigen.values.cwiseSqrt().asDiagonal() * eigen.vectors.transpose(), {});
-    return;
+    relate_to_prior_map(gaussian_, evidence.match);
+    return std::nullopt;
   }
   if (!correspondences.landmarks.empty())
     landmarks_.observe(gaussian_, correspondences.landmarks, evidence.share, evidence.writes);
-  if (correspondences.points_base.empty()) return;
-  const Pose& T_map_base = gaussian_.belief().mean.T_map_base;
+  if (correspondences.points_base.empty()) return std::nullopt;
   const std::size_t step = 1 + (correspondences.points_base.size() - 1) / kPoints;
   points_.clear();
   for (std::size_t i = 0; i < correspondences.points_base.size(); i += step) {
     const Eigen::Vector2d& p = correspondences.points_base[i];
-    points_.emplace_back((T_map_base * Eigen::Vector3d(p.x(), p.y(), 0.0)).head<2>());
+    points_.emplace_back((evidence.T_map_base * Eigen::Vector3d(p.x(), p.y(), 0.0)).head<2>());
   }
-  anchors_.relate(gaussian_, evidence.information, points_);
-  if (evidence.writes) anchors_.claim(gaussian_, points_);
+  anchors_.relate(gaussian_, evidence.match, points_, anchors);
+  if (!evidence.writes) return std::nullopt;
+  return anchors_.claim(gaussian_, points_, evidence.T_map_base.p.head<2>());
 }
 
-std::optional<Eigen::Matrix2d> JointBelief::landmark_covariance(
-    const Eigen::Vector2d& p_map, const NavState& mean,
-    const std::optional<estimation::Georeference>& georeference) const {
-  const auto node = landmarks_.node_at(p_map);
-  if (!node) return std::nullopt;
-  const Eigen::Matrix2d P = gaussian_.node_covariance(*node);
-  if (!georeference) return P;
-  return georeference->point_covariance(gaussian_.belief(), mean, p_map, P, gaussian_.cross_covariance(*node));
+std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t birth,
+                                                                   const estimation::Georeference* georeference) const {
+  const auto found = landmarks_.find(birth);
+  if (!found) return std::nullopt;
+  const Eigen::Vector2d mean = found->mean + gaussian_.pending_correction(found->node);
+  const Eigen::Matrix2d P = gaussian_.node_covariance(found->node);
+  if (georeference == nullptr) return LandmarkEstimate{mean, P};
+  const NavState& state = belief().mean;
+  const Eigen::Vector3d p_enu = georeference->T_enu_map(state) * Eigen::Vector3d(mean.x(), mean.y(), 0.0);
+  return LandmarkEstimate{p_enu.head<2>(), georeference->point_covariance(belief(), state, mean, P,
+                                                                          gaussian_.cross_covariance(found->node))};
 }
 
 template <class Archive>

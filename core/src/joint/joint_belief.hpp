@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "estimation/georeference.hpp"
@@ -12,20 +13,22 @@
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/map_module.hpp"
+#include "waymark/interface/update.hpp"
 
 namespace waymark::joint {
 
-/// What one map contributes to a mapping step.
+/// What one map of the best particle contributes to a mapping step.
 struct MapEvidence {
-  Eigen::Matrix3d information;  ///< about (x, y, yaw), as the filter used it
-  double share = 1.0;           ///< exponent of the likelihood
-  bool writes = true;           ///< the observation was added to the map
-  bool is_prior = false;        ///< the map was loaded: its places are not uncertain
+  PoseMatch match;        ///< of surfaces, as the particle used it
+  Pose T_map_base;        ///< the particle's pose after the match
+  double share = 1.0;     ///< exponent of the likelihood of landmarks
+  bool writes = true;     ///< the observation will be added to the map
+  bool is_prior = false;  ///< the map was loaded: its places are not uncertain
 };
 
-/// The covariance that the filter reports where maps localise: of the joint Gaussian over the navigation state and the
-/// places of the map. Particles forget at resampling how uncertain their common past was; this Gaussian does not
-/// (docs/math/joint.md). Takes all that the particles take, at the mean of the best one.
+/// The belief that the filter reports where maps localise: one Gaussian over the navigation state and the places of the
+/// map, with the particles' associations and matches. Particles forget at resampling how uncertain their common past
+/// was; this Gaussian does not (docs/math/joint.md).
 class WAYMARK_API JointBelief {
  public:
   /// `process` must outlive the object.
@@ -38,12 +41,14 @@ class WAYMARK_API JointBelief {
   /// The pose begins anew; the map stays.
   void restart(const Belief& belief) { gaussian_.restart(belief); }
 
-  /// Before all that follows: the best particle's mean, at the present stamp.
-  void linearize_at(const NavState& mean) { gaussian_.relinearize(mean); }
   void predict(Time to, bool standing) { gaussian_.predict(process_, to, standing); }
-  void update(const Linearization& model, const estimation::StateJacobian& H) { gaussian_.update(model, H); }
-  /// One map's part of a mapping step, before its pose is sampled. `correspondences` by the best particle's map.
-  void map(const MapEvidence& evidence, const Correspondences& correspondences);
+  /// An update that the particles have accepted. `owner`: of the model's own states. `georeference`: set if the model
+  /// has the pose in ENU and the map's place on the Earth is a state.
+  void update(const Update& model, int owner, const estimation::Georeference* georeference);
+  /// One map's part of a mapping step, before the particles' poses are sampled. `anchors`: where the best particle has
+  /// them. Returns a new anchor, if one was added: the particles must keep where they write the observation.
+  std::optional<JointGaussian::NodeId> map(const MapEvidence& evidence, const Correspondences& correspondences,
+                                           std::span<const AnchorPose> anchors);
 
   /// `change` makes velocity and rate uncorrelated with all else.
   template <class Change>
@@ -56,12 +61,15 @@ class WAYMARK_API JointBelief {
     gaussian_.add_noise(change);
   }
 
-  /// Marginal of the navigation state, linearised at `mean`.
-  Belief marginal(const NavState& mean) const { return gaussian_.belief_at(mean); }
-  /// Marginal covariance of (east, north) of a landmark at `p_map`, with the map's place on the Earth, if it is a
-  /// state. Nothing if it has no node.
-  std::optional<Eigen::Matrix2d> landmark_covariance(const Eigen::Vector2d& p_map, const NavState& mean,
-                                                     const std::optional<estimation::Georeference>& georeference) const;
+  /// Marginal of the navigation state, its pose in the map.
+  const Belief& belief() const { return gaussian_.belief(); }
+  /// A landmark's position, in ENU if `georeference` is not null, and its marginal covariance.
+  struct LandmarkEstimate {
+    Eigen::Vector2d p;
+    Eigen::Matrix2d P;
+  };
+  /// The landmark of this birth; nothing if it has no node.
+  std::optional<LandmarkEstimate> landmark(std::uint64_t birth, const estimation::Georeference* georeference) const;
 
   template <class Archive>
   void serialize(Archive& archive);
@@ -71,6 +79,8 @@ class WAYMARK_API JointBelief {
   JointGaussian gaussian_;
   Anchors anchors_;
   LandmarkNodes landmarks_;
+  Linearization model_;                  // scratch
+  estimation::StateJacobian H_;          // scratch
   std::vector<Eigen::Vector2d> points_;  // scratch: in the map
 };
 

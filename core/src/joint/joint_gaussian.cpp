@@ -31,6 +31,7 @@ void JointGaussian::start(const Belief& prior) {
   cross_.resize(0, layout_.size());
   between_.resize(0, 0);
   pending_.resize(0, kPending);
+  corrections_.resize(0);
   W_.resize(0, kMaxUpdateRows);
 }
 
@@ -39,43 +40,26 @@ void JointGaussian::restart(const Belief& belief) {
   cross_.topRows(size_).setZero();
 }
 
-namespace {
-
-/// δp' = δp + φ × d for a new position that is `d` further: calls add(row, factor, state) for δp'_row += factor
-/// δ_state.
-template <class Add>
-void for_moved_errors(const StateLayout& layout, const Eigen::Vector3d& d, const Add& add) {
-  const Eigen::Matrix3d by_attitude = -so3::skew(d);
+/// The mean changes, but not what its errors mean: one that is a motion of the whole map stays one, δp' = δp + δφ × (p'
+/// − p). So no correction gives information about where the map lies or how it is turned.
+void JointGaussian::correct(const Factor& own, const gaussian::Vector& white, int first_considered, int considered) {
+  ErrorVector delta = own * white;
+  delta.segment(first_considered, considered).setZero();
+  const Eigen::Vector3d before = belief_.mean.T_map_base.p;
+  boxplus(belief_.mean, delta, layout_);
+  if (size_ > 0) corrections_.head(size_).noalias() += W_.topLeftCorner(size_, own.cols()) * white;
+  const Eigen::Matrix3d by_attitude = -so3::skew(belief_.mean.T_map_base.p - before);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      const int row = layout.active(i);
-      const int attitude = layout.active(3 + j);
-      if (row >= 0 && attitude >= 0 && by_attitude(i, j) != 0.0) add(row, by_attitude(i, j), attitude);
+      const int row = layout_.active(i);
+      const int attitude = layout_.active(3 + j);
+      const double factor = by_attitude(i, j);
+      if (row < 0 || attitude < 0 || factor == 0.0) continue;
+      belief_.P.row(row) += factor * belief_.P.row(attitude);
+      belief_.P.col(row) += factor * belief_.P.col(attitude);
+      cross_.topRows(size_).col(row) += factor * cross_.topRows(size_).col(attitude);
     }
   }
-}
-
-void move(Belief& belief, const StateLayout& layout, const NavState& mean) {
-  for_moved_errors(layout, mean.T_map_base.p - belief.mean.T_map_base.p, [&](int row, double factor, int state) {
-    belief.P.row(row) += factor * belief.P.row(state);
-    belief.P.col(row) += factor * belief.P.col(state);
-  });
-  belief.mean = mean;
-}
-
-}  // namespace
-
-void JointGaussian::relinearize(const NavState& mean) {
-  auto cross = cross_.topRows(size_);
-  for_moved_errors(layout_, mean.T_map_base.p - belief_.mean.T_map_base.p,
-                   [&](int row, double factor, int state) { cross.col(row) += factor * cross.col(state); });
-  move(belief_, layout_, mean);
-}
-
-Belief JointGaussian::belief_at(const NavState& mean) const {
-  Belief belief = belief_;
-  move(belief, layout_, mean);
-  return belief;
 }
 
 void JointGaussian::predict(const estimation::ProcessModel& process, Time to, bool standing) {
@@ -121,9 +105,12 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
   const ErrorMatrix kept = belief_.P.block(first, first, H.considered, H.considered);
   subtract(own);
   belief_.P.block(first, first, H.considered, H.considered) = kept;
+  gaussian::Vector white = model.residual;
+  factor.matrixL().solveInPlace(white);
+  correct(own, white, first, H.considered);
 }
 
-void JointGaussian::relate(const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
+void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
   const auto rows = static_cast<int>(H_pose.rows());
   const auto& pose = layout_.pose_indices();
   Factor own = Factor::Zero(layout_.size(), rows);
@@ -152,6 +139,21 @@ void JointGaussian::relate(const Rows& H_pose, std::initializer_list<NodeRows> n
   divide(own, factor);
   divide(W, factor);
   subtract(own);
+  gaussian::Vector white = nu;
+  factor.matrixL().solveInPlace(white);
+  correct(own, white, 0, 0);
+}
+
+JointGaussian::Column JointGaussian::take_correction(NodeId node) {
+  Column correction = pending_correction(node);
+  const auto [id, offset, size] = find(node);
+  corrections_.segment(offset, size).setZero();
+  return correction;
+}
+
+JointGaussian::Column JointGaussian::pending_correction(NodeId node) const {
+  const auto [id, offset, size] = find(node);
+  return corrections_.segment(offset, size);
 }
 
 void JointGaussian::subtract(const Factor& own) {
@@ -181,6 +183,7 @@ void JointGaussian::reserve(int size) {
   cross_.conservativeResize(more, layout_.size());
   between_.conservativeResize(more, more);
   pending_.conservativeResize(more, kPending);
+  corrections_.conservativeResize(more);
   W_.resize(more, kMaxUpdateRows);
 }
 
@@ -203,6 +206,7 @@ JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q) {
   between_.block(offset, 0, size, offset) = between_.block(0, offset, offset, size).transpose();
   between_.block(offset, offset, size, size) = G * P * G.transpose() + Q;
   pending_.middleRows(offset, size).setZero();
+  corrections_.segment(offset, size).setZero();
   size_ += size;
   nodes_.push_back({next_id_, offset, size});
   return next_id_++;
@@ -220,6 +224,7 @@ void JointGaussian::remove_node(NodeId node) {
   const auto [id, offset, size] = *found;
   for (int i = offset; i + size < size_; ++i) {
     cross_.row(i) = cross_.row(i + size);
+    corrections_[i] = corrections_[i + size];
     between_.row(i).head(size_) = between_.row(i + size).head(size_);
   }
   size_ -= size;
@@ -247,12 +252,14 @@ void JointGaussian::serialize(Archive& archive) {
   Eigen::MatrixXd cross;
   Eigen::MatrixXd between;
   Eigen::MatrixXd pending;
+  Eigen::VectorXd corrections;
   if constexpr (!Archive::kReads) {
     cross = cross_.topRows(size_);
     between = between_.topLeftCorner(size_, size_);
     pending = pending_.topLeftCorner(size_, pending_columns_);
+    corrections = corrections_.head(size_);
   }
-  archive(next_id_, cross, between, pending);
+  archive(next_id_, cross, between, pending, corrections);
   if constexpr (Archive::kReads) {
     size_ = 0;
     NodeId next = 0;
@@ -265,10 +272,12 @@ void JointGaussian::serialize(Archive& archive) {
     }
     const bool fits = cross.rows() == size_ && cross.cols() == layout_.size() && between.rows() == size_ &&
                       between.cols() == size_ && pending.rows() == size_ && pending.cols() <= kPending &&
-                      cross.allFinite() && between.allFinite() && pending.allFinite();
+                      corrections.size() == size_ && corrections.allFinite() && cross.allFinite() &&
+                      between.allFinite() && pending.allFinite();
     if (!fits) throw DataError("the checkpoint has a joint Gaussian of another size");
     cross_ = cross;
     between_ = between;
+    corrections_ = corrections;
     pending_.setZero(size_, kPending);
     W_.resize(size_, kMaxUpdateRows);
     pending_columns_ = static_cast<int>(pending.cols());

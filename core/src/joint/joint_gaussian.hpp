@@ -12,17 +12,19 @@
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/interface/update.hpp"
 #include "waymark/io/archive.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::joint {
 
-/// One Gaussian over the navigation state and the nodes of a map, as in EKF-SLAM (R. Smith, M. Self, P. Cheeseman,
-/// 1990), of which only the covariance is computed here: means, Jacobians and associations are the particles'
-/// (docs/math/joint.md). Nodes are static, of one to three error states each; their meaning is the caller's.
+/// One Gaussian over the navigation state and the nodes of a map: EKF-SLAM (R. Smith, M. Self, P. Cheeseman, 1990;
+/// docs/math/joint.md). Nodes are static, of one to three error states each. Their means and the meaning of their
+/// errors are the caller's, who fetches their corrections.
 class WAYMARK_API JointGaussian {
  public:
   /// Rows of a relation over the pose (x, y, yaw), or over one node.
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 
+  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
   /// Names a node for as long as it lives.
   using NodeId = std::uint64_t;
 
@@ -40,16 +42,17 @@ class WAYMARK_API JointGaussian {
   /// The navigation state begins anew, uncorrelated with the nodes, which stay.
   void restart(const Belief& belief);
 
-  /// Moves the point of linearisation. An error of the pose that is a motion of the whole map keeps its meaning: δp
-  /// changes by δφ × (new position − old position). So a jump of the particles' mean gives no information about it.
-  void relinearize(const NavState& mean);
   /// Predicts to `to`; the mean must be the one at the belief's stamp.
   void predict(const estimation::ProcessModel& process, Time to, bool standing);
-  /// Updates with a linearised model of the navigation state. No effect if the innovation's covariance is not positive
+  /// Updates with a model that was linearised at the mean. No effect if the innovation's covariance is not positive
   /// definite.
   void update(const Linearization& model, const estimation::StateJacobian& H);
-  /// Updates with a relation between the pose and nodes, whose noise is white: H_pose δ + Σ H_i δ_i = N(0, I).
-  void relate(const Rows& H_pose, std::initializer_list<NodeRows> nodes);
+  /// Updates with a relation between the pose and nodes, whose noise is white: ν = H_pose δ + Σ H_i δ_i + N(0, I).
+  void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes);
+  /// The correction of a node's mean since the last call for it, in its error states.
+  Column take_correction(NodeId node);
+  /// The same, without taking it.
+  Column pending_correction(NodeId node) const;
 
   /// Adds a node δ = G · (δx, δy, δyaw) + N(0, Q).
   NodeId add_node(const Rows& G, const Rows& Q);
@@ -63,10 +66,8 @@ class WAYMARK_API JointGaussian {
   /// Number of error states of all nodes.
   int size() const { return size_; }
 
-  /// The point of linearisation, and the marginal covariance of the navigation state.
+  /// The marginal of the navigation state.
   const Belief& belief() const { return belief_; }
-  /// The same, linearised at `mean`.
-  Belief belief_at(const NavState& mean) const;
   /// Changes the navigation state's own covariance, by noise alone.
   template <class Change>
   void add_noise(const Change& change) {
@@ -98,6 +99,8 @@ class WAYMARK_API JointGaussian {
   void reserve(int size);
   /// Subtracts W Wᵀ, W = (own; of_nodes): of the nodes' block later, many columns at once.
   void subtract(const Factor& own);
+  /// Corrects the means by W · `white`, except for `considered` states of the navigation state.
+  void correct(const Factor& own, const gaussian::Vector& white, int first_considered, int considered);
   void subtract_pending();
 
   const StateLayout& layout_;
@@ -109,7 +112,8 @@ class WAYMARK_API JointGaussian {
   Eigen::MatrixXd between_;  // nodes × nodes, without the pending part
   Eigen::MatrixXd pending_;  // nodes × kPending: between_ − pending_ pending_ᵀ is the covariance
   int pending_columns_ = 0;
-  Eigen::MatrixXd W_;  // scratch: nodes × rows of an update
+  Eigen::VectorXd corrections_;  // of the nodes' means, not fetched yet
+  Eigen::MatrixXd W_;            // scratch: nodes × rows of an update
 };
 
 }  // namespace waymark::joint

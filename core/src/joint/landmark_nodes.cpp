@@ -12,12 +12,12 @@ namespace waymark::joint {
 
 namespace {
 
-/// The same landmark lies a little elsewhere in another particle's map, and after a correction.
-constexpr double kSame = 1.0;  // [m]
+/// A landmark within this of where one was seen may be that one.
+constexpr double kSame = 0.5;  // [m]
 /// A landmark that was corrected by more is linearised where it is now.
 constexpr double kMoved = 0.3;  // [m]
 
-/// R_base_map and p_map − p_map_base of the pose.
+/// The pose in the plane.
 struct Placed {
   explicit Placed(const NavState& nav)
       : p(nav.T_map_base.p.head<2>()), R_base_map(Eigen::Rotation2Dd(-nav.T_map_base.yaw()).toRotationMatrix()) {}
@@ -31,16 +31,23 @@ struct Placed {
 
 }  // namespace
 
-int LandmarkNodes::find(const Eigen::Vector2d& p_map) const {
-  int best = -1;
-  double least = kSame * kSame;
-  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    const double distance = (landmarks_[i].last - p_map).squaredNorm();
-    if (distance >= least) continue;
+/// Another particle's map may have the same landmark by another birth: then it is the nearest one to where it was seen.
+LandmarkNodes::LandmarkNode* LandmarkNodes::find_or_adopt(const JointGaussian& gaussian,
+                                                          const Correspondences::Landmark& observed) {
+  const auto known = std::ranges::find(landmarks_, observed.birth, &LandmarkNode::birth);
+  if (known != landmarks_.end()) return &*known;
+  const Placed pose(gaussian.belief().mean);
+  const Eigen::Vector2d p = pose.p + pose.R_base_map.transpose() * observed.p_base;
+  LandmarkNode* nearest = nullptr;
+  double least = kSame;
+  for (LandmarkNode& landmark : landmarks_) {
+    const double distance = (landmark.mean + gaussian.pending_correction(landmark.node) - p).norm();
+    if (distance >= least || landmark.last_step == step_) continue;
     least = distance;
-    best = static_cast<int>(i);
+    nearest = &landmark;
   }
-  return best;
+  if (nearest != nullptr) nearest->birth = observed.birth;
+  return nearest;
 }
 
 void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Correspondences::Landmark> observed, double share,
@@ -48,16 +55,15 @@ void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Corresponde
   ++step_;
   new_.clear();
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    const int known = find(observed[i].p_map);
-    if (known < 0) {
+    LandmarkNode* known = observed[i].is_new ? nullptr : find_or_adopt(gaussian, observed[i]);
+    if (known == nullptr) {
       new_.push_back(i);
     } else {
-      observe_again(gaussian, landmarks_[static_cast<std::size_t>(known)], observed[i], share);
+      observe_again(gaussian, *known, observed[i], share);
     }
   }
   if (!writes) return;
   for (const std::size_t i : new_) {
-    if (find(observed[i].p_map) >= 0) continue;
     if (landmarks_.size() >= kMost) remove_least(gaussian);
     add(gaussian, observed[i], share);
   }
@@ -65,28 +71,30 @@ void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Corresponde
 
 void LandmarkNodes::observe_again(JointGaussian& gaussian, LandmarkNode& landmark,
                                   const Correspondences::Landmark& observed, double share) {
-  if ((observed.p_map - landmark.linearized_at).norm() > kMoved) landmark.linearized_at = observed.p_map;
-  landmark.last = observed.p_map;
+  landmark.mean += gaussian.take_correction(landmark.node);
+  if ((landmark.mean - landmark.linearized_at).norm() > kMoved) landmark.linearized_at = landmark.mean;
   landmark.last_step = step_;
   ++landmark.sightings;
   const Placed pose(gaussian.belief().mean);
   const Eigen::LLT<Eigen::Matrix2d> noise(observed.R / share);
   if (noise.info() != Eigen::Success) return;
   const Eigen::Matrix2d whitened = noise.matrixL().solve(pose.R_base_map);
-  gaussian.relate(-whitened * pose.moves(landmark.linearized_at), {{landmark.node, whitened}});
+  const Eigen::Vector2d nu = noise.matrixL().solve(observed.p_base - pose.R_base_map * (landmark.mean - pose.p));
+  gaussian.relate(nu, -whitened * pose.moves(landmark.linearized_at), {{landmark.node, whitened}});
 }
 
 void LandmarkNodes::add(JointGaussian& gaussian, const Correspondences::Landmark& observed, double share) {
   const Placed pose(gaussian.belief().mean);
   const Eigen::Matrix2d noise = pose.R_base_map.transpose() * (observed.R / share) * pose.R_base_map;
-  const JointGaussian::NodeId node = gaussian.add_node(pose.moves(observed.p_map), noise);
-  landmarks_.push_back({node, observed.p_map, observed.p_map, 1, step_});
+  const Eigen::Vector2d mean = pose.p + pose.R_base_map.transpose() * observed.p_base;
+  const JointGaussian::NodeId node = gaussian.add_node(pose.moves(mean), noise);
+  landmarks_.push_back({node, observed.birth, mean, mean, 1, step_});
 }
 
-std::optional<JointGaussian::NodeId> LandmarkNodes::node_at(const Eigen::Vector2d& p_map) const {
-  const int index = find(p_map);
-  if (index < 0) return std::nullopt;
-  return landmarks_[static_cast<std::size_t>(index)].node;
+std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) const {
+  const auto known = std::ranges::find(landmarks_, birth, &LandmarkNode::birth);
+  if (birth == 0 || known == landmarks_.end()) return std::nullopt;
+  return Estimate{known->mean, known->node};
 }
 
 /// One that was seen once, the oldest first; then the one that was not seen for the longest time.
@@ -102,7 +110,7 @@ template <class Archive>
 void LandmarkNodes::serialize(Archive& archive, const JointGaussian& gaussian) {
   archive.section("landmark_nodes", 1);
   archive.each(landmarks_, [](auto& each, LandmarkNode& landmark) {
-    each(landmark.node, landmark.linearized_at, landmark.last, landmark.sightings, landmark.last_step);
+    each(landmark.node, landmark.birth, landmark.mean, landmark.linearized_at, landmark.sightings, landmark.last_step);
   });
   archive(step_);
   if constexpr (Archive::kReads) {

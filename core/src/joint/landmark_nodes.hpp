@@ -20,8 +20,13 @@ class WAYMARK_API LandmarkNodes {
   /// Updates with the landmarks that were observed again, and adds those that were not, if the map `writes`. `share`:
   /// exponent of their likelihood.
   void observe(JointGaussian& gaussian, std::span<const Correspondences::Landmark> observed, double share, bool writes);
-  /// The node of the landmark at `p_map`, if it has one.
-  std::optional<JointGaussian::NodeId> node_at(const Eigen::Vector2d& p_map) const;
+  /// Mean of a landmark, and its node.
+  struct Estimate {
+    Eigen::Vector2d mean;
+    JointGaussian::NodeId node;
+  };
+  /// The landmark of this birth; nothing if it has no node.
+  std::optional<Estimate> find(std::uint64_t birth) const;
   void clear() { landmarks_.clear(); }
 
   template <class Archive>
@@ -32,12 +37,13 @@ class WAYMARK_API LandmarkNodes {
 
   struct LandmarkNode {
     JointGaussian::NodeId node = 0;
-    Eigen::Vector2d linearized_at = Eigen::Vector2d::Zero();  // in the map: kept, so that Jacobians agree
-    Eigen::Vector2d last = Eigen::Vector2d::Zero();           // where the map had it last
+    std::uint64_t birth = 0;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    Eigen::Vector2d linearized_at = Eigen::Vector2d::Zero();  // kept, so that Jacobians agree
     std::uint64_t sightings = 0;
     std::uint64_t last_step = 0;
   };
-  int find(const Eigen::Vector2d& p_map) const;
+  LandmarkNode* find_or_adopt(const JointGaussian& gaussian, const Correspondences::Landmark& observed);
   void observe_again(JointGaussian& gaussian, LandmarkNode& landmark, const Correspondences::Landmark& observed,
                      double share);
   void add(JointGaussian& gaussian, const Correspondences::Landmark& observed, double share);

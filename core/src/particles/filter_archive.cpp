@@ -53,6 +53,8 @@ void ParticleFilter::serialize(Archive& archive, State& state) const {
     estimation::serialize_belief(archive, particle.belief, layout());
     archive.within(particle.log_weight, -kMostLogWeight, kRounding);
     archive(particle.path);
+    particle.anchors.serialize(archive,
+                               [](auto& each, joint::AnchorPose& anchor) { each(anchor.anchor, anchor.xyyaw); });
     particle.maps.resize(modules_.size());
     for (std::size_t i = 0; i < modules_.size(); ++i) serialize_map(archive, particle.maps[i], modules_[i].get());
     if (particle.belief.stamp != state.particles.front().belief.stamp)

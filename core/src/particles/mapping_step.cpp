@@ -49,6 +49,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   scratch.failed_input = -1;
   // One per module, so that every module gets its own association back.
   scratch.refinements.resize(particle.maps.size());
+  scratch.refined_from.resize(particle.maps.size());
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const auto& map = particle.maps[static_cast<std::size_t>(inputs[i].module)];
     if (!map) continue;
@@ -80,6 +81,7 @@ Pose MappingStep::draw_start(std::size_t slot, const PoseGaussian& prior, Time s
 void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
                             const Pose& start, Belief& belief, Scratch& scratch) const {
   Refinement& refinement = scratch.refinements[static_cast<std::size_t>(input.module)];
+  scratch.refined_from[static_cast<std::size_t>(input.module)] = prior.T_map_base;
   refinement.information.setZero();
   refinement.gradient.setZero();
   refinement.log_evidence = 0.0;

@@ -62,9 +62,12 @@ class MappingStep {
   bool localized() const { return localized_; }
   /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
   bool failed() const { return failed_; }
-  /// What module `module` returned for a particle in the last refinement.
+  /// What module `module` returned for a particle in the last refinement, and the mean that it refined.
   const Refinement& refinement(std::size_t slot, int module) const {
     return scratch_[slot].refinements[static_cast<std::size_t>(module)];
+  }
+  const Pose& refined_from(std::size_t slot, int module) const {
+    return scratch_[slot].refined_from[static_cast<std::size_t>(module)];
   }
   /// The belief of a particle before the last refinement.
   const Belief& prior(std::size_t slot) const { return scratch_[slot].prior; }
@@ -73,6 +76,7 @@ class MappingStep {
   struct Scratch {  // per slot, kept between calls so that warm steps do not allocate
     Belief prior;   // before refinement, restored if a module fails
     std::vector<Refinement> refinements;
+    std::vector<Pose> refined_from;  // the prior mean of each
     double log_evidence = 0.0;
     bool writes = false;
     bool informed = false;  // some map gave information about the pose

@@ -7,11 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "joint/anchors.hpp"
 #include "particles/path.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/interface/map_module.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/math/gaussian.hpp"
+#include "waymark/memory/lineage.hpp"
 
 namespace waymark::particles {
 
@@ -21,6 +23,7 @@ struct Particle {
   double log_weight = 0.0;
   std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
   Path path;
+  Lineage<joint::AnchorPose> anchors;  ///< where it was when anchors of the joint Gaussian were added
 
   /// A copy; maps as handles.
   Particle clone() const;

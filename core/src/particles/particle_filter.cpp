@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -124,10 +125,7 @@ bool ParticleFilter::has_plausible_variances() const {
 
 void ParticleFilter::predict(Time to, bool standing) {
   if (to == stamp()) return;
-  if (joint_) {
-    joint_->linearize_at(set_[set_.best()].belief.mean);
-    joint_->predict(to, standing);
-  }
+  if (joint_) joint_->predict(to, standing);
   const auto predict_one = [&](int slot) {
     process_.predict(set_[static_cast<std::size_t>(slot)].belief, to, standing);
   };
@@ -140,14 +138,11 @@ Instant& ParticleFilter::now() { return *now_; }
 Instant* ParticleFilter::recall(Time stamp) { return recollection_.recall(stamp) ? &recollection_ : nullptr; }
 
 MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const UpdatePolicy& policy) {
-  // What is late changes the weights, and no pose.
-  const bool is_joint = joint_ && &at == now_.get();
-  const std::size_t best = set_.best();
-  if (is_joint) joint_->linearize_at(set_[best].belief.mean);
   MixtureOutcome outcome = updates_.apply(set_, at, model, policy);
   if (!outcome.usable) return outcome;
-  if (is_joint && outcome.accepted && !policy.evaluate_only)
-    joint_->update(updates_.model(best), updates_.jacobian(best));
+  // What is late changes the weights, and no pose.
+  if (joint_ && &at == now_.get() && outcome.accepted && !policy.evaluate_only)
+    joint_->update(model, policy.owner, georeference_ && policy.absolute ? &*georeference_ : nullptr);
   set_.normalize();
   mixture_is_current_ = false;
   return outcome;
@@ -161,6 +156,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   mixture_is_current_ = false;
   if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
   at.sample(sensor);
+  keep_new_anchors();
   mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
   at.conclude_mapping(sensor);
@@ -170,7 +166,9 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
 void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures) {
   const std::size_t slot = set_.best();
   const Particle& best = set_[slot];
-  joint_->linearize_at(best.belief.mean);
+  const std::vector<joint::AnchorPose> anchors = best.anchors.items();
+  const PoseGaussian pose{best.belief.mean.T_map_base, pose_covariance(best.belief, layout())};
+  new_anchors_.clear();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const MappingInput& input = inputs[i];
     const auto module = static_cast<std::size_t>(input.module);
@@ -180,17 +178,29 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
     correspondences_.landmarks.clear();
     correspondences_.points_base.clear();
     try {
-      const PoseGaussian pose{best.belief.mean.T_map_base, pose_covariance(best.belief, layout())};
-      map->correspond(pose, *input.observation, refinement.association.get(), correspondences_);
+      map->correspond(*input.observation, refinement.association.get(), correspondences_);
     } catch (const std::exception& error) {
       failures.emplace_back(static_cast<int>(i), error.what());
       drop_module(input.module);
       continue;
     }
-    joint_->map(
-        {input.share * refinement.information, input.share, refinement.writes, modules_[module]->has_prior_map()},
-        correspondences_);
+    const Pose& from = mapping_.refined_from(slot, input.module);
+    const joint::PoseMatch match{
+        {from.p.x(), from.p.y(), from.yaw()}, input.share * refinement.information, input.share * refinement.gradient};
+    const joint::MapEvidence evidence{match, pose.T_map_base, input.share, refinement.writes,
+                                      modules_[module]->has_prior_map()};
+    if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
+}
+
+void ParticleFilter::keep_new_anchors() {
+  for (const joint::JointGaussian::NodeId anchor : new_anchors_) {
+    for (Particle& particle : set_) {
+      const Pose& pose = particle.belief.mean.T_map_base;
+      particle.anchors.append({anchor, {pose.p.x(), pose.p.y(), pose.yaw()}});
+    }
+  }
+  new_anchors_.clear();
 }
 
 void ParticleFilter::stop() {
@@ -272,25 +282,24 @@ const Belief& ParticleFilter::mixture() const {
 }
 
 Belief ParticleFilter::reported() const {
-  Belief belief = mixture();
-  if (!joint_) return belief;
-  Belief joint = joint_->marginal(set_[set_.best()].belief.mean);
-  if (georeference_) georeference_->to_enu(joint);
+  if (!joint_) return mixture();
+  Belief belief = joint_->belief();
+  if (georeference_) georeference_->to_enu(belief);
   // Where the particles are of several opinions, their spread is larger.
-  const Eigen::Matrix3d own = pose_covariance(joint, layout());
-  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(belief, layout()), own);
-  belief.P = joint.P;
+  const Eigen::Matrix3d own = pose_covariance(belief, layout());
+  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(mixture(), layout()), own);
   const auto& pose = layout().pose_indices();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
       belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += more(i, j);
   }
+  if (std::getenv("MIXTURE_MEAN")) belief.mean = mixture().mean;
   return belief;
 }
 
-std::optional<Eigen::Matrix2d> ParticleFilter::landmark_covariance(const Eigen::Vector2d& p_map) const {
+std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std::uint64_t birth) const {
   if (!joint_) return std::nullopt;
-  return joint_->landmark_covariance(p_map, set_[set_.best()].belief.mean, georeference_);
+  return joint_->landmark(birth, georeference_ ? &*georeference_ : nullptr);
 }
 
 }  // namespace waymark::particles

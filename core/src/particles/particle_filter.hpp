@@ -114,8 +114,9 @@ class WAYMARK_API ParticleFilter {
   /// The belief to be reported: the mixture's mean with the marginal covariance of the joint Gaussian, and no less than
   /// the mixture's for the pose. Without maps the mixture.
   Belief reported() const;
-  /// Marginal covariance of (east, north) of a landmark of the best particle; nothing if it is not known.
-  std::optional<Eigen::Matrix2d> landmark_covariance(const Eigen::Vector2d& p_map) const;
+  /// The landmark that the best particle's map has at `p_map`, as the joint Gaussian has it, in ENU; nothing if it is
+  /// not one of its nodes.
+  std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
@@ -142,6 +143,8 @@ class WAYMARK_API ParticleFilter {
 
   /// Passes a mapping step to the joint Gaussian, before the poses are sampled.
   void map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures);
+  /// Every particle keeps where it writes what belongs to the anchors that were added.
+  void keep_new_anchors();
 
   /// Thins the older half of paths that have grown too long.
   void bound_paths();
@@ -159,8 +162,9 @@ class WAYMARK_API ParticleFilter {
   UpdateStep updates_;
   MappingStep mapping_;
   Recollection recollection_;
-  std::optional<joint::JointBelief> joint_;  // with maps only
-  Correspondences correspondences_;          // scratch
+  std::optional<joint::JointBelief> joint_;                // with maps only
+  Correspondences correspondences_;                        // scratch
+  std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;
   Belief mixture_;
   bool mixture_is_current_ = false;

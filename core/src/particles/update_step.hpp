@@ -25,10 +25,6 @@ class UpdateStep {
   /// Throws Error if the model throws for a particle; nothing is applied then. Weights are left unnormalised.
   MixtureOutcome apply(ParticleSet& particles, Instant& at, const Update& model, const UpdatePolicy& policy);
 
-  /// The model as it was linearised for a particle in the last `apply`, and its Jacobian over the error states.
-  const Linearization& model(std::size_t slot) const { return scratch_[slot].model; }
-  const estimation::StateJacobian& jacobian(std::size_t slot) const { return scratch_[slot].H; }
-
  private:
   struct Scratch {  // per slot, kept between calls so that warm steps do not allocate
     NavState enu;   // the mean with its pose in ENU

@@ -20,6 +20,8 @@ struct Landmark {
   float log_odds = 0.0f;
   std::int32_t sightings = 0;
   std::int64_t id = -1;  ///< -1: none yet
+  std::uint64_t birth =
+      0;  ///< the detection that made it, the same in the maps of all particles; 0: none, it was loaded
 };
 
 }  // namespace waymark::feature_map

@@ -64,6 +64,7 @@ void LandmarkLeaf::put(int place, const Landmark& landmark) {
   floor[1][i] = landmark.P_floor(0, 1);
   floor[2][i] = landmark.P_floor(1, 1);
   id[i] = landmark.id;
+  birth[i] = landmark.birth;
   log_odds[i] = landmark.log_odds;
   sightings[i] = landmark.sightings;
   identity[i] = landmark.identity;
@@ -98,6 +99,7 @@ Landmark LandmarkLeaf::get(int place) const {
   landmark.log_odds = log_odds[i];
   landmark.sightings = sightings[i];
   landmark.id = id[i];
+  landmark.birth = birth[i];
   return landmark;
 }
 

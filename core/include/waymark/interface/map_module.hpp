@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -52,8 +53,10 @@ struct Refinement {
 struct Correspondences {
   /// A landmark that was observed, again or for the first time.
   struct Landmark {
-    Eigen::Vector2d p_map;  ///< by the map, or where it is added [m]
-    Eigen::Matrix2d R;      ///< noise of its measured position in the base frame [m²]
+    std::uint64_t birth;     ///< names it in the maps of all particles, as in `LandmarkView`
+    bool is_new;             ///< `insert` will add it
+    Eigen::Vector2d p_base;  ///< measured position in the base frame [m]
+    Eigen::Matrix2d R;       ///< its noise [m²]
   };
   std::vector<Landmark> landmarks;
   std::vector<Eigen::Vector2d> points_base;  ///< of the surfaces that were matched, in the base frame [m]
@@ -73,11 +76,10 @@ class WAYMARK_TYPE ParticleMap {
   /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept.
   virtual void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) = 0;
 
-  /// Adds what the last `refine` found, for the covariance that is reported: landmarks with a place each, or points of
-  /// surfaces. Called between `refine` and `insert`, for one particle. The default ties the pose to the place where the
-  /// robot is. `pose` is the refined one.
-  virtual void correspond(const PoseGaussian& /*pose*/, const Observation& /*observation*/,
-                          const Association* /*association*/, Correspondences& out) const {
+  /// Adds what the last `refine` found, for the joint Gaussian: landmarks, or points of surfaces. Called between
+  /// `refine` and `insert`, for one particle. The default ties the pose to the place where the robot is.
+  virtual void correspond(const Observation& /*observation*/, const Association* /*association*/,
+                          Correspondences& out) const {
     out.points_base.emplace_back(0.0, 0.0);
   }
 
