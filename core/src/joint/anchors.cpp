@@ -18,7 +18,7 @@ constexpr std::size_t kMostAnchors = 150;  // with more, every step would take l
 constexpr std::size_t kMostRelated = 3;    // anchors per scan
 constexpr double kLeastShare = 0.15;       // of the points: an anchor with less is left out
 /// Places farther from the pose than this, in spacings, are claimed from nearer by: their distance adds to their error.
-constexpr double kClaimReach = 2.0;
+constexpr double kClaimReach = 1.0;
 
 /// x, y, yaw of the mean.
 Eigen::Vector3d pose_of(const JointGaussian& gaussian) {
@@ -135,9 +135,7 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
   if (anchors_.size() >= kMostAnchors) thin(gaussian);
   const Eigen::Vector3d pose = pose_of(gaussian);
   const Eigen::Matrix3d G = twist_of_error(pose.head<2>());
-  const Eigen::Vector3d sigma(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma);
-  const Eigen::Matrix3d noise = sigma.cwiseAbs2().asDiagonal();
-  const JointGaussian::NodeId node = gaussian.add_node(G, G * noise * G.transpose());
+  const JointGaussian::NodeId node = gaussian.add_node(G, G * noise().asDiagonal() * G.transpose());
   anchors_.push_back({node, pose, position});
   active_ = static_cast<int>(anchors_.size()) - 1;
   return node;

@@ -47,6 +47,10 @@ class WAYMARK_API Anchors {
   std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                              const Eigen::Vector2d& position);
 
+  /// Variances of (x [m], y [m], yaw [rad]) of an anchor's own error.
+  Eigen::Vector3d noise() const {
+    return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
+  }
   void clear();
   std::size_t size() const { return anchors_.size(); }
 

@@ -27,7 +27,7 @@ void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
 void JointBelief::update(const Update& model, int owner, const estimation::Georeference* georeference) {
   const StateLayout& layout = process_.layout();
   const int block_offset = layout.block_offset(owner);
-  const NavState& mean = belief().mean;
+  const NavState& mean = gaussian_.belief().mean;
   const NavState state = georeference != nullptr ? georeference->in_enu(mean) : mean;
   model.linearize({state, state.block.data() + block_offset}, model_);
   H_.reset(model_.rows(), layout.size());
@@ -60,6 +60,16 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
   return anchors_.claim(gaussian_, points_, evidence.T_map_base.p.head<2>());
 }
 
+Belief JointBelief::belief() const {
+  Belief belief = gaussian_.belief();
+  if (anchors_.size() == 0) return belief;
+  const auto& pose = process_.layout().pose_indices();
+  const Eigen::Vector3d variance = anchors_.noise();
+  for (int i = 0; i < 3; ++i)
+    belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(i)]) += variance[i];
+  return belief;
+}
+
 std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t birth,
                                                                    const estimation::Georeference* georeference) const {
   const auto found = landmarks_.find(birth);
@@ -67,9 +77,9 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
   const Eigen::Vector2d mean = found->mean + gaussian_.pending_correction(found->node);
   const Eigen::Matrix2d P = gaussian_.node_covariance(found->node);
   if (georeference == nullptr) return LandmarkEstimate{mean, P};
-  const NavState& state = belief().mean;
+  const NavState& state = gaussian_.belief().mean;
   const Eigen::Vector3d p_enu = georeference->T_enu_map(state) * Eigen::Vector3d(mean.x(), mean.y(), 0.0);
-  return LandmarkEstimate{p_enu.head<2>(), georeference->point_covariance(belief(), state, mean, P,
+  return LandmarkEstimate{p_enu.head<2>(), georeference->point_covariance(gaussian_.belief(), state, mean, P,
                                                                           gaussian_.cross_covariance(found->node))};
 }
 

@@ -61,8 +61,9 @@ class WAYMARK_API JointBelief {
     gaussian_.add_noise(change);
   }
 
-  /// Marginal of the navigation state, its pose in the map.
-  const Belief& belief() const { return gaussian_.belief(); }
+  /// Marginal of the navigation state, its pose in the map. Where surfaces localise, with the error of the place: cells
+  /// that were drawn from other poses lie wrong each in its own way.
+  Belief belief() const;
   /// A landmark's position, in ENU if `georeference` is not null, and its marginal covariance.
   struct LandmarkEstimate {
     Eigen::Vector2d p;
