@@ -72,6 +72,12 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
     const int module = extraction.inputs[static_cast<std::size_t>(input)].module;
     maps_.take_out_of_service(static_cast<std::size_t>(module), m.stamp, why, committed_);
   }
+  if (const std::string why = committed_.filter.take_joint_failure(); !why.empty()) {
+    committed_.note(m.stamp,
+                    fmt::format("the joint Gaussian was given up: {}; from now on the covariance is that of the "
+                                "particles alone, which is too small",
+                                why));
+  }
   result.fate = Fate::mapped;
 }
 

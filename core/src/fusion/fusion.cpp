@@ -148,7 +148,7 @@ Fate process(const Measurement& m, Horizon& at, const StateLayout& layout, Updat
 void Fusion::Parts::notify_observer(const Measurement& m, Fate fate) {
   last = {m, fate};
   if (observer && !repeating) {
-    if (has_pose()) committed.filter.mixture();
+    if (has_pose()) committed.filter.reported();
     observer(fusion::SnapshotView(committed, maps.maps(), has_pose(), m, fate, datum));
   }
 }

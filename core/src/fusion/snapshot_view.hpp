@@ -22,16 +22,14 @@ class SnapshotView final : public Snapshot {
         started_(started),
         measurement_(measurement),
         fate_(fate),
-        datum_(datum) {
-    if (started_) belief_ = filter_.reported();
-  }
+        datum_(datum) {}
 
   Time stamp() const override { return started_ ? filter_.stamp() : measurement_.stamp; }
   const Measurement& measurement() const override { return measurement_; }
   Fate fate() const override { return fate_; }
   const SensorCounters& counters() const override { return counters_; }
   bool started() const override { return started_; }
-  const Belief& belief() const override { return belief_; }
+  const Belief& belief() const override { return filter_.reported(); }
   const StateLayout& layout() const override { return filter_.layout(); }
   std::optional<Datum> datum() const override { return datum_; }
   double effective_sample_size() const override { return filter_.effective_sample_size(); }
@@ -56,7 +54,6 @@ class SnapshotView final : public Snapshot {
   const Measurement& measurement_;
   Fate fate_;
   const std::optional<Datum>& datum_;
-  Belief belief_;
 };
 
 }  // namespace waymark::fusion

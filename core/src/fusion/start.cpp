@@ -28,7 +28,7 @@ void Fusion::Parts::begin(const fusion::Start& start) {
     committed.health.start(start.prior.stamp);
     started = true;
   }
-  committed.filter.mixture();  // `front` may be called before the first commit
+  committed.filter.reported();  // `front` may be called before the first commit
   for (const Measurement& m : startup.release()) {
     if (searching) {
       await_start(m);  // a gap between the buffered measurements
@@ -80,7 +80,7 @@ void Fusion::Parts::lose_pose(Time at, const std::string& why) {
   committed.unsound = false;
   // Until then the last pose stands, so that the results of a run that ends here are not those of a broken filter.
   committed.filter.begin_anew({last_pose(committed.filter.stamp()).prior, true});
-  committed.filter.mixture();
+  committed.filter.reported();
   startup.search_again(last_pose(at), settings.clock.max_gap, !maps.empty());
   history.clear();
   committed.health.search();
@@ -136,7 +136,7 @@ void Fusion::set_pose(const GivenPose& pose) {
     p.begin(start);
   } else {
     p.begin_anew(start);
-    p.committed.filter.mixture();
+    p.committed.filter.reported();
   }
 }
 

@@ -82,6 +82,12 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   for (const Share& share : shares_) sum += share.points;
 
   const WhiteMatch white = whiten(match);
+  // What is drawn from elsewhere moves what was there. It is no state: a state would take its share of every
+  // innovation.
+  const Eigen::Matrix3d G = twist_of_error(pose_of(gaussian).head<2>());
+  const Eigen::Matrix3d drawn =
+      way_since_last(match.prior) / settings_.anchor_spacing * G * noise().asDiagonal() * G.transpose();
+  if (!shares_.empty()) creep_.setZero();
   for (const Share& share : shares_) {
     Anchor& anchor = anchors_[static_cast<std::size_t>(share.anchor)];
     const auto of_particle = std::ranges::find(poses, anchor.node, &AnchorPose::anchor);
@@ -89,6 +95,8 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
     const Eigen::Vector3d correction = gaussian.take_correction(anchor.node);
     anchor.mean += error_of_twist(anchor.mean.head<2>()) * correction;
     anchor.in_map = of_particle->xyyaw.head<2>();
+    anchor.creep += share.points / sum * drawn;
+    creep_ += share.points / sum * anchor.creep;
     // The pose in the particle's map, whose frame the anchor ties to that of the joint Gaussian.
     const Eigen::Matrix3d R = turn(of_particle->xyyaw.z() - anchor.mean.z());
     const Eigen::Vector3d pose = pose_of(gaussian);
@@ -100,6 +108,14 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   }
 }
 
+/// [m]; a turn counts as the way of a point half a metre away.
+double Anchors::way_since_last(const Eigen::Vector3d& xyyaw) {
+  constexpr double kArm = 0.5;
+  const Eigen::Vector3d d = last_ ? difference(xyyaw, *last_) : Eigen::Vector3d::Zero();
+  last_ = xyyaw;
+  return d.head<2>().norm() + kArm * std::abs(d.z());
+}
+
 std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                                     const Eigen::Vector2d& position) {
   const auto added = choose_active(gaussian, position);
@@ -108,6 +124,14 @@ std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std
     if ((point - position).squaredNorm() <= reach * reach) places_.claim(PlaceGrid::place_of(point), active_);
   }
   return added;
+}
+
+Eigen::Matrix3d Anchors::local_error(const Eigen::Vector2d& position) const {
+  if (anchors_.empty()) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d T = error_of_twist(position);
+  Eigen::Matrix3d error = T * creep_ * T.transpose();
+  error.diagonal() += noise();
+  return error;
 }
 
 int Anchors::nearest(const Eigen::Vector2d& position, double within) const {
@@ -136,7 +160,7 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
   const Eigen::Vector3d pose = pose_of(gaussian);
   const Eigen::Matrix3d G = twist_of_error(pose.head<2>());
   const JointGaussian::NodeId node = gaussian.add_node(G, G * noise().asDiagonal() * G.transpose());
-  anchors_.push_back({node, pose, position});
+  anchors_.push_back({node, pose, position, creep_});
   active_ = static_cast<int>(anchors_.size()) - 1;
   return node;
 }
@@ -169,14 +193,17 @@ void Anchors::clear() {
   places_.clear();
   shares_.clear();
   active_ = PlaceGrid::kNone;
+  last_.reset();
+  creep_.setZero();
   spacing_ = settings_.anchor_spacing;
 }
 
 template <class Archive>
 void Anchors::serialize(Archive& archive, const JointGaussian& gaussian) {
   archive.section("anchors", 1);
-  archive.each(anchors_, [](auto& each, Anchor& anchor) { each(anchor.node, anchor.mean, anchor.in_map); });
-  archive(spacing_, active_);
+  archive.each(anchors_,
+               [](auto& each, Anchor& anchor) { each(anchor.node, anchor.mean, anchor.in_map, anchor.creep); });
+  archive(spacing_, active_, last_, creep_);
   places_.serialize(archive);
   if constexpr (Archive::kReads) {
     const auto count = static_cast<int>(anchors_.size());

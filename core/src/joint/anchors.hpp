@@ -47,10 +47,9 @@ class WAYMARK_API Anchors {
   std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                              const Eigen::Vector2d& position);
 
-  /// Variances of (x [m], y [m], yaw [rad]) of an anchor's own error.
-  Eigen::Vector3d noise() const {
-    return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
-  }
+  /// What the places that localised last may have crept, as covariance of (x, y, yaw) at `position`, and the error that
+  /// is the place's own: cells that were drawn from other poses lie wrong each in its own way.
+  Eigen::Matrix3d local_error(const Eigen::Vector2d& position) const;
   void clear();
   std::size_t size() const { return anchors_.size(); }
 
@@ -62,6 +61,7 @@ class WAYMARK_API Anchors {
     JointGaussian::NodeId node;
     Eigen::Vector3d mean;    // x, y, yaw
     Eigen::Vector2d in_map;  // position in the best particle's map
+    Eigen::Matrix3d creep;   // of its places, as a motion of the map
   };
   struct Share {
     int anchor;
@@ -70,12 +70,19 @@ class WAYMARK_API Anchors {
 
   std::optional<JointGaussian::NodeId> choose_active(JointGaussian& gaussian, const Eigen::Vector2d& position);
   void thin(JointGaussian& gaussian);
+  /// Variances of (x [m], y [m], yaw [rad]) of an anchor's own error.
+  Eigen::Vector3d noise() const {
+    return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
+  }
+  double way_since_last(const Eigen::Vector3d& xyyaw);
   int nearest(const Eigen::Vector2d& position, double within) const;
 
   JointSettings settings_;
   double spacing_;  // grows as the anchors are thinned
   std::vector<Anchor> anchors_;
-  int active_ = PlaceGrid::kNone;  // new places belong to it
+  std::optional<Eigen::Vector3d> last_;              // pose of the last match, in the particle's map
+  Eigen::Matrix3d creep_ = Eigen::Matrix3d::Zero();  // of the places of the last match
+  int active_ = PlaceGrid::kNone;                    // new places belong to it
   PlaceGrid places_;
   std::vector<Share> shares_;  // of the last scan: anchors by their number of points, the largest first
 };

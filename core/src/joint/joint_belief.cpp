@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "joint/joint_belief.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
 #include <cstddef>
 
 namespace waymark::joint {
@@ -9,6 +13,14 @@ namespace {
 
 /// So many points of a scan show which places it sees.
 constexpr std::size_t kPoints = 90;
+
+/// An update takes a time that grows with the square of this.
+constexpr std::size_t kMostLandmarks = 120;
+
+/// Squared distance of the particles' mean, in σ of this Gaussian, that no noise explains; and for so many mapping
+/// steps.
+constexpr double kFar = 50.0;
+constexpr int kOften = 20;
 
 }  // namespace
 
@@ -60,13 +72,28 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
   return anchors_.claim(gaussian_, points_, evidence.T_map_base.p.head<2>());
 }
 
+std::string JointBelief::failure(const Belief& particles) {
+  if (landmarks_.size() > kMostLandmarks) return fmt::format("the map has more than {} landmarks", kMostLandmarks);
+  const StateLayout& layout = process_.layout();
+  const Belief own = belief();
+  const ErrorVector off = boxminus(particles.mean, own.mean, layout);
+  const Eigen::Matrix3d P = pose_covariance(own, layout);
+  const Eigen::Vector3d d(off[layout.pose_indices()[0]], off[layout.pose_indices()[1]], off[layout.pose_indices()[2]]);
+  const Eigen::LLT<Eigen::Matrix3d> factor(P);
+  const bool is_far = factor.info() == Eigen::Success && d.dot(factor.solve(d)) > kFar;
+  contradictions_ = is_far ? contradictions_ + 1 : 0;
+  if (contradictions_ < kOften) return {};
+  return fmt::format("it contradicts the particles by {:.3g} m and {:.2g} rad", d.head<2>().norm(), std::abs(d.z()));
+}
+
 Belief JointBelief::belief() const {
   Belief belief = gaussian_.belief();
-  if (anchors_.size() == 0) return belief;
   const auto& pose = process_.layout().pose_indices();
-  const Eigen::Vector3d variance = anchors_.noise();
-  for (int i = 0; i < 3; ++i)
-    belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(i)]) += variance[i];
+  const Eigen::Matrix3d error = anchors_.local_error(belief.mean.T_map_base.p.head<2>());
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += error(i, j);
+  }
   return belief;
 }
 
@@ -86,7 +113,7 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
   archive.section("joint_belief", 1);
-  archive(gaussian_);
+  archive(gaussian_, contradictions_);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "estimation/georeference.hpp"
@@ -50,6 +51,10 @@ class WAYMARK_API JointBelief {
   std::optional<JointGaussian::NodeId> map(const MapEvidence& evidence, const Correspondences& correspondences,
                                            std::span<const AnchorPose> anchors);
 
+  /// Why this Gaussian represents the particles no longer; empty: it does. It has room for so many landmarks only; and
+  /// after a wrong association it may be far from `particles`, the same marginal by the particles.
+  std::string failure(const Belief& particles);
+
   /// `change` makes velocity and rate uncorrelated with all else.
   template <class Change>
   void replace_twist(const Change& change) {
@@ -82,6 +87,7 @@ class WAYMARK_API JointBelief {
   LandmarkNodes landmarks_;
   Linearization model_;                  // scratch
   estimation::StateJacobian H_;          // scratch
+  int contradictions_ = 0;               // mapping steps in a row far from the particles
   std::vector<Eigen::Vector2d> points_;  // scratch: in the map
 };
 

@@ -92,7 +92,7 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
     S += H.columns.col(k) * own.row(H.states[static_cast<std::size_t>(k)]);
   }
   const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
-  if (!S.allFinite() || factor.info() != Eigen::Success) return;
+  if (!S.allFinite() || !model.residual.allFinite() || factor.info() != Eigen::Success) return;
   auto W = W_.topLeftCorner(size_, rows);
   W.setZero();
   for (int k = 0; k < H.count; ++k) {
@@ -135,7 +135,7 @@ void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initialize
     S += part.H * W.middleRows(offset, size);
   }
   const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
-  if (!S.allFinite() || factor.info() != Eigen::Success) return;
+  if (!S.allFinite() || !nu.allFinite() || factor.info() != Eigen::Success) return;
   divide(own, factor);
   divide(W, factor);
   subtract(own);
@@ -169,6 +169,7 @@ void JointGaussian::subtract(const Factor& own) {
 }
 
 void JointGaussian::subtract_pending() {
+  if (pending_columns_ == 0) return;
   const auto pending = pending_.topLeftCorner(size_, pending_columns_);
   auto between = between_.topLeftCorner(size_, size_);
   between.selfadjointView<Eigen::Lower>().rankUpdate(pending, -1.0);

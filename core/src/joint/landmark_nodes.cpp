@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <tuple>
 
 #include "joint/twist.hpp"
 #include "waymark/base/error.hpp"
@@ -55,7 +54,7 @@ void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Corresponde
   ++step_;
   new_.clear();
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    LandmarkNode* known = observed[i].is_new ? nullptr : find_or_adopt(gaussian, observed[i]);
+    LandmarkNode* known = find_or_adopt(gaussian, observed[i]);
     if (known == nullptr) {
       new_.push_back(i);
     } else {
@@ -63,10 +62,7 @@ void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Corresponde
     }
   }
   if (!writes) return;
-  for (const std::size_t i : new_) {
-    if (landmarks_.size() >= kMost) remove_least(gaussian);
-    add(gaussian, observed[i], share);
-  }
+  for (const std::size_t i : new_) add(gaussian, observed[i], share);
 }
 
 void LandmarkNodes::observe_again(JointGaussian& gaussian, LandmarkNode& landmark,
@@ -74,7 +70,6 @@ void LandmarkNodes::observe_again(JointGaussian& gaussian, LandmarkNode& landmar
   landmark.mean += gaussian.take_correction(landmark.node);
   if ((landmark.mean - landmark.linearized_at).norm() > kMoved) landmark.linearized_at = landmark.mean;
   landmark.last_step = step_;
-  ++landmark.sightings;
   const Placed pose(gaussian.belief().mean);
   const Eigen::LLT<Eigen::Matrix2d> noise(observed.R / share);
   if (noise.info() != Eigen::Success) return;
@@ -88,7 +83,7 @@ void LandmarkNodes::add(JointGaussian& gaussian, const Correspondences::Landmark
   const Eigen::Matrix2d noise = pose.R_base_map.transpose() * (observed.R / share) * pose.R_base_map;
   const Eigen::Vector2d mean = pose.p + pose.R_base_map.transpose() * observed.p_base;
   const JointGaussian::NodeId node = gaussian.add_node(pose.moves(mean), noise);
-  landmarks_.push_back({node, observed.birth, mean, mean, 1, step_});
+  landmarks_.push_back({node, observed.birth, mean, mean, step_});
 }
 
 std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) const {
@@ -97,20 +92,11 @@ std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) 
   return Estimate{known->mean, known->node};
 }
 
-/// One that was seen once, the oldest first; then the one that was not seen for the longest time.
-void LandmarkNodes::remove_least(JointGaussian& gaussian) {
-  const auto least = std::ranges::min_element(landmarks_, {}, [](const LandmarkNode& landmark) {
-    return std::tuple(landmark.sightings > 1, landmark.last_step, landmark.node);
-  });
-  gaussian.remove_node(least->node);
-  landmarks_.erase(least);
-}
-
 template <class Archive>
 void LandmarkNodes::serialize(Archive& archive, const JointGaussian& gaussian) {
   archive.section("landmark_nodes", 1);
   archive.each(landmarks_, [](auto& each, LandmarkNode& landmark) {
-    each(landmark.node, landmark.birth, landmark.mean, landmark.linearized_at, landmark.sightings, landmark.last_step);
+    each(landmark.node, landmark.birth, landmark.mean, landmark.linearized_at, landmark.last_step);
   });
   archive(step_);
   if constexpr (Archive::kReads) {

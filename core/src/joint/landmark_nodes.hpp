@@ -27,27 +27,24 @@ class WAYMARK_API LandmarkNodes {
   };
   /// The landmark of this birth; nothing if it has no node.
   std::optional<Estimate> find(std::uint64_t birth) const;
+  std::size_t size() const { return landmarks_.size(); }
   void clear() { landmarks_.clear(); }
 
   template <class Archive>
   void serialize(Archive& archive, const JointGaussian& gaussian);
 
  private:
-  static constexpr std::size_t kMost = 150;  // with more, every step would take longer
-
   struct LandmarkNode {
     JointGaussian::NodeId node = 0;
     std::uint64_t birth = 0;
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     Eigen::Vector2d linearized_at = Eigen::Vector2d::Zero();  // kept, so that Jacobians agree
-    std::uint64_t sightings = 0;
     std::uint64_t last_step = 0;
   };
   LandmarkNode* find_or_adopt(const JointGaussian& gaussian, const Correspondences::Landmark& observed);
   void observe_again(JointGaussian& gaussian, LandmarkNode& landmark, const Correspondences::Landmark& observed,
                      double share);
   void add(JointGaussian& gaussian, const Correspondences::Landmark& observed, double share);
-  void remove_least(JointGaussian& gaussian);
 
   std::vector<LandmarkNode> landmarks_;
   std::uint64_t step_ = 0;

@@ -16,7 +16,7 @@ void ParticleFilter::restore(const State& state) {
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
   recollection_.past().clear();
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 namespace {
@@ -67,6 +67,12 @@ template void ParticleFilter::serialize(InArchive& archive, State& state) const;
 template <class Archive>
 void ParticleFilter::serialize_rest(Archive& archive) {
   recollection_.past().serialize(archive, set_.size(), layout(), stamp());
+  bool is_joint = joint_.has_value();
+  archive(is_joint);
+  if constexpr (Archive::kReads) {
+    if (is_joint && !joint_) throw DataError("the checkpoint has a joint Gaussian that the configuration lacks");
+    if (!is_joint) joint_.reset();
+  }
   if (joint_) archive(*joint_);
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
@@ -85,6 +91,7 @@ void ParticleFilter::load(InArchive& in) {
   State now;
   serialize(in, now);
   set_.replace(std::move(now.particles));
+  reported_is_current_ = false;
   resamplings_ = now.resamplings;
   mapping_steps_ = now.mapping_steps;
   serialize_rest(in);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -97,7 +96,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   }
   recollection_.past().clear();
   set_.normalize();
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 void ParticleFilter::begin_anew(const estimation::NewStart& start) {
@@ -110,7 +109,7 @@ void ParticleFilter::begin_anew(const estimation::NewStart& start) {
   if (joint_) joint_->restart(set_[set_.best()].belief);
   recollection_.past().clear();
   set_.normalize();
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 bool ParticleFilter::is_sound() const {
@@ -130,7 +129,7 @@ void ParticleFilter::predict(Time to, bool standing) {
     process_.predict(set_[static_cast<std::size_t>(slot)].belief, to, standing);
   };
   workers_.for_each(static_cast<int>(set_.size()), std::cref(predict_one), kSerialUpdates);
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 Instant& ParticleFilter::now() { return *now_; }
@@ -144,7 +143,7 @@ MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const Up
   if (joint_ && &at == now_.get() && outcome.accepted && !policy.evaluate_only)
     joint_->update(model, policy.owner, georeference_ && policy.absolute ? &*georeference_ : nullptr);
   set_.normalize();
-  mixture_is_current_ = false;
+  has_changed();
   return outcome;
 }
 
@@ -153,7 +152,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   const auto drop = [&](int module) { drop_module(module); };
   mapping_.refine(set_, at, inputs, stamp(), sensor, failures, drop);
   set_.normalize();
-  mixture_is_current_ = false;
+  has_changed();
   if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
   at.sample(sensor);
   keep_new_anchors();
@@ -191,6 +190,8 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
                                       modules_[module]->has_prior_map()};
     if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
+  joint_failure_ = joint_->failure(best.belief);
+  if (!joint_failure_.empty()) joint_.reset();
 }
 
 void ParticleFilter::keep_new_anchors() {
@@ -206,18 +207,18 @@ void ParticleFilter::keep_new_anchors() {
 void ParticleFilter::stop() {
   for (Particle& particle : set_) ekf::stop(particle.belief, layout());
   if (joint_) joint_->replace_twist([&](Belief& belief) { ekf::stop(belief, layout()); });
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 void ParticleFilter::release(double velocity_sigma, double rate_sigma) {
   const auto release_one = [&](Belief& belief) { ekf::release(belief, layout(), velocity_sigma, rate_sigma); };
   for (Particle& particle : set_) release_one(particle.belief);
   if (joint_) joint_->replace_twist(release_one);
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 void ParticleFilter::inflate_pose(const ekf::PoseVariance& variance) {
-  mixture_is_current_ = false;
+  has_changed();
   // With a georeference only the position is inflated: a rotation about the map's origin would displace a distant
   // robot.
   const auto inflate = [&](Belief& belief) {
@@ -257,7 +258,7 @@ void ParticleFilter::resample_if_needed(std::uint32_t sensor) {
   if (set_.size() < 2 || set_.effective_sample_size() >= settings_.resample_threshold * count) return;
   recollection_.past().resampled(set_.resample(streams_(-1, stamp(), kResampling + sensor).uniform()));
   ++resamplings_;
-  mixture_is_current_ = false;
+  has_changed();
 }
 
 void ParticleFilter::drop_module(int module) {
@@ -281,20 +282,27 @@ const Belief& ParticleFilter::mixture() const {
   return mixture_;
 }
 
-Belief ParticleFilter::reported() const {
-  if (!joint_) return mixture();
-  Belief belief = joint_->belief();
-  if (georeference_) georeference_->to_enu(belief);
+const Belief& ParticleFilter::reported() {
+  const Belief& particles = mixture();
+  if (!joint_) return particles;
+  if (reported_is_current_) return reported_;
+  reported_ = joint_->belief();
+  if (georeference_) georeference_->to_enu(reported_);
   // Where the particles are of several opinions, their spread is larger.
-  const Eigen::Matrix3d own = pose_covariance(belief, layout());
-  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(mixture(), layout()), own);
+  const Eigen::Matrix3d own = pose_covariance(reported_, layout());
+  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(particles, layout()), own);
   const auto& pose = layout().pose_indices();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
-      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += more(i, j);
+      reported_.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += more(i, j);
   }
-  if (std::getenv("MIXTURE_MEAN")) belief.mean = mixture().mean;
-  return belief;
+  reported_is_current_ = true;
+  return reported_;
+}
+
+const Belief& ParticleFilter::reported() const {
+  assert(mixture_is_current_ && (!joint_ || reported_is_current_));
+  return joint_ ? reported_ : mixture_;
 }
 
 std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std::uint64_t birth) const {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "estimation/ekf.hpp"
@@ -111,12 +113,16 @@ class WAYMARK_API ParticleFilter {
   const Belief& mixture();
   /// The same; the filter must not have changed since the last computation.
   const Belief& mixture() const;
-  /// The belief to be reported: the mixture's mean with the marginal covariance of the joint Gaussian, and no less than
-  /// the mixture's for the pose. Without maps the mixture.
-  Belief reported() const;
+  /// The belief to be reported: that of the joint Gaussian, with a covariance of (x, y, yaw) no less than the
+  /// mixture's, the pose in ENU. The mixture, if there is no joint Gaussian. Computed if the filter has changed.
+  const Belief& reported();
+  /// The same; the filter must not have changed since the last computation.
+  const Belief& reported() const;
   /// The landmark that the best particle's map has at `p_map`, as the joint Gaussian has it, in ENU; nothing if it is
   /// not one of its nodes.
   std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
+  /// Why the joint Gaussian was given up, at the mapping step at which it was; else empty.
+  std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
@@ -146,6 +152,8 @@ class WAYMARK_API ParticleFilter {
   /// Every particle keeps where it writes what belongs to the anchors that were added.
   void keep_new_anchors();
 
+  /// What is reported must be computed anew.
+  void has_changed() { mixture_is_current_ = reported_is_current_ = false; }
   /// Thins the older half of paths that have grown too long.
   void bound_paths();
 
@@ -162,12 +170,15 @@ class WAYMARK_API ParticleFilter {
   UpdateStep updates_;
   MappingStep mapping_;
   Recollection recollection_;
-  std::optional<joint::JointBelief> joint_;                // with maps only
+  std::optional<joint::JointBelief> joint_;  // with maps only
+  std::string joint_failure_;
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;
   Belief mixture_;
   bool mixture_is_current_ = false;
+  Belief reported_;
+  bool reported_is_current_ = false;
   std::vector<const Belief*> beliefs_;  // scratch of mixture(): one per slot
   std::uint64_t resamplings_ = 0;
   std::uint64_t mapping_steps_ = 0;

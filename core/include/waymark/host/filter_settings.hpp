@@ -26,8 +26,8 @@ struct GeoreferenceSettings {
 struct JointSettings {
   bool enabled = true;
   double anchor_spacing = 4.0;      ///< distance between the anchors of a dense map [m]
-  double anchor_sigma = 0.02;       ///< error that all places of an anchor have in common [m]
-  double anchor_yaw_sigma = 0.004;  ///< [rad]
+  double anchor_sigma = 0.015;      ///< error that all places of an anchor have in common [m]
+  double anchor_yaw_sigma = 0.007;  ///< [rad]
 };
 
 /// The particle filter's part of the YAML (`filter:`).
