@@ -207,10 +207,11 @@ void ParticleFeatureMap::correspond(const Observation& observation, const Associ
   const auto& association = static_cast<const FeatureAssociation&>(*memo);
   for (std::size_t d = 0; d < features.detections.size(); ++d) {
     const LandmarkRef ref = association.landmark_of[d];
-    if (ref.chunk < 0) continue;
+    if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
     const Detection& detection = features.detections[d];
-    out.landmarks.push_back(
-        {landmarks_.stored(ref).birth(), detection.xyr.head<2>(), detection.R.topLeftCorner<2, 2>()});
+    const bool is_new = ref.chunk < 0;
+    out.landmarks.push_back({is_new ? birth_of(features, d) : landmarks_.stored(ref).birth(), is_new,
+                             detection.xyr.head<2>(), detection.R.topLeftCorner<2, 2>()});
   }
 }
 

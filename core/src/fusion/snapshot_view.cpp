@@ -71,8 +71,8 @@ void SnapshotView::make_marginal(MapDescription& map) const {
     LandmarkView& landmark = map.landmarks[i];
     landmark.P_conditional = landmark.P.topLeftCorner<2, 2>();
     if (!marginal[i]) continue;
-    landmark.p_map = marginal[i]->p;
-    landmark.P.topLeftCorner<2, 2>() = marginal[i]->P;
+    const Eigen::Vector2d off = landmark.p_map - marginal[i]->p;
+    landmark.P.topLeftCorner<2, 2>() = marginal[i]->P + off * off.transpose();
   }
 }
 

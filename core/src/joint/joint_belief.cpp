@@ -17,6 +17,9 @@ constexpr std::size_t kPoints = 90;
 /// An update takes a time that grows with the square of this.
 constexpr std::size_t kMostLandmarks = 120;
 
+/// A scan with so many landmarks ties the pose to them: the cells' own errors do not count then.
+constexpr std::size_t kEnoughLandmarks = 3;
+
 /// Squared distance of the particles' mean, in σ of this Gaussian, that no noise explains; and for so many mapping
 /// steps.
 constexpr double kFar = 50.0;
@@ -34,6 +37,8 @@ void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
   gaussian_.start(belief);
   anchors_.clear();
   landmarks_.clear();
+  contradictions_ = 0;
+  last_landmarks_ = 0;
 }
 
 void JointBelief::update(const Update& model, int owner, const estimation::Georeference* georeference) {
@@ -58,8 +63,12 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
     relate_to_prior_map(gaussian_, evidence.match);
     return std::nullopt;
   }
-  if (!correspondences.landmarks.empty())
+  if (!correspondences.landmarks.empty()) {
     landmarks_.observe(gaussian_, correspondences.landmarks, evidence.share, evidence.writes);
+    while (landmarks_.size() > kMostLandmarks && landmarks_.remove_doubtful(gaussian_)) {
+    }
+    last_landmarks_ = correspondences.landmarks.size();
+  }
   if (correspondences.points_base.empty()) return std::nullopt;
   const std::size_t step = 1 + (correspondences.points_base.size() - 1) / kPoints;
   points_.clear();
@@ -89,6 +98,7 @@ std::string JointBelief::failure(const Belief& particles) {
 Belief JointBelief::belief() const {
   Belief belief = gaussian_.belief();
   const auto& pose = process_.layout().pose_indices();
+  if (last_landmarks_ >= kEnoughLandmarks) return belief;
   const Eigen::Matrix3d error = anchors_.local_error(belief.mean.T_map_base.p.head<2>());
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
@@ -113,7 +123,7 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
   archive.section("joint_belief", 1);
-  archive(gaussian_, contradictions_);
+  archive(gaussian_, contradictions_, last_landmarks_);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);
 }

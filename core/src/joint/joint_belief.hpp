@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -88,6 +89,7 @@ class WAYMARK_API JointBelief {
   Linearization model_;                  // scratch
   estimation::StateJacobian H_;          // scratch
   int contradictions_ = 0;               // mapping steps in a row far from the particles
+  std::uint64_t last_landmarks_ = 0;     // number in the last scan that showed any
   std::vector<Eigen::Vector2d> points_;  // scratch: in the map
 };
 

@@ -54,7 +54,7 @@ void LandmarkNodes::observe(JointGaussian& gaussian, std::span<const Corresponde
   ++step_;
   new_.clear();
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    LandmarkNode* known = find_or_adopt(gaussian, observed[i]);
+    LandmarkNode* known = observed[i].is_new ? nullptr : find_or_adopt(gaussian, observed[i]);
     if (known == nullptr) {
       new_.push_back(i);
     } else {
@@ -70,6 +70,7 @@ void LandmarkNodes::observe_again(JointGaussian& gaussian, LandmarkNode& landmar
   landmark.mean += gaussian.take_correction(landmark.node);
   if ((landmark.mean - landmark.linearized_at).norm() > kMoved) landmark.linearized_at = landmark.mean;
   landmark.last_step = step_;
+  ++landmark.sightings;
   const Placed pose(gaussian.belief().mean);
   const Eigen::LLT<Eigen::Matrix2d> noise(observed.R / share);
   if (noise.info() != Eigen::Success) return;
@@ -83,7 +84,7 @@ void LandmarkNodes::add(JointGaussian& gaussian, const Correspondences::Landmark
   const Eigen::Matrix2d noise = pose.R_base_map.transpose() * (observed.R / share) * pose.R_base_map;
   const Eigen::Vector2d mean = pose.p + pose.R_base_map.transpose() * observed.p_base;
   const JointGaussian::NodeId node = gaussian.add_node(pose.moves(mean), noise);
-  landmarks_.push_back({node, observed.birth, mean, mean, step_});
+  landmarks_.push_back({node, observed.birth, mean, mean, 1, step_});
 }
 
 std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) const {
@@ -92,11 +93,23 @@ std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) 
   return Estimate{known->mean, known->node};
 }
 
+bool LandmarkNodes::remove_doubtful(JointGaussian& gaussian) {
+  auto oldest = landmarks_.end();
+  for (auto landmark = landmarks_.begin(); landmark != landmarks_.end(); ++landmark) {
+    if (landmark->sightings > 1) continue;
+    if (oldest == landmarks_.end() || landmark->last_step < oldest->last_step) oldest = landmark;
+  }
+  if (oldest == landmarks_.end()) return false;
+  gaussian.remove_node(oldest->node);
+  landmarks_.erase(oldest);
+  return true;
+}
+
 template <class Archive>
 void LandmarkNodes::serialize(Archive& archive, const JointGaussian& gaussian) {
   archive.section("landmark_nodes", 1);
   archive.each(landmarks_, [](auto& each, LandmarkNode& landmark) {
-    each(landmark.node, landmark.birth, landmark.mean, landmark.linearized_at, landmark.last_step);
+    each(landmark.node, landmark.birth, landmark.mean, landmark.linearized_at, landmark.sightings, landmark.last_step);
   });
   archive(step_);
   if constexpr (Archive::kReads) {

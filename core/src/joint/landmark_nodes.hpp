@@ -28,6 +28,8 @@ class WAYMARK_API LandmarkNodes {
   /// The landmark of this birth; nothing if it has no node.
   std::optional<Estimate> find(std::uint64_t birth) const;
   std::size_t size() const { return landmarks_.size(); }
+  /// Removes the landmark that was seen only once, and that the longest ago; false if there is none.
+  bool remove_doubtful(JointGaussian& gaussian);
   void clear() { landmarks_.clear(); }
 
   template <class Archive>
@@ -39,6 +41,7 @@ class WAYMARK_API LandmarkNodes {
     std::uint64_t birth = 0;
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     Eigen::Vector2d linearized_at = Eigen::Vector2d::Zero();  // kept, so that Jacobians agree
+    std::uint64_t sightings = 0;
     std::uint64_t last_step = 0;
   };
   LandmarkNode* find_or_adopt(const JointGaussian& gaussian, const Correspondences::Landmark& observed);

@@ -288,6 +288,10 @@ const Belief& ParticleFilter::reported() {
   if (reported_is_current_) return reported_;
   reported_ = joint_->belief();
   if (georeference_) georeference_->to_enu(reported_);
+  // The second moment about the particles' mean, which their maps belong to.
+  const ErrorVector off = boxminus(particles.mean, reported_.mean, layout());
+  reported_.P += off * off.transpose();
+  reported_.mean = particles.mean;
   // Where the particles are of several opinions, their spread is larger.
   const Eigen::Matrix3d own = pose_covariance(reported_, layout());
   const Eigen::Matrix3d more = gaussian::excess(pose_covariance(particles, layout()), own);

@@ -113,8 +113,9 @@ class WAYMARK_API ParticleFilter {
   const Belief& mixture();
   /// The same; the filter must not have changed since the last computation.
   const Belief& mixture() const;
-  /// The belief to be reported: that of the joint Gaussian, with a covariance of (x, y, yaw) no less than the
-  /// mixture's, the pose in ENU. The mixture, if there is no joint Gaussian. Computed if the filter has changed.
+  /// The belief to be reported, the pose in ENU: the mixture's mean, and about it the second moment of the joint
+  /// Gaussian, for (x, y, yaw) no less than the mixture's. The mixture, if there is no joint Gaussian. Computed if the
+  /// filter has changed.
   const Belief& reported();
   /// The same; the filter must not have changed since the last computation.
   const Belief& reported() const;

@@ -51,9 +51,10 @@ struct Refinement {
 
 /// What of an observation ties the pose to places of the map (docs/math/joint.md).
 struct Correspondences {
-  /// A landmark that was observed again.
+  /// A landmark that was observed, again or for the first time.
   struct Landmark {
     std::uint64_t birth;     ///< names it in the maps of all particles, as in `LandmarkView`
+    bool is_new;             ///< `insert` will add it
     Eigen::Vector2d p_base;  ///< measured position in the base frame [m]
     Eigen::Matrix2d R;       ///< its noise [m²]
   };
