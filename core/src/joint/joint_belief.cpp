@@ -23,6 +23,7 @@ constexpr std::size_t kEnoughLandmarks = 3;
 /// Squared distance of the particles' mean, in σ of this Gaussian, that no noise explains; and for so many mapping
 /// steps.
 constexpr double kFar = 50.0;
+constexpr double kLeastVariance = 1e-8;  // [m², rad²]
 constexpr int kOften = 20;
 
 }  // namespace
@@ -86,7 +87,8 @@ std::string JointBelief::failure(const Belief& particles) {
   const StateLayout& layout = process_.layout();
   const Belief own = belief();
   const ErrorVector off = boxminus(particles.mean, own.mean, layout);
-  const Eigen::Matrix3d P = pose_covariance(own, layout);
+  // A start without variance has no inverse.
+  const Eigen::Matrix3d P = pose_covariance(own, layout) + kLeastVariance * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d d(off[layout.pose_indices()[0]], off[layout.pose_indices()[1]], off[layout.pose_indices()[2]]);
   const Eigen::LLT<Eigen::Matrix3d> factor(P);
   const bool is_far = factor.info() == Eigen::Success && d.dot(factor.solve(d)) > kFar;

@@ -22,7 +22,7 @@ namespace waymark::joint {
 /// What one map of the best particle contributes to a mapping step.
 struct MapEvidence {
   PoseMatch match;        ///< of surfaces, as the particle used it
-  Pose T_map_base;        ///< the particle's pose after the match
+  Pose T_map_base = {};   ///< the particle's pose after the match
   double share = 1.0;     ///< exponent of the likelihood of landmarks
   bool writes = true;     ///< the observation will be added to the map
   bool is_prior = false;  ///< the map was loaded: its places are not uncertain

@@ -96,7 +96,7 @@ std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) 
 bool LandmarkNodes::remove_doubtful(JointGaussian& gaussian) {
   auto oldest = landmarks_.end();
   for (auto landmark = landmarks_.begin(); landmark != landmarks_.end(); ++landmark) {
-    if (landmark->sightings > 1) continue;
+    if (landmark->sightings > 1 || landmark->last_step == step_) continue;
     if (oldest == landmarks_.end() || landmark->last_step < oldest->last_step) oldest = landmark;
   }
   if (oldest == landmarks_.end()) return false;

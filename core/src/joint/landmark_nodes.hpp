@@ -28,7 +28,8 @@ class WAYMARK_API LandmarkNodes {
   /// The landmark of this birth; nothing if it has no node.
   std::optional<Estimate> find(std::uint64_t birth) const;
   std::size_t size() const { return landmarks_.size(); }
-  /// Removes the landmark that was seen only once, and that the longest ago; false if there is none.
+  /// Removes the landmark that was seen only once, in an earlier step, and that the longest ago; false if there is
+  /// none.
   bool remove_doubtful(JointGaussian& gaussian);
   void clear() { landmarks_.clear(); }
 
