@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 import signal
 import socket
 import subprocess
@@ -23,6 +24,7 @@ sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
 {more}
 """
 METRES_PER_DEGREE = (111_229.0, 73_172.0)  # of latitude and longitude at 49° north
+DATA_OF_REPORT = '<script id="data" type="application/json">'
 SPEED, RATE = 1.0, 0.1                     # m/s and rad/s: a circle of 10 m radius
 
 
@@ -199,10 +201,29 @@ def counted(report, sensor):
     return next(one for one in report["sensors"] if one["name"] == sensor)
 
 
-def same_files(one, other, left_out=("diagnostics.json", "config.yaml", "flight.mcap", "live.ckpt")):
+# Files with the configuration, which names the source; with latencies; and the list of files with their sizes.
+OF_THE_RUN_ITSELF = ("diagnostics.json", "config.yaml", "replay.yaml", "flight.mcap", "live.ckpt", ".waymark_files")
+OF_A_CONNECTION = re.compile(r": (connected|lost|restored|not reached)\b|^nothing has arrived for |^measurements arrive again ")
+
+
+def content(file):
+    """The bytes of a file; of a report its data without the configuration, the latencies, and the events of connections, which a log
+    has none of."""
+    if file.name != "report.html":
+        return file.read_bytes()
+    page = file.read_text()
+    begin = page.index(DATA_OF_REPORT) + len(DATA_OF_REPORT)
+    data = json.loads(page[begin:page.index("</script>", begin)])
+    for key in ("name", "config", "live"):
+        data.pop(key, None)
+    data["events"] = [event for event in data["events"]["first"] if not OF_A_CONNECTION.search(event["text"])]
+    return data
+
+
+def same_files(one, other, left_out=OF_THE_RUN_ITSELF):
     """Names of files that two runs wrote and that differ; a list of names of both."""
-    names = {path.relative_to(one) for path in pathlib.Path(one).rglob("*") if path.is_file() and path.name not in left_out}
-    names |= {path.relative_to(other) for path in pathlib.Path(other).rglob("*") if path.is_file() and path.name not in left_out}
+    one, other = pathlib.Path(one), pathlib.Path(other)
+    names = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file() and path.name not in left_out}
     differ = [str(name) for name in sorted(names)
-              if not (one / name).exists() or not (other / name).exists() or (one / name).read_bytes() != (other / name).read_bytes()]
+              if not (one / name).exists() or not (other / name).exists() or content(one / name) != content(other / name)]
     return differ, sorted(str(name) for name in names)

@@ -12,6 +12,11 @@ namespace {
 constexpr std::size_t kMostAhead = 20000;  // measurements, of a filter that does not follow
 constexpr Duration kFarAhead = std::chrono::seconds(2);
 
+/// Without the older half of too many.
+void bound(std::vector<Measurement>& measurements) {
+  if (measurements.size() > kMostAhead) measurements.erase(measurements.begin(), measurements.end() - kMostAhead / 2);
+}
+
 }  // namespace
 
 FrontOutput::FrontOutput(std::function<void(const Belief&)> publish, double rate_hz, std::vector<bool> prompts,
@@ -34,6 +39,7 @@ FrontOutput::~FrontOutput() {
 void FrontOutput::arrived(const Measurement& measurement) {
   const std::lock_guard lock(mutex_);
   incoming_.push_back(measurement);
+  bound(incoming_);  // the thread may be far behind a flood
   if (prompts_[measurement.sensor]) {
     prompted_ = true;
     wake_.notify_one();
@@ -75,7 +81,7 @@ void FrontOutput::run() {
       base.swap(base_);
     }
     ahead_.insert(ahead_.end(), news.begin(), news.end());
-    if (ahead_.size() > kMostAhead) ahead_.erase(ahead_.begin(), ahead_.end() - kMostAhead / 2);
+    bound(ahead_);
     try {
       if (base) {
         follow(std::move(base));

@@ -27,6 +27,8 @@ std::string nearest_name(std::string_view asked, const std::vector<std::string>&
   std::size_t best = std::max<std::size_t>(2, asked.size() / 3) + 1;
   std::string found;
   for (const std::string& candidate : names) {
+    const auto [shorter, longer] = std::minmax({asked.size(), candidate.size()});
+    if (longer - shorter >= best) continue;  // at least so many edits
     const std::size_t distance = edit_distance(asked, candidate);
     // A word that shares nothing with another is not near, however short both are.
     if (distance < best && distance < std::max(asked.size(), candidate.size())) {

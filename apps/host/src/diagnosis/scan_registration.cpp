@@ -33,9 +33,8 @@ struct Seeker {
     per_radian = (static_cast<double>(points.size()) - 1.0) / std::max(points.back().bearing - first, 1e-6);
   }
 
-  /// Index near the bearing of p; points are spread evenly enough for a guess that is then corrected.
-  int near(const Eigen::Vector2d& p, int sign) const {
-    double bearing = sign * std::atan2(p.y(), p.x());
+  /// Index near a bearing; points are spread evenly enough for a guess that is then corrected.
+  int near(double bearing) const {
     // Bearings grow from the first beam on.
     bearing = first + std::remainder(bearing - first - 0.5 * (points.back().bearing - first), 2.0 * M_PI) +
               0.5 * (points.back().bearing - first);
@@ -63,7 +62,7 @@ struct Pair {
 };
 
 Pair closest(const Seeker& seeker, const Eigen::Vector2d& p, int sign, double gate) {
-  const int at = seeker.near(p, sign);
+  const int at = seeker.near(sign * std::atan2(p.y(), p.x()));
   const int last = static_cast<int>(seeker.points.size()) - 1;
   double best = gate * gate;
   const ThinScan::Point* found = nullptr;
@@ -80,13 +79,12 @@ Pair closest(const Seeker& seeker, const Eigen::Vector2d& p, int sign, double ga
 
 /// Of a turn alone: how badly the ranges fit, robustly.
 double misfit(const Seeker& seeker, const ThinScan& second, double yaw, int sign, double gate) {
-  const Planar turn{{0.0, 0.0}, yaw};
   double sum = 0.0;
   const std::vector<ThinScan::Point>& points = second.points();
   for (std::size_t k = 0; k < points.size(); k += 3) {
-    const Eigen::Vector2d p = turn * points[k].p;
-    const ThinScan::Point& target = seeker.points[static_cast<std::size_t>(seeker.near(p, sign))];
-    sum += std::min(std::abs(target.p.norm() - p.norm()), gate);
+    // A turn about the sensor changes bearings, not ranges.
+    const auto at = static_cast<std::size_t>(seeker.near(points[k].bearing + sign * yaw));
+    sum += std::min(std::abs(seeker.points[at].p.norm() - points[k].p.norm()), gate);
   }
   return sum;
 }

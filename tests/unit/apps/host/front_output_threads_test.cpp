@@ -93,6 +93,30 @@ TEST(FrontOutput, AStampFarAheadDoesNotMoveIt) {
   EXPECT_LT(published.last().stamp, Time{} + from_seconds(3.0));
 }
 
+TEST(FrontOutput, AFloodThatItCannotFollowTakesNoMemoryWithoutEnd) {
+  const LiveClock clock;
+  const auto filter = fusion();
+  for (int k = 0; k < 20; ++k) filter->add(reading(0.1 * k));
+  std::mutex busy;
+  Published published;
+  FrontOutput front(
+      [&](const Belief& belief) {
+        published(belief);
+        const std::lock_guard lock(busy);
+      },
+      1000.0, {true}, clock);
+  const Measurement newest = reading(2.0);
+  {
+    const std::lock_guard lock(busy);
+    front.rebase(filter->front());
+    EXPECT_TRUE(published.waits_for([](const Belief&) { return true; }));
+    // Its thread waits for `busy`.
+    for (int k = 0; k < 100'000; ++k) front.arrived(newest);
+    EXPECT_LT(newest.payload.use_count(), 25'000);
+  }
+  EXPECT_TRUE(published.waits_for([](const Belief& b) { return b.stamp >= Time{} + from_seconds(2.0); }));
+}
+
 TEST(FrontOutput, WithoutAFilterPublishesNothing) {
   const LiveClock clock;
   Published published;
