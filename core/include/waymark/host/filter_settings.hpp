@@ -25,9 +25,9 @@ struct GeoreferenceSettings {
 /// The joint Gaussian over the pose and the places of the maps, whose covariance is reported (`joint:` of the YAML).
 struct JointSettings {
   bool enabled = true;
-  double anchor_spacing = 4.0;      ///< distance between the anchors of a dense map [m]
-  double anchor_sigma = 0.015;      ///< error that all places of an anchor have in common [m]
-  double anchor_yaw_sigma = 0.007;  ///< [rad]
+  double anchor_spacing = 4.0;                               ///< distance between the anchors of a dense map [m]
+  double anchor_sigma = 0.015;                               ///< error that all places of an anchor have in common [m]
+  double anchor_yaw_sigma = 0.4 * std::numbers::pi / 180.0;  ///< [rad]
 };
 
 /// The particle filter's part of the YAML (`filter:`).

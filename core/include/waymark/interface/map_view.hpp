@@ -16,16 +16,16 @@ namespace waymark {
 /// A landmark for sinks.
 struct LandmarkView {
   std::int64_t id = 0;                              ///< stable within one particle's ancestry
-  std::uint64_t birth = 0;                          ///< names it in the maps of all particles; 0: it has no name
   Eigen::Vector2d p_map = Eigen::Vector2d::Zero();  ///< east, north [m]
   double radius_m = 0.0;                            ///< NaN if the map has none
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();      ///< covariance of (east, north, radius)
+  double existence = 0.0;                           ///< probability, 0..1
+  int sightings = 0;
+  bool confirmed = false;
+  std::uint64_t birth = 0;  ///< names it in the maps of all particles; 0: it has no name
   /// Covariance of (east, north) given the path of the best particle. Set by the host, which puts the marginal one into
   /// `P` where it has it.
   Eigen::Matrix2d P_conditional = Eigen::Matrix2d::Zero();
-  double existence = 0.0;  ///< probability, 0..1
-  int sightings = 0;
-  bool confirmed = false;
 };
 
 /// A detection that was fused into a landmark, for scores of the data association.
