@@ -261,6 +261,13 @@ bool empty_is_unknown(const Config& config) {
 
 Format read_format(const Config& config) {
   Format format;
+  if (config.has("records")) {
+    format.records = RecordLayout::read(
+        config.child({"records", "the file is binary: records of one length, little-endian; columns are numbers"}));
+    for (const std::string_view key : {"delimiter", "comment", "header_rows"})
+      if (config.has(key)) config.fail(key, "is of text files; this one has records");
+    return format;
+  }
   if (config.has("delimiter")) {
     const std::string word = config.text(
         {"delimiter", "",

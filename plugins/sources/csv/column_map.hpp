@@ -131,7 +131,7 @@ std::filesystem::path text_file(const Config& config);
 /// The key `empty_is_unknown`.
 bool empty_is_unknown(const Config& config);
 
-/// The keys `delimiter`, `comment` and `header_rows`. Throws ConfigError.
+/// The keys `delimiter`, `comment` and `header_rows`, or `records`. Throws ConfigError.
 Format read_format(const Config& config);
 
 }  // namespace waymark::csv

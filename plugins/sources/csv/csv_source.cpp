@@ -139,9 +139,8 @@ double CsvSource::progress() const {
   double consumed = 0.0;
   double total = 0.0;
   for (const Input& input : inputs_) {
-    const LineReader& lines = input.file.reader().lines();
-    consumed += lines.used_bytes();
-    total += static_cast<double>(lines.file_size());
+    consumed += input.file.reader().used_bytes();
+    total += static_cast<double>(input.file.reader().file_size());
   }
   return std::min(consumed / total, 1.0);
 }

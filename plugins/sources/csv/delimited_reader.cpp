@@ -127,6 +127,11 @@ bool LineReader::next_raw(std::string_view& line) {
 
 DelimitedReader::DelimitedReader(std::filesystem::path file, Format format)
     : file_(std::move(file)), format_(std::move(format)) {
+  if (format_.records) {
+    if (!RecordReader(file_, *format_.records).next()) throw DataError(file_.string() + ": no records");
+    records_ = std::make_unique<RecordReader>(file_, *format_.records);
+    return;
+  }
   determine_layout();
   lines_ = std::make_unique<LineReader>(file_, format_.comment);
   std::string_view line;
@@ -160,6 +165,7 @@ void DelimitedReader::determine_layout() {
 }
 
 bool DelimitedReader::next() {
+  if (records_) return records_->next();
   std::string_view line;
   if (!lines_->next(line)) return false;
   split(line, delimiter_, fields_);

@@ -11,19 +11,21 @@
 #include <vector>
 
 #include "byte_stream.hpp"
+#include "record_reader.hpp"
 
 namespace waymark::csv {
 
 /// The fields of one row, without surrounding blanks and quotes.
 using Row = std::span<const std::string_view>;
 
-/// How a text file is laid out; what is absent is guessed from its first rows.
+/// How a file is laid out; what is absent of a text file is guessed from its first rows.
 struct Format {
   static constexpr char kBlanks = ' ';  ///< as delimiter: a run of spaces and tabs
 
   std::optional<char> delimiter;
   std::string comment = "#";  ///< lines that start with it are skipped; empty: there are none
   std::optional<int> header_rows;
+  std::optional<RecordLayout> records;  ///< the file is binary
 };
 
 /// The lines of a text file, plain or gzip, with a bounded buffer.
@@ -53,7 +55,7 @@ class LineReader {
   std::uint64_t line_ = 0;
 };
 
-/// The data rows of a delimited text file, one after the other.
+/// The data rows of a delimited text file, or the records of a binary one, one after the other.
 class DelimitedReader {
  public:
   /// Determines the layout from the first rows. Throws DataError if the file cannot be opened or has no data row.
@@ -61,12 +63,14 @@ class DelimitedReader {
 
   /// Moves to the next data row; false at the end. Throws DataError as LineReader does.
   bool next();
-  Row row() const { return fields_; }
-  std::string place() const { return lines_->place(); }
+  Row row() const { return records_ ? records_->fields() : fields_; }
+  std::string place() const { return records_ ? records_->place() : lines_->place(); }
 
   const std::vector<std::string>& header() const { return header_; }  ///< of the first header row; may be empty
   const std::filesystem::path& file() const { return file_; }
-  const LineReader& lines() const { return *lines_; }
+  /// Bytes of the file that the rows so far took.
+  double used_bytes() const { return records_ ? records_->used_bytes() : lines_->used_bytes(); }
+  std::uint64_t file_size() const { return records_ ? records_->file_size() : lines_->file_size(); }
 
  private:
   void determine_layout();
@@ -77,6 +81,7 @@ class DelimitedReader {
   int header_rows_ = 0;
   std::vector<std::string> header_;
   std::unique_ptr<LineReader> lines_;
+  std::unique_ptr<RecordReader> records_;  // instead of lines
   std::vector<std::string_view> fields_;
 };
 

@@ -38,6 +38,11 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
   ColumnFinder finder(reader.header());
   if (empty_is_unknown(config)) finder.allow_empty();
   const RowFilter filter(config, finder);
+  const Duration min_step = from_seconds(config.non_negative({"min_step_s", "s",
+                                                              "thins it out: a pose that lies less than this after the "
+                                                              "last one taken is passed over, such as a burst of poses "
+                                                              "that a computer stamped when it had time"},
+                                                             0.0));
   const Config columns =
       config.child({"columns", "which column goes to which field: a column, or `{ column, scale, offset }`"});
   std::vector<FieldName> fields{{"time", "s"}, {"x_m", "m"}, {"y_m", "m"}};
@@ -58,6 +63,7 @@ std::vector<Reference::Point> read_trajectory(const Config& config) {
     if (!points.empty() && point.stamp < points.back().stamp) {
       throw BadRow("time goes back, from " + format_time(points.back().stamp) + " to " + format_time(point.stamp));
     }
+    if (!points.empty() && point.stamp - points.back().stamp < min_step) return;
     const double yaw_rad = yaw ? yaw->read(row) : std::numeric_limits<double>::quiet_NaN();
     point.has_yaw = !std::isnan(yaw_rad);
     point.T_map_base = Pose::planar(x.read(row), y.read(row), point.has_yaw ? yaw_rad : 0.0);
