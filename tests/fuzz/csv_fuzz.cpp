@@ -38,6 +38,8 @@ constexpr std::array kFiles{
     "payload: WheelSpeeds, time: 1, where: [{ column: 0, equals: ODO }, { column: 2, min: 0 }], columns: { left_kmh: "
     "2, "
     "right_kmh: 3 }",
+    "payload: LaserScan, records: { skip_bytes: 3, fields: [f8, u1, 4 u2] }, time: 0, columns: { ranges_m: { first: 2, "
+    "count: 4, scale: 0.001 } }, scan: { start_deg: -90, step_deg: 1 }",
 };
 
 void run(std::string_view input) {

@@ -139,6 +139,23 @@ TEST(LegoCylinders, LandmarksAndGridFindTheSixCylindersOnceEach) {
   }
 }
 
+TEST(Jackal, OneScannerIsAsGoodAsMotionCaptureSays) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  for (const char* recording : {"2026-02-17-15-00-16", "2026-02-17-15-18-31", "2026-02-17-16-26-34"}) {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = folder / "out";
+    const Outcome run = waymark({"run", WAYMARK_SOURCE_DIR "/config/jackal.yaml", "--out", out.string(), "--quiet",
+                                 "--set", std::string("variables.recording=") + recording});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Outcome score = waymark({"evaluate", out.string(), "--align", "se2", "--json"});
+    ASSERT_EQ(score.exit_code, 0) << score.err;
+    const nlohmann::json report = nlohmann::json::parse(score.out);
+    EXPECT_GT(report.at("trajectory").at("scored").get<int>(), 2000) << score.out;
+    // docs/results/jackal.md: 0.038 m at most, over ten seeds of each.
+    EXPECT_LE(report.at("trajectory").at("ate_rms_m").get<double>(), 0.06) << recording << "\n" << score.out;
+  }
+}
+
 /// Runs a configuration and gives the RMS error of its held-out fixes in the plane [m].
 double error_in_plane(const std::string& name, const std::vector<std::string>& overrides, const std::string& datum,
                       const std::string& align) {
