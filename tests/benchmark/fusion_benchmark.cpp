@@ -64,7 +64,9 @@ std::unique_ptr<Fusion> make_fusion(const PluginLoader& loader, int particles) {
       "{ motion: { kind: spatial }, filter: { history_s: 2, particles: " + std::to_string(particles) +
           " }, initial: { x_m: 0, y_m: 0, yaw_deg: 0, position_sigma_m: 1, yaw_sigma_deg: 5 }, sensors: ["
           "{ name: imu, plugin: imu, reports_standstill: false, base_T_sensor: { xyz_m: [0, 0, 0] } },"
-          "{ name: wheels, plugin: odometry, model: twist },"
+          // The wheels without errors as states: 16 error states, as when the figures of the page were taken.
+          "{ name: wheels, plugin: odometry, model: twist, speed_scale_sigma: 0, curvature_sigma_per_m: 0, "
+          "yaw_scale_sigma: 0 },"
           "{ name: gps, plugin: dgps, base_p_antenna_m: [0.2, 0, 0.5], sigma_m: 0.5, sigma_vertical_m: 0.5, "
           "offset_sigma_m: 1, offset_vertical_sigma_m: 1, offset_tau_s: 60 }] }",
       "w_fuse.yaml");
