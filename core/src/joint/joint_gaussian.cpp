@@ -21,6 +21,9 @@ void divide(W&& w, const Eigen::LLT<Square>& factor) {
   factor.matrixU().template solveInPlace<Eigen::OnTheRight>(w);
 }
 
+/// Room at first: Eigen does not look at blocks without rows of matrices without memory.
+constexpr int kFirstStates = 24;
+
 }  // namespace
 
 void JointGaussian::start(const Belief& prior) {
@@ -31,8 +34,7 @@ void JointGaussian::start(const Belief& prior) {
   cross_.resize(0, layout_.size());
   between_.resize(0, 0);
   pending_.resize(0, kPending);
-  corrections_.resize(0);
-  W_.resize(0, kMaxUpdateRows);
+  reserve(kFirstStates);
 }
 
 void JointGaussian::restart(const Belief& belief) {
@@ -280,9 +282,9 @@ void JointGaussian::serialize(Archive& archive) {
     between_ = between;
     corrections_ = corrections;
     pending_.setZero(size_, kPending);
-    W_.resize(size_, kMaxUpdateRows);
     pending_columns_ = static_cast<int>(pending.cols());
     pending_.leftCols(pending_columns_) = pending;
+    reserve(size_ + kFirstStates);
   }
 }
 template void JointGaussian::serialize(OutArchive& archive);
