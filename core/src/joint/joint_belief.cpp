@@ -125,7 +125,8 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
   archive.section("joint_belief", 1);
-  archive(gaussian_, contradictions_, last_landmarks_);
+  archive(gaussian_, last_landmarks_);
+  archive.within(contradictions_, 0, kOften);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);
 }

@@ -70,6 +70,8 @@ class WAYMARK_API JointBelief {
   /// Marginal of the navigation state, its pose in the map. Where surfaces localise, with the error of the place: cells
   /// that were drawn from other poses lie wrong each in its own way.
   Belief belief() const;
+  /// Time of the belief.
+  Time stamp() const { return gaussian_.belief().stamp; }
   /// A landmark's position, in ENU if `georeference` is not null, and its marginal covariance.
   struct LandmarkEstimate {
     Eigen::Vector2d p;

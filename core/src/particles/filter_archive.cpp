@@ -74,6 +74,8 @@ void ParticleFilter::serialize_rest(Archive& archive) {
     if (!is_joint) joint_.reset();
   }
   if (joint_) archive(*joint_);
+  if (joint_ && joint_->stamp() != stamp())
+    throw DataError("the checkpoint has a joint Gaussian of another time than its particles");
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
   estimation::serialize_belief(archive, mixture_, layout());

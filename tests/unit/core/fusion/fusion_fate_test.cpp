@@ -338,8 +338,10 @@ TEST(FusionBias, DriftingFixesDoNotTearParticlesFromTheirMaps) {
   EXPECT_THAT(robot.events(), Not(HasSubstr("inflated")));
   for (const Seen& seen : robot.seen()) {
     if (seen.stamp <= 5.0) continue;
-    EXPECT_LT(pose_covariance(seen.belief, robot.fusion().layout())(1, 1), 0.03) << seen.stamp;
+    // The report has the contradiction between fixes and map in it, half a metre, and their own noise.
+    EXPECT_LT(pose_covariance(seen.belief, robot.fusion().layout())(1, 1), 0.36) << seen.stamp;
   }
+  EXPECT_LT(pose_covariance(robot.filter().mixture(), robot.fusion().layout())(1, 1), 0.03);
 }
 
 }  // namespace
