@@ -11,9 +11,9 @@ namespace waymark::maps {
 
 struct Box;
 
-/// Leaves the voxels whose middles lie in the box; `T_frame_tree` is where the tree lies in the box's frame. Throws
-/// Error if that needs too many voxels, since a leaf of kilometres is cut.
-void crop_octree(octomap::OcTree& tree, const Box& box, const Pose& T_frame_tree);
+/// The voxels whose middles lie in the box; `T_frame_tree` is where the tree lies in the box's frame. Throws Error if
+/// that needs too many leaves, since one of kilometres is cut.
+std::unique_ptr<octomap::OcTree> crop_octree(const octomap::OcTree& tree, const Box& box, const Pose& T_frame_tree);
 
 /// Adds the log-odds of another tree, each voxel where its middle lies. Throws Error if the resolutions differ, if
 /// there are too many voxels, or if they lie beyond what an octree reaches.
