@@ -140,6 +140,14 @@ void release(Belief& belief, const StateLayout& layout, double velocity_sigma, d
   set_twist_covariance(belief, layout, velocity_sigma * velocity_sigma, rate_sigma * rate_sigma);
 }
 
+void add_pose_covariance(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& added) {
+  const auto& pose = layout.pose_indices();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += added(i, j);
+  }
+}
+
 void inflate_pose(Belief& belief, const StateLayout& layout, const PoseVariance& variance) {
   const std::array<double, 6> added{variance.position, variance.position, variance.height,
                                     variance.tilt,     variance.tilt,     variance.yaw};

@@ -49,6 +49,9 @@ WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 /// Gives velocity and rate a new, uncorrelated covariance, for the end of a standstill.
 WAYMARK_API void release(Belief& belief, const StateLayout& layout, double velocity_sigma, double rate_sigma);
 
+/// Adds a covariance of (x, y, yaw) to the pose's own.
+WAYMARK_API void add_pose_covariance(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& added);
+
 /// Variances to be added to those of a pose, in the map frame.
 struct PoseVariance {
   double position = 0.0;  ///< of x and of y [m²]

@@ -137,11 +137,7 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
   P(2, 2) = yaw_variance;
   if (sources_.fuses_absolute || sources_.has_prior_map) {
     start.draw = !sources_.has_prior_map;
-    const auto& index = layout_.pose_indices();
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j)
-        start.prior.P(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]) = P(i, j);
-    }
+    estimation::ekf::add_pose_covariance(start.prior, layout_, P);
   } else if (sources_.has_absolute) {
     start.frame = P;
   }

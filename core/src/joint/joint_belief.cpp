@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "estimation/ekf.hpp"
+
 namespace waymark::joint {
 
 namespace {
@@ -30,11 +32,7 @@ constexpr int kOften = 20;
 
 void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
   Belief belief = prior;
-  const auto& pose = process_.layout().pose_indices();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += frame(i, j);
-  }
+  estimation::ekf::add_pose_covariance(belief, process_.layout(), frame);
   gaussian_.start(belief);
   anchors_.clear();
   landmarks_.clear();
@@ -99,13 +97,9 @@ std::string JointBelief::failure(const Belief& particles) {
 
 Belief JointBelief::belief() const {
   Belief belief = gaussian_.belief();
-  const auto& pose = process_.layout().pose_indices();
   if (last_landmarks_ >= kEnoughLandmarks) return belief;
-  const Eigen::Matrix3d error = anchors_.local_error(belief.mean.T_map_base.p.head<2>());
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      belief.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += error(i, j);
-  }
+  estimation::ekf::add_pose_covariance(belief, process_.layout(),
+                                       anchors_.local_error(belief.mean.T_map_base.p.head<2>()));
   return belief;
 }
 

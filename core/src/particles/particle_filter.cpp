@@ -166,7 +166,6 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
   const std::size_t slot = set_.best();
   const Particle& best = set_[slot];
   const std::vector<joint::AnchorPose> anchors = best.anchors.items();
-  const PoseGaussian pose{best.belief.mean.T_map_base, pose_covariance(best.belief, layout())};
   new_anchors_.clear();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const MappingInput& input = inputs[i];
@@ -186,7 +185,7 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
     const Pose& from = mapping_.refined_from(slot, input.module);
     const joint::PoseMatch match{
         {from.p.x(), from.p.y(), from.yaw()}, input.share * refinement.information, input.share * refinement.gradient};
-    const joint::MapEvidence evidence{match, pose.T_map_base, input.share, refinement.writes,
+    const joint::MapEvidence evidence{match, best.belief.mean.T_map_base, input.share, refinement.writes,
                                       modules_[module]->has_prior_map()};
     if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
@@ -294,12 +293,7 @@ const Belief& ParticleFilter::reported() {
   reported_.mean = particles.mean;
   // Where the particles are of several opinions, their spread is larger.
   const Eigen::Matrix3d own = pose_covariance(reported_, layout());
-  const Eigen::Matrix3d more = gaussian::excess(pose_covariance(particles, layout()), own);
-  const auto& pose = layout().pose_indices();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      reported_.P(pose[static_cast<std::size_t>(i)], pose[static_cast<std::size_t>(j)]) += more(i, j);
-  }
+  ekf::add_pose_covariance(reported_, layout(), gaussian::excess(pose_covariance(particles, layout()), own));
   reported_is_current_ = true;
   return reported_;
 }

@@ -119,8 +119,7 @@ class WAYMARK_API ParticleFilter {
   const Belief& reported();
   /// The same; the filter must not have changed since the last computation.
   const Belief& reported() const;
-  /// The landmark that the best particle's map has at `p_map`, as the joint Gaussian has it, in ENU; nothing if it is
-  /// not one of its nodes.
+  /// The landmark of this birth as the joint Gaussian has it, in ENU; nothing if it is not one of its nodes.
   std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
   /// Why the joint Gaussian was given up, at the mapping step at which it was; else empty.
   std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
