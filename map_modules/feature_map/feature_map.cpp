@@ -28,6 +28,7 @@ class FeatureMap final : public MapModule {
     return std::make_unique<ParticleFeatureMap>(settings_, initial_);
   }
   bool has_prior_map() const override { return settings_->load.use != map_formats::MapUse::map; }
+  std::optional<MapFrame> prior_frame() const override { return settings_->load.frame; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                              const MotionWindow& motion) override {

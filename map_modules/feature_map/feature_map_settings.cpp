@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "map_modules/feature_map/signature.hpp"
+#include "plugins/shared/map_formats/map_manifest.hpp"
 #include "waymark/math/gaussian.hpp"
 
 namespace waymark::feature_map {
@@ -191,7 +192,7 @@ FeatureMapSettings FeatureMapSettings::read(const Config& config, bool with_came
   s.association = read_association(config.child_or_empty({"association", "which landmark a detection belongs to"}),
                                    s.use_radius ? 3 : 2, s.camera);
   s.existence = read_existence(config.child_or_empty({"existence", "birth and death of landmarks"}));
-  s.load = map_formats::LoadSettings::read(config);
+  s.load = map_formats::LoadSettings::read(config, map_formats::kLandmarksFormat);
   return s;
 }
 

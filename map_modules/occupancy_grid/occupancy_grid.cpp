@@ -21,6 +21,7 @@ class OccupancyGrid final : public MapModule {
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleGrid>(model_); }
 
   bool has_prior_map() const override { return model_->settings.load.use != map_formats::MapUse::map; }
+  std::optional<MapFrame> prior_frame() const override { return model_->settings.load.frame; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_modules/occupancy_grid/occupancy_grid_settings.hpp"
 
+#include "plugins/shared/map_formats/map_manifest.hpp"
+
 namespace waymark::occupancy_grid {
 
 OccupancyGridSettings OccupancyGridSettings::read(const Config& config) {
@@ -13,7 +15,7 @@ OccupancyGridSettings OccupancyGridSettings::read(const Config& config) {
       config.child_or_empty({"match", "how scans are matched on the likelihood field"}));
   s.odds = scan_matching::OddsSettings::read(
       config.child_or_empty({"log_odds", "what hits and misses add, and bounds: natural logarithms, rounded to 1/20"}));
-  s.load = map_formats::LoadSettings::read(config);
+  s.load = map_formats::LoadSettings::read(config, map_formats::kMapServerFormat);
   return s;
 }
 

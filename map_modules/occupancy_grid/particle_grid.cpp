@@ -38,7 +38,7 @@ GridModel::GridModel(OccupancyGridSettings s) : settings(std::move(s)), matcher(
                                 loaded.resolution, settings.resolution));
   }
   initial = std::move(loaded.tiles);
-  T_map_grid = loaded.T_map_grid;
+  T_map_grid = settings.load.T_map_file * loaded.T_map_grid;
 }
 
 void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,

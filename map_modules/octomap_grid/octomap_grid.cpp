@@ -22,6 +22,7 @@ class OctomapGrid final : public MapModule {
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleOctomap>(model_); }
 
   bool has_prior_map() const override { return model_->settings.load.use != map_formats::MapUse::map; }
+  std::optional<MapFrame> prior_frame() const override { return model_->settings.load.frame; }
 
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion>,
                                              const MotionWindow& motion) override {

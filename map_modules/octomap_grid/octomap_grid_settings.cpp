@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "plugins/shared/map_formats/map_manifest.hpp"
+
 namespace waymark::octomap_grid {
 
 namespace {
@@ -44,7 +46,7 @@ OctomapGridSettings OctomapGridSettings::read(const Config& config) {
                                   "[low, high]: heights in the map of the view from above: the largest probability "
                                   "over the layers whose middles lie there",
                                   "all"});
-  s.load = map_formats::LoadSettings::read(config);
+  s.load = map_formats::LoadSettings::read(config, map_formats::kOctreeFormat);
   return s;
 }
 

@@ -39,18 +39,22 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   out.writes = writes(cloud);
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
 
-  const scan_matching::MatchPrior own = scan_matching::planar_prior(prior, start);
+  const Eigen::Matrix3d R_map_tree = T_map_tree().q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
+  const PoseGaussian placed{in_tree(prior.T_map_base), R_map_tree.transpose() * prior.P * R_map_tree};
+  const scan_matching::MatchPrior own = scan_matching::planar_prior(placed, in_tree(start));
   const double reach = cloud.reach + model_->matcher.margin(own);
   LayeredTarget& target = storage().target;
-  target.open(voxels_, prior.T_map_base, reach, cloud.matched, model_->settings.resolution);
+  target.open(voxels_, placed.T_map_base, reach, cloud.matched, model_->settings.resolution);
   association.report(model_->matcher.match(target, own), out);
+  out.information = R_map_tree * out.information * R_map_tree.transpose();
+  out.gradient = R_map_tree * out.gradient;
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   if (!writes(cloud)) return;
-  storage().insertion.insert(voxels_, pose.T_map_base, cloud, model_->settings);
+  storage().insertion.insert(voxels_, in_tree(pose.T_map_base), cloud, model_->settings);
 }
 
 void ParticleOctomap::correspond(const Observation& observation, const Association* /*association*/,
@@ -74,11 +78,17 @@ void ParticleOctomap::describe(MapDescription& out) const {
 }
 
 std::optional<GridView> ParticleOctomap::grid() const {
-  return slice_of(voxels_, model_->settings.resolution, model_->settings.slice);
+  const double up = T_map_tree().p.z();
+  const Heights heights{model_->settings.slice.low - up, model_->settings.slice.high - up};
+  std::optional<GridView> view = slice_of(voxels_, model_->settings.resolution, heights);
+  if (view) view->T_map_grid = T_map_tree() * view->T_map_grid;
+  return view;
 }
 
-std::vector<MapFile> ParticleOctomap::files(const Pose& /*T_enu_map*/) const {
-  return octomap_files(voxels_, model_->settings.resolution);
+std::vector<MapFile> ParticleOctomap::files(const Pose& T_enu_map) const {
+  std::vector<MapFile> files = octomap_files(voxels_, model_->settings.resolution);
+  for (MapFile& file : files) file.T_enu_file = T_enu_map * T_map_tree();
+  return files;
 }
 
 template <class Archive>

@@ -44,6 +44,12 @@ class ParticleOctomap final : public ParticleMap {
   const VoxelMap& voxels() const { return voxels_; }
 
  private:
+  /// Where the tree lies: not at the map's origin if it was loaded.
+  const Pose& T_map_tree() const { return model_->settings.load.T_map_file; }
+  /// To the bit the same pose, if no map was loaded.
+  Pose in_tree(const Pose& T_map_base) const {
+    return model_->settings.load.file.empty() ? T_map_base : T_map_tree().inverse() * T_map_base;
+  }
   /// As in the flat grid: where nothing comes back, nothing ties the pose to the map.
   bool writes(const CloudObservation& cloud) const {
     return model_->settings.load.use != map_formats::MapUse::localize && !cloud.hits.empty();

@@ -14,6 +14,7 @@
 #include "checkpoint_file.hpp"
 #include "commands.hpp"
 #include "live_run.hpp"
+#include "plugins/shared/map_formats/write_maps.hpp"
 #include "status_line.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/command.hpp"
@@ -345,11 +346,7 @@ std::string Session::save_maps() {
     if (!last.started()) return;
     const std::filesystem::path out = options_.out / "maps";
     create_folder(out, "folder of the maps");
-    FileStems stems({});
-    for (const MapDescription& map : last.best_maps(MapDetail::with_files)) {
-      const std::string stem = stems.of(map.module);
-      for (const MapFile& file : map.files) write_file(out / (stem + file.extension), file.content, Belongs::to_nobody);
-    }
+    map_formats::write_maps(last, out, FileStems::of_results(), Belongs::to_nobody);
     folder = out.string();
   });
   if (folder.empty()) throw Error("the filter has not started");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -7,17 +8,20 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/map_edit.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
 #include "apps/waymark/maps/octree_picture.hpp"
 #include "plugins/shared/map_formats/landmark_list.hpp"
+#include "plugins/shared/map_formats/map_manifest.hpp"
 #include "plugins/shared/map_formats/map_server.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
@@ -29,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What a map's file is, by its extension.
-enum class MapKind { octree, full_octree, grid, landmarks };
+enum class MapKind { octree, full_octree, grid, landmarks, manifest };
 
 /// Of a feature map, as the sink map_files writes it.
 bool is_landmark_yaml(const fs::path& file) { return file.filename().string().ends_with(".landmarks.yaml"); }
@@ -39,7 +43,8 @@ MapKind kind_of(const fs::path& file) {
   const std::string extension = file.extension().string();
   if (extension == ".bt") return MapKind::octree;
   if (extension == ".ot") return MapKind::full_octree;
-  if (extension == ".yaml" || extension == ".yml") return MapKind::grid;
+  if (extension == ".yaml" || extension == ".yml")
+    return map_formats::is_manifest(file) ? MapKind::manifest : MapKind::grid;
   if (extension == ".csv") return MapKind::landmarks;
   throw Error(
       fmt::format("{}: \"{}\" is not an extension of a map; .bt, .ot, .yaml (with its .pgm), .landmarks.yaml or .csv "
@@ -108,8 +113,30 @@ void print_landmarks(const fs::path& file) {
   print_output("origin      x {:.3f} y {:.3f} m, the lower left corner\n", low_x, low_y);
 }
 
+void print_info(const fs::path& file);
+
+void print_manifest(const fs::path& file) {
+  const map_formats::MapManifest manifest = map_formats::read_manifest(file);
+  print_output("kind        manifest of {} {}\n", manifest.layers.size(),
+               manifest.layers.size() == 1 ? "layer" : "layers");
+  print_output("frame       {}\n", manifest.datum ? "east, north, up at the datum" : "that in which the robot was");
+  print_output("datum       {}\n", map_formats::datum_text(manifest.datum));
+  for (const map_formats::MapLayer& layer : manifest.layers) {
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    const Pose& T = layer.T_frame_file;
+    print_output("\nlayer       {}\nfile        {}\n", layer.name, layer.file.string());
+    print_output("pose        x {:.3f} y {:.3f} z {:.3f} m, yaw {:.3f} deg: where its coordinates lie in the frame\n",
+                 T.p.x(), T.p.y(), T.p.z(), T.yaw() * kDegrees);
+    if (kind_of(layer.file) == MapKind::manifest)
+      throw Error(fmt::format("{}: a manifest is no layer of another one", layer.file.string()));
+    print_info(layer.file);
+  }
+}
+
 void print_info(const fs::path& file) {
   switch (kind_of(file)) {
+    case MapKind::manifest:
+      return print_manifest(file);
     case MapKind::octree:
     case MapKind::full_octree:
       return print_octree(file);
@@ -123,8 +150,30 @@ void print_info(const fs::path& file) {
 struct ConvertOptions {
   fs::path in;
   fs::path out;
-  std::vector<double> slice_m;  // empty: not given
+  std::string layer;            // empty: not given
+  std::vector<double> slice_m;  // the same
 };
+
+/// The layer that is to be converted: the named one, or the only one that can be.
+map_formats::MapLayer layer_of(const ConvertOptions& options) {
+  if (!map_formats::is_manifest(options.in)) {
+    if (!options.layer.empty())
+      throw UsageError(fmt::format("map convert: {} is no manifest, so it has no layers", options.in.string()));
+    return {{}, {}, options.in, {}};
+  }
+  const map_formats::MapManifest manifest = map_formats::read_manifest(options.in);
+  std::vector<std::string> names;
+  const map_formats::MapLayer* only = nullptr;
+  for (const map_formats::MapLayer& layer : manifest.layers) {
+    if (layer.name == options.layer) return layer;
+    if (layer.format == map_formats::kLandmarksFormat) continue;
+    names.push_back(layer.name);
+    only = &layer;
+  }
+  if (options.layer.empty() && names.size() == 1) return *only;
+  throw UsageError(fmt::format("map convert: --layer must name one of the layers of {}: {}", options.in.string(),
+                               fmt::join(names, ", ")));
+}
 
 void write_octree(octomap::OcTree& tree, const fs::path& out) {
   const bool is_full = kind_of(out) == MapKind::full_octree;
@@ -152,9 +201,14 @@ auto about(const fs::path& file, const What& what) {
   }
 }
 
-void convert(const ConvertOptions& options) {
+void convert(ConvertOptions options) {
+  const map_formats::MapLayer layer = layer_of(options);
+  options.in = layer.file;
   const MapKind from = kind_of(options.in);
   const MapKind to = kind_of(options.out);
+  if (from == MapKind::manifest || to == MapKind::manifest)
+    throw UsageError(
+        "map convert: a manifest as a layer, or to be overwritten, is not possible; .bt, .ot and .yaml are");
   const bool is_slice = from != MapKind::grid && to == MapKind::grid;
   if (from == MapKind::landmarks || to == MapKind::landmarks)
     throw UsageError("map convert: a list of landmarks cannot be converted; .bt, .ot and .yaml can");
@@ -169,14 +223,17 @@ void convert(const ConvertOptions& options) {
                          : "map convert: --slice-m is for an octree that becomes a grid (.yaml)");
   }
   if (from == MapKind::grid) {
-    const GridView grid = map_formats::read_map_server(options.in);
+    GridView grid = map_formats::read_map_server(options.in);
+    grid.T_map_grid = layer.T_frame_file * grid.T_map_grid;
     const auto tree = about(options.in, [&] { return maps::layer_of(grid); });
     return write_octree(*tree, options.out);
   }
   const maps::LoadedOctree loaded = maps::read_octree(options.in);
   if (!is_slice) return write_octree(*loaded.tree, options.out);
   const maps::Slice slice{options.slice_m[0], options.slice_m[1]};
-  write_grid(about(options.in, [&] { return maps::slice_of(*loaded.tree, slice); }), options.out);
+  GridView grid = about(options.in, [&] { return maps::slice_of(*loaded.tree, slice); });
+  grid.T_map_grid = layer.T_frame_file * grid.T_map_grid;
+  write_grid(grid, options.out);
 }
 
 struct DrawOptions {
@@ -220,18 +277,20 @@ void run_on(const fs::path& file, const Command& command) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("map", "Inspect a map's file, convert it, draw it");
+  CLI::App* command = app.add_subcommand("map", "Inspect maps, convert, draw, crop, merge and move them");
   command->require_subcommand(1);
   command->footer(
-      "Example:\n  waymark map info out/hall/hall.bt\n"
+      "Example:\n  waymark map info out/hall/maps.yaml\n"
       "  waymark map convert out/hall/hall.bt hall.yaml --slice-m 0.2,1.5\n"
+      "  waymark map crop out/hall/maps.yaml half/maps.yaml --box-m 0,0,10,15\n"
       "  waymark map draw out/hall/hall.bt hall.png --height-m -1,2.5");
 
   auto file = std::make_shared<fs::path>();
   CLI::App* info = command->add_subcommand("info", "What a map's file holds: kind, cells, size, memory");
-  info->footer("Example:\n  waymark map info out/hall/hall.bt");
+  info->footer("Example:\n  waymark map info out/hall/maps.yaml\n  waymark map info out/hall/hall.bt");
   info->add_option("file", *file,
-                   ".bt or .ot (OctoMap), .yaml with its .pgm (map_server), or landmarks as .landmarks.yaml or .csv")
+                   "maps.yaml of a run, .bt or .ot (OctoMap), .yaml with its .pgm (map_server), or landmarks as "
+                   ".landmarks.yaml or .csv")
       ->required();
   info->callback([file, &exit_code] {
     run_on(*file, [&] { print_info(*file); });
@@ -243,8 +302,9 @@ void add_map_command(CLI::App& app, int& exit_code) {
   convert_command->footer(
       "Example:\n  waymark map convert hall.bt hall.ot\n"
       "  waymark map convert hall.bt hall.yaml --slice-m 0.2,1.5     (and hall.pgm)\n"
-      "  waymark map convert room.yaml room.bt");
-  convert_command->add_option("in", options->in, ".bt, .ot or .yaml")->required();
+      "  waymark map convert room.yaml room.bt\n"
+      "  waymark map convert out/hall/maps.yaml hall.yaml --layer hall --slice-m 0.2,1.5");
+  convert_command->add_option("in", options->in, ".bt, .ot, .yaml, or a manifest of such layers")->required();
   convert_command->add_option("out", options->out, ".bt, .ot or .yaml; its extension decides the format")->required();
   convert_command
       ->add_option("--slice-m", options->slice_m,
@@ -252,6 +312,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->check(finite_number())
       ->expected(2);
+  convert_command->add_option("--layer", options->layer,
+                              "of a manifest: the layer; a grid comes where the manifest places it");
   convert_command->callback([options, &exit_code] {
     run_on(options->in, [&] { convert(*options); });
     exit_code = kSuccess;
@@ -282,6 +344,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
     run_on(drawing->in, [&] { draw(*drawing); });
     exit_code = kSuccess;
   });
+
+  add_map_edits(*command, exit_code);
 }
 
 }  // namespace waymark::command

@@ -29,7 +29,7 @@ Fusion::Parts::Parts(const FusionSettings& given, std::vector<SensorSlot> slots,
                 monitoring::HealthMonitor(given.health, {}, given.motion_from_maps),
                 estimation::Smoother(process_model)},
       history(map_slots.empty() ? given.history : Duration::zero()),
-      datum(given.datum),
+      datum(fusion::datum_of(given, map_slots)),
       steps(committed, maps, datum, !given.motion_from_maps),
       present(steps, settings),
       observer(std::move(receiver)) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <ranges>
 #include <string>
@@ -139,6 +140,53 @@ void check_instruments(const std::vector<SensorSlot>& sensors) {
 
 }  // namespace
 
+namespace {
+
+bool are_equal(const Datum& a, const Datum& b) {
+  constexpr double kSamePlace = 1e-9;  // deg, a tenth of a millimetre
+  constexpr double kSameHeight = 1e-3;
+  return std::abs(a.latitude_deg - b.latitude_deg) <= kSamePlace &&
+         std::abs(a.longitude_deg - b.longitude_deg) <= kSamePlace && std::abs(a.height_m - b.height_m) <= kSameHeight;
+}
+
+std::string text_of(const Datum& datum) {
+  return fmt::format("{}, {}, {} m", datum.latitude_deg, datum.longitude_deg, datum.height_m);
+}
+
+std::string text_of(const MapFrame& frame) {
+  return fmt::format("{} ({})", frame.manifest, frame.datum ? "datum " + text_of(*frame.datum) : "without a datum");
+}
+
+/// Loaded maps lie in one frame, or matches against them contradict each other. Throws ConfigError.
+void check_prior_maps(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
+  const MapSlot* first = nullptr;
+  std::optional<MapFrame> frame_of_first;
+  for (const MapSlot& map : maps) {
+    const std::optional<MapFrame> frame = map.module ? map.module->prior_frame() : std::nullopt;
+    if (!frame) continue;
+    if (settings.datum && frame->datum && !are_equal(*settings.datum, *frame->datum)) {
+      throw ConfigError(fmt::format(
+          "datum: {} is not that of the map \"{}\", {}; leave datum out, or move the map by waymark map georeference",
+          text_of(*settings.datum), map.name, text_of(*frame)));
+    }
+    if (!first) {
+      first = &map;
+      frame_of_first = frame;
+      continue;
+    }
+    const bool is_same = frame->datum && frame_of_first->datum ? are_equal(*frame->datum, *frame_of_first->datum)
+                                                               : frame->manifest == frame_of_first->manifest;
+    if (!is_same) {
+      throw ConfigError(
+          fmt::format("maps: \"{}\" and \"{}\" lie in different frames, {} and {}; load both from one "
+                      "manifest",
+                      first->name, map.name, text_of(*frame_of_first), text_of(*frame)));
+    }
+  }
+}
+
+}  // namespace
+
 void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                  const std::vector<MapSlot>& maps) {
   const auto any = [&](auto property) {
@@ -167,6 +215,16 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
     throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
   }
   check_instruments(sensors);
+  check_prior_maps(settings, maps);
+}
+
+std::optional<Datum> datum_of(const FusionSettings& settings, const std::vector<MapSlot>& maps) {
+  if (settings.datum) return settings.datum;
+  for (const MapSlot& map : maps) {
+    const std::optional<MapFrame> frame = map.module ? map.module->prior_frame() : std::nullopt;
+    if (frame && frame->datum) return frame->datum;
+  }
+  return std::nullopt;
 }
 
 }  // namespace waymark::fusion

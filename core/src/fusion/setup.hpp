@@ -16,9 +16,12 @@
 namespace waymark::fusion {
 
 /// Throws ConfigError if the parts do not fit together: no motion source or two kinds of it, spatial motion without a
-/// sensor of roll and pitch, one instrument in two sensors.
+/// sensor of roll and pitch, one instrument in two sensors, loaded maps in different frames.
 void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                  const std::vector<MapSlot>& maps);
+
+/// The datum: that of the YAML, else that of the loaded maps; nothing if the first fix decides.
+std::optional<Datum> datum_of(const FusionSettings& settings, const std::vector<MapSlot>& maps);
 
 /// False for a sensor that only finds the start, or is held out for scoring.
 bool is_fused_after_start(const SensorSlot& slot);

@@ -6,7 +6,10 @@
 
 namespace waymark {
 
-FileStems FileStems::of_results() { return FileStems({std::filesystem::path(kEffectiveConfigFile).stem().string()}); }
+FileStems FileStems::of_results() {
+  const auto stem = [](std::string_view file) { return std::filesystem::path(file).stem().string(); };
+  return FileStems({stem(kEffectiveConfigFile), stem(kMapManifestFile)});
+}
 
 std::string FileStems::of(const std::string& name) {
   std::string stem = name;

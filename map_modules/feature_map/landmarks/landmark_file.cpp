@@ -2,10 +2,10 @@
 #include "map_modules/feature_map/landmarks/landmark_file.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iterator>
+#include <utility>
+#include <vector>
 
 #include "plugins/shared/map_formats/landmark_list.hpp"
 #include "waymark/base/error.hpp"
@@ -33,42 +33,33 @@ Landmark landmark_of(const map_formats::LandmarkEntry& entry, const FeatureMapSe
 }  // namespace
 
 std::string landmark_file(const LandmarkStore& landmarks, const Pose& T_enu_map) {
-  std::string text = fmt::format(
-      "# Landmarks of a feature map (waymark); covariances of east, north, radius: ee, en, nn, er, nr, rr.\n"
-      "version: {}\nlandmarks:{}\n",
-      map_formats::kLandmarkListVersion, landmarks.size() == 0 ? " []" : "");
-  auto out = std::back_inserter(text);
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = T_enu_map.q.toRotationMatrix().topLeftCorner<2, 2>();
+  std::vector<map_formats::LandmarkEntry> entries;
+  entries.reserve(static_cast<std::size_t>(landmarks.size()));
   landmarks.for_all([&](const Landmark& landmark) {
-    const Eigen::Vector3d p = T_enu_map * Eigen::Vector3d(landmark.mean.x(), landmark.mean.y(), 0.0);
-    const Eigen::Matrix3d P = turn * landmark.P * turn.transpose();
-    const Eigen::Matrix2d floor =
-        turn.topLeftCorner<2, 2>() * landmark.P_floor * turn.topLeftCorner<2, 2>().transpose();
-    fmt::format_to(out,
-                   "  - {{ east_m: {}, north_m: {}, radius_m: {}, covariance_m2: [{}, {}, {}, {}, {}, {}], "
-                   "covariance_floor_m2: [{}, {}, {}], log_odds: {}, sightings: {}",
-                   p.x(), p.y(), landmark.mean.z(), P(0, 0), P(0, 1), P(1, 1), P(0, 2), P(1, 2), P(2, 2), floor(0, 0),
-                   floor(0, 1), floor(1, 1), landmark.log_odds, landmark.sightings);
-    if (landmark.identity >= 0) fmt::format_to(out, ", identity: {}", landmark.identity);
-    if (!landmark.signature.empty()) {
-      fmt::format_to(out, ", signature_views: {}, signature: [{}]", landmark.signature_views,
-                     fmt::join(landmark.signature, ", "));
-    }
-    fmt::format_to(out, " }}\n");
+    map_formats::LandmarkEntry& entry = entries.emplace_back();
+    entry.mean = landmark.mean;
+    entry.P = landmark.P;
+    entry.P_floor = landmark.P_floor;
+    entry.signature.assign(landmark.signature.begin(), landmark.signature.end());
+    entry.signature_views = landmark.signature_views;
+    entry.identity = landmark.identity;
+    entry.log_odds = landmark.log_odds;
+    entry.sightings = landmark.sightings;
+    map_formats::move_landmark(T_enu_map, entry);
   });
-  return text;
+  return map_formats::landmark_list_text(entries);
 }
 
 LandmarkStore read_landmark_file(const std::filesystem::path& file, const FeatureMapSettings& settings) {
   LandmarkStore landmarks;
   const std::size_t expected = settings.signature_bins();
-  for (const map_formats::LandmarkEntry& entry : map_formats::read_landmark_list(file)) {
+  for (map_formats::LandmarkEntry& entry : map_formats::read_landmark_list(file)) {
     const std::size_t bins = entry.signature.size();
     if (expected != 0 && bins != 0 && bins != expected) {
       throw ConfigError(
           fmt::format("{}: signature: {} bins, but those of this configuration have {}", entry.place, bins, expected));
     }
+    map_formats::move_landmark(settings.load.T_map_file, entry);
     landmarks.add(landmark_of(entry, settings));
   }
   return landmarks;

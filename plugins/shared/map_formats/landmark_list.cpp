@@ -2,9 +2,11 @@
 #include "plugins/shared/map_formats/landmark_list.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <iterator>
 
 #include "waymark/config/config.hpp"
 
@@ -108,6 +110,40 @@ std::vector<LandmarkEntry> read_landmark_list(const std::filesystem::path& file)
   }
   config.reject_unread();
   return landmarks;
+}
+
+std::string landmark_list_text(const std::vector<LandmarkEntry>& landmarks) {
+  std::string text = fmt::format(
+      "# Landmarks of a feature map (waymark); covariances of east, north, radius: ee, en, nn, er, nr, rr.\n"
+      "version: {}\nlandmarks:{}\n",
+      kLandmarkListVersion, landmarks.empty() ? " []" : "");
+  auto out = std::back_inserter(text);
+  for (const LandmarkEntry& landmark : landmarks) {
+    const Eigen::Matrix3d& P = landmark.P;
+    const Eigen::Matrix2d& floor = landmark.P_floor;
+    fmt::format_to(out,
+                   "  - {{ east_m: {}, north_m: {}, radius_m: {}, covariance_m2: [{}, {}, {}, {}, {}, {}], "
+                   "covariance_floor_m2: [{}, {}, {}]",
+                   landmark.mean.x(), landmark.mean.y(), landmark.mean.z(), P(0, 0), P(0, 1), P(1, 1), P(0, 2), P(1, 2),
+                   P(2, 2), floor(0, 0), floor(0, 1), floor(1, 1));
+    if (landmark.log_odds) fmt::format_to(out, ", log_odds: {}", *landmark.log_odds);
+    if (landmark.sightings) fmt::format_to(out, ", sightings: {}", *landmark.sightings);
+    if (landmark.identity >= 0) fmt::format_to(out, ", identity: {}", landmark.identity);
+    if (!landmark.signature.empty()) {
+      fmt::format_to(out, ", signature_views: {}, signature: [{}]", landmark.signature_views,
+                     fmt::join(landmark.signature, ", "));
+    }
+    fmt::format_to(out, " }}\n");
+  }
+  return text;
+}
+
+void move_landmark(const Pose& T_to_from, LandmarkEntry& landmark) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_to_from.q.toRotationMatrix().topLeftCorner<2, 2>();
+  landmark.mean.head<2>() = (T_to_from * Eigen::Vector3d(landmark.mean.x(), landmark.mean.y(), 0.0)).head<2>();
+  landmark.P = (turn * landmark.P * turn.transpose()).eval();
+  landmark.P_floor = (turn.topLeftCorner<2, 2>() * landmark.P_floor * turn.topLeftCorner<2, 2>().transpose()).eval();
 }
 
 }  // namespace waymark::map_formats

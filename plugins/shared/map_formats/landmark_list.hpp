@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "waymark/math/pose.hpp"
+
 namespace waymark::map_formats {
 
 /// The `version` of the format.
@@ -33,5 +35,11 @@ struct LandmarkEntry {
 /// `east_m` and `north_m` must be there. All signatures have equally many bins. Throws ConfigError with file, line and
 /// what was expected.
 std::vector<LandmarkEntry> read_landmark_list(const std::filesystem::path& file);
+
+/// The landmarks as such a file, one a line.
+std::string landmark_list_text(const std::vector<LandmarkEntry>& landmarks);
+
+/// Moves a landmark and turns its covariances. The pose is planar; its height does not count.
+void move_landmark(const Pose& T_to_from, LandmarkEntry& landmark);
 
 }  // namespace waymark::map_formats

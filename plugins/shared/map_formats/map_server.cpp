@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <vector>
 
 #include "plugins/shared/map_formats/greymap.hpp"
+#include "plugins/shared/map_formats/yaml_text.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/config/config.hpp"
 
@@ -80,18 +80,6 @@ Greymap read_picture(const Config& config, const std::filesystem::path& image) {
   } catch (const DataError& error) {
     config.fail("image", error.what());
   }
-}
-
-/// A name as a scalar of YAML.
-std::string quoted_if_needed(std::string_view name) {
-  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
-  if (!name.empty() && std::isalnum(static_cast<unsigned char>(name.front())) != 0 &&
-      std::ranges::all_of(name, is_plain)) {
-    return std::string(name);
-  }
-  std::string quoted = "'";
-  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted + "'";
 }
 
 }  // namespace

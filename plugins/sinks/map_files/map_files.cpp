@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <string>
-
-#include "waymark/io/file_stems.hpp"
-#include "waymark/io/output_file.hpp"
+#include "plugins/shared/map_formats/write_maps.hpp"
 #include "waymark/plugin/sink.hpp"
 
 namespace waymark::map_files {
 namespace {
 
-/// The best particle's maps in the formats of their own modules, at the end of the run.
+/// The best particle's maps in the formats of their own modules and a manifest of them, at the end of the run.
 class MapFiles : public Sink {
  public:
   explicit MapFiles(const Config&) {}
@@ -18,11 +15,7 @@ class MapFiles : public Sink {
 
   void finish(const Snapshot* last, const RunReport&) override {
     if (last == nullptr || !last->started()) return;
-    FileStems stems = FileStems::of_results();
-    for (const MapDescription& map : last->best_maps(MapDetail::with_files)) {
-      const std::string stem = stems.of(map.module);
-      for (const MapFile& file : map.files) write_file(out_dir_ / (stem + file.extension), file.content);
-    }
+    map_formats::write_maps(*last, out_dir_, FileStems::of_results(), Belongs::to_run);
   }
 
  private:

@@ -6,11 +6,13 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "waymark/interface/map_view.hpp"
 #include "waymark/interface/measurement.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/io/archive.hpp"
 #include "waymark/math/pose.hpp"
 
@@ -88,7 +90,7 @@ class WAYMARK_TYPE ParticleMap {
   /// The map seen from above; nothing if it is not dense, or empty. A map of three dimensions returns a slice.
   virtual std::optional<GridView> grid() const { return std::nullopt; }
   /// The map as files, if its module has a file format. `T_enu_map`: place of the map on the Earth (planar). A format
-  /// without it uses the map's own coordinates.
+  /// without it uses the map's own coordinates, and `MapFile::T_enu_file` says where they lie.
   virtual std::vector<MapFile> files(const Pose& /*T_enu_map*/) const { return {}; }
   /// Writes the map, for `MapModule::load_map`.
   virtual void save(OutArchive&) const = 0;
@@ -113,6 +115,12 @@ struct MotionWindow {
   Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }
 };
 
+/// The frame in which a loaded map lies: east, north, up at the datum, or without one that of the run that wrote it.
+struct MapFrame {
+  std::string manifest;  ///< the file that says so
+  std::optional<Datum> datum;
+};
+
 /// A map module: one object for all particles. Constructed from the YAML: `MyMap(const Config&, const Rig&)`.
 class WAYMARK_TYPE MapModule {
  public:
@@ -123,6 +131,10 @@ class WAYMARK_TYPE MapModule {
   /// True if the initial map is a prior map. The start pose then has the uncertainty of `initial:`. Without a prior map
   /// and without absolute sensors the start pose is the map's origin. Must not change after load.
   virtual bool has_prior_map() const { return false; }
+
+  /// The frame of the prior map, if its file says so. All maps of a robot must lie in one, and its datum is the
+  /// robot's.
+  virtual std::optional<MapFrame> prior_frame() const { return std::nullopt; }
 
   /// Turns a measurement of the first input (with companions from the others) into an observation; null if the module
   /// does not use it. Called once per measurement, in stamp order, on one thread. `companions` and the measurements

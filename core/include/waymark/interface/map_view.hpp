@@ -58,6 +58,8 @@ struct GridView {
 struct MapFile {
   std::string extension;  ///< ".bt"; the host puts the map's name before it
   std::string content;    ///< all bytes of the file
+  /// Where the coordinates of the file lie on the Earth; the identity if its format has a place for that.
+  Pose T_enu_file = {};
 };
 
 /// Content of a particle's map, for sinks.

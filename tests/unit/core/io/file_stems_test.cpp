@@ -19,9 +19,11 @@ TEST(FileStems, NumbersANameThatWasGivenBefore) {
   EXPECT_EQ(stems.of("a.b"), "a_b_3");
 }
 
-TEST(FileStems, OfResultsLeavesTheEffectiveConfigurationItsName) {
+TEST(FileStems, OfResultsLeavesTheEffectiveConfigurationAndTheManifestTheirNames) {
   FileStems stems = FileStems::of_results();
   EXPECT_EQ(stems.of("config"), "config_2");
+  EXPECT_EQ(stems.of("maps"), "maps_2");
+  EXPECT_EQ(stems.of("map"), "map");
 }
 
 }  // namespace

@@ -6,10 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <fstream>
 #include <limits>
 #include <sstream>
+#include <string>
 
 #include "map_modules/occupancy_grid/particle_grid.hpp"
+#include "plugins/shared/map_formats/map_manifest.hpp"
+#include "temporary_folder.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 #include "tests/unit/map_modules/octomap_grid/simulated_hall.hpp"
 #include "waymark/base/error.hpp"
@@ -119,6 +123,49 @@ TEST_F(InTheHall, ARobotOnARampFindsItsPlace) {
   const Pose flat = Pose::planar(prior.p.x(), prior.p.y(), prior.yaw());
   map.refine({flat, kPrior}, flat, seen, level);
   EXPECT_LT(level.log_evidence, refinement.log_evidence);
+}
+
+TEST_F(InTheHall, ALoadedMapLiesWhereItsManifestSays) {
+  Pose placed = Pose::planar(30.0, -7.0, 2.1);
+  placed.p.z() = 0.4;
+  const test::TemporaryFolder folder;
+  const std::vector<MapFile> files = mapped().files(placed);
+  std::ofstream(folder / "hall.ot", std::ios::binary) << files.at(1).content;
+  map_formats::MapManifest manifest{folder / "maps.yaml", Datum{48.0, 11.0, 500.0}, {}};
+  manifest.layers.push_back({"hall", "octree", folder / "hall.ot", files.at(1).T_enu_file});
+  std::ofstream(folder / "maps.yaml") << map_formats::manifest_text(manifest, folder.path());
+  const std::string yaml =
+      "{ slice_m: [0.6, 1.4], match: { height_m: [0, 2.4] }, mode: continue, load: " + (folder / "maps.yaml").string() +
+      " }";
+  const auto model = std::make_shared<OctomapModel>(settings(yaml.c_str()));
+  ASSERT_TRUE(model->settings.load.frame && model->settings.load.frame->datum);
+  ParticleOctomap map(model);
+
+  const Pose truth = Pose::planar(0.5, 0.2, 0.3);
+  const Eigen::Vector3d offset(0.15, -0.1, 0.04);  // in the frame of the manifest, from the prior to the truth
+  Pose prior = placed * truth;
+  prior = {so3::from_rpy(0.0, 0.0, prior.yaw() - offset.z()), prior.p - Eigen::Vector3d(offset.x(), offset.y(), 0.0)};
+  Refinement refinement;
+  const CloudObservation seen = seen_from(truth, 77);
+  map.refine({prior, kPrior}, prior, seen, refinement);
+  const Eigen::Vector3d found = mean_of(refinement, kPrior);
+  EXPECT_LT((found - offset).head<2>().norm(), 0.05) << found.transpose();
+  EXPECT_LT(std::abs((found - offset).z()), 0.01);
+
+  // What is seen again goes where it already is, and the map is written where it lies.
+  const auto occupied = [](const ParticleOctomap& one) {
+    MapDescription description;
+    one.describe(description);
+    return description.figures.front().value;
+  };
+  const double before = occupied(map);
+  for (int i = 0; i < 5; ++i) insert(map, placed * truth, seen);
+  EXPECT_LT(occupied(map), 1.05 * before);
+  const Pose again = map.files(Pose::planar(1.0, 0.0, 0.0)).at(1).T_enu_file;
+  EXPECT_LT((again.p - placed.p - Eigen::Vector3d(1.0, 0.0, 0.0)).norm(), 1e-9);
+  const std::optional<GridView> grid = map.grid();
+  ASSERT_TRUE(grid);
+  EXPECT_NEAR(grid->T_map_grid.yaw(), 2.1, 1e-9);
 }
 
 TEST_F(InTheHall, ASliceShowsWhatStandsInIt) {

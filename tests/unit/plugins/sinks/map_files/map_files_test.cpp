@@ -38,7 +38,28 @@ TEST(MapFilesSink, WritesEveryFileOfEveryMapAsItIs) {
   EXPECT_EQ(out.read("hall.bt"), kBytes);
   EXPECT_EQ(out.read("hall.ot"), "second");
   EXPECT_EQ(out.read("___2nd_floor.bt"), kBytes);
-  EXPECT_EQ(files_in(out.path()), 4u) << "nothing of a map without files, no partial file";
+  EXPECT_EQ(files_in(out.path()), 5u) << "nothing of a map without files, no partial file; the manifest";
+}
+
+TEST(MapFilesSink, NamesOneFileOfEveryMapInTheManifestAndWhereItLies) {
+  const TemporaryFolder out;
+  const auto sink = make_sink("map_files");
+  sink->start({out.path(), nullptr, nullptr});
+  FakeSnapshot snapshot;
+  MapDescription floor;
+  floor.module = "floor";
+  floor.grid = GridView{Pose::planar(1.0, 2.0, 0.0), 0.1, 2, 1, {0, 100}};
+  snapshot.maps_ = {map_named("hall"), floor, map_named("maps"), {"empty", {}}};
+  for (MapFile& file : snapshot.maps_[0].files) file.T_enu_file = Pose::planar(4.0, -1.0, 0.0);
+  sink->finish(&snapshot, {});
+  const std::string manifest = out.read("maps.yaml");
+  for (const char* layer :
+       {"{ name: hall, format: octree, file: hall.ot, pose: { x_m: 4, y_m: -1, z_m: 0, yaw_deg: 0 } }",
+        "{ name: floor, format: map_server, file: floor.yaml }", "{ name: maps, format: octree, file: maps_2.ot }"}) {
+    EXPECT_NE(manifest.find(layer), std::string::npos) << manifest;
+  }
+  EXPECT_EQ(manifest.find("empty"), std::string::npos);
+  EXPECT_NE(out.read("floor.yaml").find("image: floor.pgm"), std::string::npos);
 }
 
 TEST(MapFilesSink, MapsWhoseNamesBecomeTheSameFileAreKeptApart) {
