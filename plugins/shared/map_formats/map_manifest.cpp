@@ -60,7 +60,7 @@ bool is_identity(const Pose& pose) {
 
 std::string layer_format(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
-  const std::string extension = file.extension().string();
+  std::string extension = file.extension().string();
   if (name.ends_with(".landmarks.yaml")) return std::string(kLandmarksFormat);
   if (extension == ".yaml" || extension == ".yml") return std::string(kMapServerFormat);
   if (extension == ".bt" || extension == ".ot") return std::string(kOctreeFormat);
