@@ -35,6 +35,13 @@ std::vector<float> read_values(const Fields& fields, std::size_t first, std::siz
   return values;
 }
 
+/// The number of ranges; a scan has at least one.
+std::size_t read_beams(const Fields& fields, std::size_t at) {
+  const std::size_t beams = fields.count(at, "num_readings");
+  if (beams == 0) throw Unusable("num_readings is 0; a scan has at least one range");
+  return beams;
+}
+
 BeamRule half_circle(std::size_t beams) {
   constexpr std::array<std::size_t, 6> kKnown = {180, 181, 360, 361, 720, 721};
   if (std::ranges::find(kKnown, beams) == kKnown.end())
@@ -44,7 +51,7 @@ BeamRule half_circle(std::size_t beams) {
 
 /// FLASER n r_1 … r_n x y theta odom_x odom_y odom_theta, then the times.
 LaserMessage read_old_laser(const Fields& fields, const std::optional<BeamRule>& given) {
-  const std::size_t beams = fields.count(1, "num_readings");
+  const std::size_t beams = read_beams(fields, 1);
   fields.expect(2 + beams + 6 + kTimes);
   const BeamRule rule = given ? *given : half_circle(beams);
   LaserMessage message{std::make_shared<LaserScan>(), read_pose(fields, 2 + beams + 3)};
@@ -59,7 +66,7 @@ LaserMessage read_old_laser(const Fields& fields, const std::optional<BeamRule>&
 /// then the times.
 LaserMessage read_new_laser(const Fields& fields, const std::optional<BeamRule>& given) {
   constexpr std::size_t kHead = 8;  // the name, laser_type … remission_mode
-  const std::size_t beams = fields.count(kHead, "num_readings");
+  const std::size_t beams = read_beams(fields, kHead);
   const std::size_t remissions = fields.count(kHead + 1 + beams, "num_remissions");
   const std::size_t pose = kHead + 2 + beams + remissions;
   fields.expect(pose + 6 + 5 + kTimes);

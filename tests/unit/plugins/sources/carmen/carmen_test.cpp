@@ -296,6 +296,7 @@ TEST_F(Carmen, LinesOfOtherShapesAreBadRecords) {
       {"ODOM 1 2 3 0 0 0 soon host 0\n", "ipc_timestamp (word 8) is \"soon\""},
       {"FLASER 180 1 2 3" + times(1), "FLASER has 8 words, 191 are expected"},
       {"FLASER -3 1 2 3" + times(1), "num_readings (word 2) is \"-3\""},
+      {"FLASER 0 1 2 3 1 2 3" + times(1), "num_readings is 0"},
       {good.substr(0, good.size() / 2) + "\n", "words"},
       {"PARAM robot_length\n", "a value"}};
   for (const auto& [line, reason] : lines) {
