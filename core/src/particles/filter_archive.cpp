@@ -16,6 +16,7 @@ void ParticleFilter::restore(const State& state) {
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
   recollection_.past().clear();
+  if (loops_) loops_->rewind(stamp());
   has_changed();
 }
 

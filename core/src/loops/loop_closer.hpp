@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "loops/keyframes.hpp"
+#include "loops/pose_graph.hpp"
+#include "loops/window_matcher.hpp"
+#include "waymark/base/api.hpp"
+#include "waymark/host/filter_settings.hpp"
+#include "waymark/interface/snapshot.hpp"
+
+namespace waymark::loops {
+
+/// A loop that moved the path.
+struct Correction {
+  std::vector<Eigen::Vector3d> before;  ///< poses of all keyframes, which have the corrected ones now
+  std::size_t matches = 0;              ///< in the graph
+  double way = 0.0;                     ///< of the loop [m]
+  double shift = 0.0;                   ///< of a keyframe, at most [m]
+};
+
+/// Figures for reports.
+struct LoopCounters {
+  std::uint64_t searched = 0;   ///< pairs of windows
+  std::uint64_t matched = 0;    ///< of them
+  std::uint64_t accepted = 0;   ///< into the graph
+  std::uint64_t corrections = 0;
+};
+
+/// Recognises places that the robot meets again, and corrects the path between: windows of scans about places of the
+/// path are searched in older windows; matches that agree with one another become loops of a pose graph
+/// (docs/math/loops.md). The path is that of the best particle.
+class WAYMARK_API LoopCloser {
+ public:
+  LoopCloser(const LoopSettings& settings, const JointSettings& noise) : settings_(settings), noise_(noise) {}
+
+  void clear();
+  /// A mapping step; its place in the list is returned by `keyframes().size() - 1`.
+  void add(Keyframe keyframe);
+  /// Searches the last place whose window is complete, if a search is due. `path`: of the best particle, read if one
+  /// is. The correction, if loops were found that move the path farther than `least_shift`; it counts as applied.
+  template <class Path>
+  std::optional<Correction> search(const Path& path) {
+    if (!is_due()) return std::nullopt;
+    follow(keyframes_, path());
+    return search_last();
+  }
+  /// Forgets what came after `stamp`.
+  void rewind(Time stamp);
+
+  std::span<const Keyframe> keyframes() const { return keyframes_; }
+  const LoopCounters& counters() const { return counters_; }
+
+  /// The keyframes' observations are written by `modules`.
+  template <class Archive, class Observations>
+  void serialize(Archive& archive, const Observations& observations);
+
+ private:
+  bool is_due() const;
+  std::optional<Correction> search_last();
+  std::vector<Relation> steps() const;
+  Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;
+  const Keyframe& keyframe(std::size_t node) const { return keyframes_[nodes_[node]]; }
+  std::vector<std::size_t> candidates(std::size_t node, std::span<const Relation> from_node) const;
+  std::optional<Loop> match(std::size_t old_node, std::size_t node, const Relation& to_old);
+  bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
+  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps);
+  void thin();
+
+  LoopSettings settings_;
+  JointSettings noise_;
+  std::vector<Keyframe> keyframes_;
+  std::vector<std::size_t> nodes_;  // of the graph: places in keyframes_
+  std::size_t searched_ = 0;        // nodes up to here
+  std::vector<Relation> frozen_;    // the first steps, as they were before a correction
+  std::vector<Loop> loops_;
+  std::vector<Loop> pending_;       // not yet enough that agree
+  LoopCounters counters_;
+  WindowMatcher matcher_;
+};
+
+}  // namespace waymark::loops
