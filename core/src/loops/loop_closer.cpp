@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <cstdlib>
 #include "loops/loop_closer.hpp"
 
 #include <algorithm>
@@ -16,13 +18,13 @@ constexpr double kArm = 0.5;            // a turn counts as the way of a point s
 constexpr double kSigmas = 3.0;
 constexpr double kLeastSearch = 0.6;  // [m]
 constexpr double kLeastTurn = 0.05;   // [rad]
-constexpr double kOtherPass = 15.0;   // way between two old places that are both searched [m]
-constexpr std::size_t kMostCandidates = 2;
+constexpr double kOtherPass = 10.0;   // way between two old places that are both searched [m]
+constexpr std::size_t kMostCandidates = 4;
 constexpr double kPlausible = 16.3;  // χ² of a match against the path, 99.9 % of three degrees of freedom
 constexpr double kConfirms = 11.3;   // χ² of a match against the poses as they are, 99 %
 constexpr double kConfirmsWithin = 0.3;  // [m]
 constexpr std::size_t kEnough = 3;       // matches that agree
-constexpr double kEnoughWay = 3.0;       // which they span [m]
+constexpr double kEnoughWay = 9.0;       // which they span [m]
 constexpr std::size_t kMostPending = 16;
 constexpr double kPendingFor = 40.0;  // of way [m]
 constexpr std::size_t kMostKeyframes = 20'000;
@@ -62,8 +64,7 @@ void LoopCloser::add(Keyframe keyframe) {
 
 bool LoopCloser::is_due() const {
   const std::size_t next = searched_ + kSearchEvery;
-  return next < nodes_.size() && keyframes_.back().way - keyframes_[nodes_[next]].way >= kWindow &&
-         keyframes_[nodes_[next]].way > settings_.least_way;
+  return next < nodes_.size() && keyframes_.back().way - keyframes_[nodes_[next]].way >= kWindow;
 }
 
 /// What the path says, with the noise that its mapping steps added.
@@ -128,6 +129,9 @@ std::optional<Loop> LoopCloser::match(std::size_t old_node, std::size_t node, co
                           std::clamp(kSigmas * std::sqrt(known.P(2, 2)), kLeastTurn, settings_.search_angle)};
   matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
   const auto match = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
+  if (getenv("LOOPDBG")) fprintf(stderr, "t %.3f %.3f way %.0f old %.0f range %.2f %.2f prior %.2f %.2f %.2f match %d", to_seconds(keyframe(node).stamp.time_since_epoch()), to_seconds(keyframe(old_node).stamp.time_since_epoch()), keyframe(node).way, keyframe(old_node).way, range.distance, range.angle, prior.x(), prior.y(), prior.z(), match.has_value());
+  if (getenv("LOOPDBG") && match) fprintf(stderr, " z %.2f %.2f %.2f s %.2f %.2f %.3f score %.2f", match->relation.z.x(), match->relation.z.y(), match->relation.z.z(), sqrt(match->relation.P(0,0)), sqrt(match->relation.P(1,1)), sqrt(match->relation.P(2,2)), match->score);
+  if (getenv("LOOPDBG")) fprintf(stderr, "\n");
   if (!match) return std::nullopt;
   Eigen::Vector3d off = match->relation.z - prior;
   off.z() = so3::wrap(off.z());
@@ -154,6 +158,7 @@ bool LoopCloser::accept(const Loop& loop, std::span<const Eigen::Vector3d> poses
     return a <= b ? along : inverse(along);
   };
   const std::vector<std::size_t> set = agreeing(pending_, relate);
+  if (getenv("LOOPDBG")) fprintf(stderr, "pending %zu set %zu\n", pending_.size(), set.size());
   if (set.size() < kEnough || keyframe(pending_[set.back()].to).way - keyframe(pending_[set.front()].to).way < kEnoughWay)
     return false;
   for (const std::size_t i : set) loops_.push_back(pending_[i]);
@@ -170,20 +175,23 @@ std::optional<Correction> LoopCloser::search_last() {
   std::vector<Eigen::Vector3d> poses;
   poses.reserve(nodes_.size());
   for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
+  const std::size_t old_loops = loops_.size();
   bool closed = false;
+  if (getenv("LOOPDBG")) fprintf(stderr, "search node %zu way %.0f at %.1f %.1f\n", node, keyframe(node).way, poses[node].x(), poses[node].y());
   for (const std::size_t old_node : candidates(node, from_node)) {
     if (const auto loop = match(old_node, node, from_node[old_node])) closed = accept(*loop, poses, all_steps) || closed;
   }
   if (!closed) return std::nullopt;
-  return correct(std::move(poses), std::move(all_steps));
+  return correct(std::move(poses), std::move(all_steps), loops_.size() - old_loops);
 }
 
-std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps) {
+std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps, std::size_t new_loops) {
   const std::vector<Eigen::Vector3d> before = poses;
-  PoseGraph(steps, loops_).solve(poses);
+  PoseGraph(steps, loops_).solve(poses, new_loops);
   Correction correction;
   for (std::size_t k = 0; k < poses.size(); ++k)
     correction.shift = std::max(correction.shift, (poses[k] - before[k]).head<2>().norm());
+  if (getenv("LOOPDBG")) fprintf(stderr, "solve shift %.2f loops %zu\n", correction.shift, loops_.size());
   if (correction.shift < settings_.least_shift) return std::nullopt;
   frozen_ = std::move(steps);
   const Loop& last = loops_.back();

@@ -69,7 +69,8 @@ class WAYMARK_API LoopCloser {
   std::vector<std::size_t> candidates(std::size_t node, std::span<const Relation> from_node) const;
   std::optional<Loop> match(std::size_t old_node, std::size_t node, const Relation& to_old);
   bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
-  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps);
+  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
+                                    std::size_t new_loops);
   void thin();
 
   LoopSettings settings_;

@@ -13,7 +13,10 @@ namespace waymark::loops {
 
 namespace {
 
-constexpr int kMostIterations = 15;
+constexpr int kMostIterations = 20;
+/// So many iterations pull new loops with their full weight: they agree with one another, but begin far from their
+/// places, where they would have no weight.
+constexpr int kFullWeight = 5;
 constexpr double kConverged = 1e-4;      // [m, rad]
 constexpr double kRobust = 15.0;         // χ² of a loop that keeps a fourth of its weight
 constexpr double kLeastVariance = 1e-8;  // [m², rad²]
@@ -102,15 +105,17 @@ double PoseGraph::chi_squared(const Loop& loop, std::span<const Eigen::Vector3d>
   return r.dot(information(loop.relation.P) * r);
 }
 
-void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses) const {
+void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses, std::size_t new_loops) const {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     NormalEquations equations(size());
     for (std::size_t k = 0; k + 1 < size(); ++k)
       equations.add(k, k + 1, residual(poses[k], poses[k + 1], steps_[k].z), information(steps_[k].P));
-    for (const Loop& loop : loops_) {
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+      const Loop& loop = loops_[i];
+      const bool is_new = i + new_loops >= loops_.size() && iteration < kFullWeight;
       const Eigen::Matrix3d full = information(loop.relation.P);
       const Residual e = residual(poses[loop.from], poses[loop.to], loop.relation.z);
-      equations.add(loop.from, loop.to, e, robust_weight(e.r.dot(full * e.r)) * full);
+      equations.add(loop.from, loop.to, e, (is_new ? 1.0 : robust_weight(e.r.dot(full * e.r))) * full);
     }
     const Eigen::VectorXd change = equations.solve();
     if (change.size() == 0 || !change.allFinite()) return;
@@ -118,7 +123,7 @@ void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses) const {
       poses[k] += change.segment<3>(3 * (static_cast<Eigen::Index>(k) - 1));
       poses[k].z() = so3::wrap(poses[k].z());
     }
-    if (change.cwiseAbs().maxCoeff() < kConverged) return;
+    if (iteration >= kFullWeight && change.cwiseAbs().maxCoeff() < kConverged) return;
   }
 }
 

@@ -26,6 +26,14 @@ constexpr double kSharpness = 60.0;
 constexpr double kFloor = 0.05;                                   // σ that is added [m]
 constexpr double kTurnFloor = 0.35 * std::numbers::pi / 180.0;  // [rad]
 
+/// A match that slides along a corridor as far as its moments look says nothing about that direction.
+void open_weak_direction(Eigen::Matrix3d& P, double weak_sigma) {
+  constexpr double kSlides = 0.2;  // σ [m]; 0.4 is all of the grid
+  const double angle = 0.5 * std::atan2(2.0 * P(0, 1), P(0, 0) - P(1, 1));
+  const Eigen::Vector3d along(std::cos(angle), std::sin(angle), 0.0);
+  if (along.dot(P * along) > kSlides * kSlides) P += weak_sigma * weak_sigma * along * along.transpose();
+}
+
 }  // namespace
 
 void WindowMatcher::draw(std::span<const Eigen::Vector2f> points) {
@@ -51,7 +59,7 @@ std::optional<WindowMatch> WindowMatcher::match(std::span<const Eigen::Vector2f>
   const int turns = static_cast<int>(turned_.size()) / 2;
   const Eigen::Vector3d at(prior.x() + ScoreRaster::kCell * best.x, prior.y() + ScoreRaster::kCell * best.y,
                            so3::wrap(prior.z() + kTurnStep * (best.turn - turns)));
-  const WindowMatch match = moments(at);
+  const WindowMatch match = moments(at, range.distance);
   if (match.score < kLeastScore) return std::nullopt;
   return match;
 }
@@ -128,7 +136,7 @@ double WindowMatcher::fine_score(const Eigen::Vector3d& at) const {
 }
 
 /// Mean and covariance of exp(kSharpness · score), from coarse to fine.
-WindowMatch WindowMatcher::moments(const Eigen::Vector3d& around) const {
+WindowMatch WindowMatcher::moments(const Eigen::Vector3d& around, double weak_sigma) const {
   struct Grid {
     double step;
     double turn_step;
@@ -167,6 +175,7 @@ WindowMatch WindowMatcher::moments(const Eigen::Vector3d& around) const {
     match.score = most;
     if (match.relation.P.isZero(0.0)) match.relation.P = P;
   }
+  open_weak_direction(match.relation.P, weak_sigma);
   match.relation.P.diagonal() += Eigen::Vector3d(kFloor, kFloor, kTurnFloor).cwiseAbs2();
   match.relation.z.z() = so3::wrap(match.relation.z.z());
   return match;

@@ -52,7 +52,7 @@ class WindowMatcher {
   int sum(const Place& place) const;
   void turn_points(const Eigen::Vector3d& prior, const SearchRange& range);
   double fine_score(const Eigen::Vector3d& at) const;
-  WindowMatch moments(const Eigen::Vector3d& around) const;
+  WindowMatch moments(const Eigen::Vector3d& around, double weak_sigma) const;
 
   ScoreRaster coarse_;
   ScoreRaster fine_;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <cstdlib>
 // What a loop does to the particles: their maps are drawn again along the corrected path.
 #include <algorithm>
 #include <utility>
@@ -45,6 +47,7 @@ void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::si
   keyframe.T_map_base = particle.belief.mean.T_map_base;
   keyframe.xyyaw = loops::planar(keyframe.T_map_base);
   if (joint_) keyframe.anchor = joint_->active_anchor();
+  if (getenv("LOOPDBG")) fprintf(stderr, "keyframe %zu obs %zu pts\n", keyframe.observations.size(), keyframe.points_base.size());
   loops_->add(std::move(keyframe));
 }
 

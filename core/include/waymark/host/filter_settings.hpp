@@ -34,7 +34,7 @@ struct JointSettings {
 struct LoopSettings {
   bool enabled = true;            ///< with maps that can be drawn again, all of them begun by this run
   double least_way = 30.0;        ///< on which a place counts as met again [m]
-  double search_distance = 8.0;   ///< half width of the search, at most [m]
+  double search_distance = 20.0;   ///< half width of the search, at most [m]
   double search_angle = 15.0 * std::numbers::pi / 180.0;  ///< [rad]
   double least_shift = 0.15;      ///< the maps are drawn again where a loop moves them farther than this [m]
 };
