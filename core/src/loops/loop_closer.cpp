@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <cstdlib>
 #include "loops/loop_closer.hpp"
 
 #include <algorithm>
@@ -27,7 +25,6 @@ constexpr std::size_t kEnough = 3;       // matches that agree
 constexpr double kEnoughWay = 9.0;       // which they span [m]
 constexpr std::size_t kMostPending = 16;
 constexpr double kPendingFor = 40.0;  // of way [m]
-constexpr std::size_t kMostKeyframes = 20'000;
 
 /// A pose between two nodes, after both were moved.
 Eigen::Vector3d carried(const Eigen::Vector3d& pose, const Eigen::Vector3d& before_a, const Eigen::Vector3d& after_a,
@@ -60,6 +57,32 @@ void LoopCloser::add(Keyframe keyframe) {
   keyframes_.push_back(std::move(keyframe));
   if (nodes_.empty() || keyframes_.back().way - keyframes_[nodes_.back()].way >= kNodeSpacing)
     nodes_.push_back(keyframes_.size() - 1);
+  if (is_full()) thin();
+}
+
+/// Of the older half, every second keyframe that is not a node goes. What it adds to the error of the path stays.
+void LoopCloser::thin() {
+  const std::size_t half = keyframes_.size() / 2;
+  std::vector<Keyframe> kept;
+  std::vector<std::size_t> nodes;
+  kept.reserve(keyframes_.size());
+  nodes.reserve(nodes_.size());
+  auto node = nodes_.begin();
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    const bool is_node = node != nodes_.end() && *node == i;
+    P += keyframes_[i].P;
+    if (i < half && i % 2 != 0 && !is_node) continue;
+    if (is_node) {
+      nodes.push_back(kept.size());
+      ++node;
+    }
+    kept.push_back(std::move(keyframes_[i]));
+    kept.back().P = P;
+    P.setZero();
+  }
+  keyframes_ = std::move(kept);
+  nodes_ = std::move(nodes);
 }
 
 bool LoopCloser::is_due() const {
@@ -129,9 +152,6 @@ std::optional<Loop> LoopCloser::match(std::size_t old_node, std::size_t node, co
                           std::clamp(kSigmas * std::sqrt(known.P(2, 2)), kLeastTurn, settings_.search_angle)};
   matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
   const auto match = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
-  if (getenv("LOOPDBG")) fprintf(stderr, "t %.3f %.3f way %.0f old %.0f range %.2f %.2f prior %.2f %.2f %.2f match %d", to_seconds(keyframe(node).stamp.time_since_epoch()), to_seconds(keyframe(old_node).stamp.time_since_epoch()), keyframe(node).way, keyframe(old_node).way, range.distance, range.angle, prior.x(), prior.y(), prior.z(), match.has_value());
-  if (getenv("LOOPDBG") && match) fprintf(stderr, " z %.2f %.2f %.2f s %.2f %.2f %.3f score %.2f", match->relation.z.x(), match->relation.z.y(), match->relation.z.z(), sqrt(match->relation.P(0,0)), sqrt(match->relation.P(1,1)), sqrt(match->relation.P(2,2)), match->score);
-  if (getenv("LOOPDBG")) fprintf(stderr, "\n");
   if (!match) return std::nullopt;
   Eigen::Vector3d off = match->relation.z - prior;
   off.z() = so3::wrap(off.z());
@@ -158,7 +178,6 @@ bool LoopCloser::accept(const Loop& loop, std::span<const Eigen::Vector3d> poses
     return a <= b ? along : inverse(along);
   };
   const std::vector<std::size_t> set = agreeing(pending_, relate);
-  if (getenv("LOOPDBG")) fprintf(stderr, "pending %zu set %zu\n", pending_.size(), set.size());
   if (set.size() < kEnough || keyframe(pending_[set.back()].to).way - keyframe(pending_[set.front()].to).way < kEnoughWay)
     return false;
   for (const std::size_t i : set) loops_.push_back(pending_[i]);
@@ -177,7 +196,6 @@ std::optional<Correction> LoopCloser::search_last() {
   for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
   const std::size_t old_loops = loops_.size();
   bool closed = false;
-  if (getenv("LOOPDBG")) fprintf(stderr, "search node %zu way %.0f at %.1f %.1f\n", node, keyframe(node).way, poses[node].x(), poses[node].y());
   for (const std::size_t old_node : candidates(node, from_node)) {
     if (const auto loop = match(old_node, node, from_node[old_node])) closed = accept(*loop, poses, all_steps) || closed;
   }
@@ -191,7 +209,6 @@ std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses
   Correction correction;
   for (std::size_t k = 0; k < poses.size(); ++k)
     correction.shift = std::max(correction.shift, (poses[k] - before[k]).head<2>().norm());
-  if (getenv("LOOPDBG")) fprintf(stderr, "solve shift %.2f loops %zu\n", correction.shift, loops_.size());
   if (correction.shift < settings_.least_shift) return std::nullopt;
   frozen_ = std::move(steps);
   const Loop& last = loops_.back();

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,9 +28,9 @@ struct Correction {
 
 /// Figures for reports.
 struct LoopCounters {
-  std::uint64_t searched = 0;   ///< pairs of windows
-  std::uint64_t matched = 0;    ///< of them
-  std::uint64_t accepted = 0;   ///< into the graph
+  std::uint64_t searched = 0;  ///< pairs of windows
+  std::uint64_t matched = 0;   ///< of them
+  std::uint64_t accepted = 0;  ///< into the graph
   std::uint64_t corrections = 0;
 };
 
@@ -55,10 +57,13 @@ class WAYMARK_API LoopCloser {
 
   std::span<const Keyframe> keyframes() const { return keyframes_; }
   const LoopCounters& counters() const { return counters_; }
+  /// True if the path has more places than are kept.
+  bool is_full() const { return keyframes_.size() > kMostKeyframes; }
+  static constexpr std::size_t kMostKeyframes = 20'000;
 
-  /// The keyframes' observations are written by `modules`.
-  template <class Archive, class Observations>
-  void serialize(Archive& archive, const Observations& observations);
+  /// Observations are written and read by `modules`. Reading throws DataError if what is read does not fit together.
+  template <class Archive>
+  void serialize(Archive& archive, std::span<const std::shared_ptr<MapModule>> modules);
 
  private:
   bool is_due() const;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <cstdlib>
 // What a loop does to the particles: their maps are drawn again along the corrected path.
 #include <algorithm>
 #include <utility>
@@ -47,11 +45,14 @@ void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::si
   keyframe.T_map_base = particle.belief.mean.T_map_base;
   keyframe.xyyaw = loops::planar(keyframe.T_map_base);
   if (joint_) keyframe.anchor = joint_->active_anchor();
-  if (getenv("LOOPDBG")) fprintf(stderr, "keyframe %zu obs %zu pts\n", keyframe.observations.size(), keyframe.points_base.size());
   loops_->add(std::move(keyframe));
+  if (!loops_->is_full()) return;
+  loops_.reset();
+  loops_failure_ = true;
 }
 
 void ParticleFilter::close_loops() {
+  if (!loops_) return;
   std::vector<StampedPose> path;
   const auto best_path = [&]() -> const std::vector<StampedPose>& { return path = set_[set_.best()].path.poses(); };
   const auto correction = loops_->search(best_path);

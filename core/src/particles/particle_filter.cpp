@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <cstdlib>
 #include "particles/particle_filter.hpp"
 
 #include <algorithm>
@@ -175,7 +173,6 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
   at.conclude_mapping(sensor);
-  if (getenv("LOOPDBG")) fprintf(stderr, "keeps %d loops %d writes %d modules %d\n", keeps, loops_.has_value(), mapping_.writes(best), can_close_loops(modules_));
   if (keeps) close_loops();
   return failures;
 }

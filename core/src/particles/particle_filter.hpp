@@ -130,6 +130,8 @@ class WAYMARK_API ParticleFilter {
     double shift;         ///< of a place, at most [m]
     std::size_t matches;  ///< in the graph
   };
+  /// True once: the path has become too long for loops, which were given up.
+  bool take_loops_failure() { return std::exchange(loops_failure_, false); }
   std::optional<ClosedLoop> take_closed_loop() { return std::exchange(closed_loop_, std::nullopt); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
@@ -188,6 +190,7 @@ class WAYMARK_API ParticleFilter {
   std::string joint_failure_;
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
   std::optional<ClosedLoop> closed_loop_;
+  bool loops_failure_ = false;
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;

@@ -56,6 +56,9 @@ struct ScanPoints {
   std::vector<StoredPoint> clear_to;    ///< of beams without return: free up to there [m]
   double reach = 0.0;                   ///< of the points and the sensor from the base's origin, at most [m]
 
+  static constexpr double kMostReach = 2e3;  ///< of a checkpoint's scan [m]
+
+  /// Reading throws DataError if a point lies beyond the reach.
   template <class Archive>
   void serialize(Archive& archive) {
     archive.section("scan_points", 1);
@@ -70,8 +73,6 @@ struct ScanPoints {
         throw DataError("the checkpoint has a scan with points out of its reach");
     }
   }
-
-  static constexpr double kMostReach = 1e4;  ///< of a checkpoint's scan [m]
 };
 
 /// The points of a planar scan that are used, motion-compensated (`for_beams`). Throws DataError if there is none, and
