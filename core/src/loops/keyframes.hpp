@@ -36,7 +36,7 @@ struct Keyframe {
 };
 
 /// Sets the poses of keyframes to those of a path with the same stamps; between two stamps, interpolated.
-void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path);
+WAYMARK_API void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path);
 
 /// The points of the keyframes within `reach` [m] of way of the one at `middle`, in its frame.
 std::vector<Eigen::Vector2f> window(std::span<const Keyframe> keyframes, std::size_t middle, double reach);

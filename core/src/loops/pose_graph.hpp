@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "loops/planar.hpp"
+#include "waymark/base/api.hpp"
 
 namespace waymark::loops {
 
@@ -19,7 +20,7 @@ struct Loop {
 };
 
 /// Poses along a path, related to their neighbours and by loops (F. Lu, E. Milios, 1997). The first one is fixed.
-class PoseGraph {
+class WAYMARK_API PoseGraph {
  public:
   /// `steps[k]` relates node k to node k + 1. Both must outlive the object.
   PoseGraph(std::span<const Relation> steps, std::span<const Loop> loops) : steps_(steps), loops_(loops) {}

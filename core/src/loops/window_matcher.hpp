@@ -9,6 +9,7 @@
 
 #include "loops/planar.hpp"
 #include "loops/score_raster.hpp"
+#include "waymark/base/api.hpp"
 
 namespace waymark::loops {
 
@@ -26,7 +27,7 @@ struct WindowMatch {
 
 /// Finds how one window of scans lies in another: branch and bound over all places of a range (W. Hess et al., ICRA
 /// 2016), then the moments of the likelihood around the best one. Holds its storage; not thread-safe.
-class WindowMatcher {
+class WAYMARK_API WindowMatcher {
  public:
   /// The window in which others are searched. Its points lie in its own frame [m].
   void draw(std::span<const Eigen::Vector2f> points);

@@ -67,7 +67,7 @@ TEST(WindowMatcher, ACorridorSaysNothingAlong) {
   Points part;
   add_wall(part, {-8.0, -1.0}, {8.0, -1.0});
   add_wall(part, {-8.0, 1.0}, {8.0, 1.0});
-  const auto match = matcher.match(part, {0.1, 0.05, 0.01}, {0.8, 0.05});
+  const auto match = matcher.match(part, {0.1, 0.05, 0.01}, {0.45, 0.05});
   ASSERT_TRUE(match);
   EXPECT_GT(match->relation.P(0, 0), 0.25);
   EXPECT_LT(match->relation.P(1, 1), 0.01);
