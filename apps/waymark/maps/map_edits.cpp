@@ -34,7 +34,7 @@ Eigen::Vector3d middle_of(const GridView& grid, int x, int y) {
   return grid.T_map_grid * Eigen::Vector3d((x + 0.5) * grid.resolution_m, (y + 0.5) * grid.resolution_m, 0.0);
 }
 
-/// The picture of the cells that `add` names, beside a grid whose cells they count from.
+/// The picture of the cells that `for_cells(add)` adds; they count from the corner of `grid`.
 template <class Cells>
 GridView redrawn(const GridView& grid, const Cells& for_cells) {
   map_formats::GridExtent extent;

@@ -73,8 +73,7 @@ const MapLayer* MapManifest::find(std::string_view name) const {
 }
 
 bool is_manifest(const std::filesystem::path& file) {
-  const std::string name = file.filename().string();
-  if (name.ends_with(".landmarks.yaml") || layer_format(file) != kMapServerFormat) return false;
+  if (layer_format(file) != kMapServerFormat) return false;
   try {
     return Config::load(file).has("layers");
   } catch (const Error&) {
