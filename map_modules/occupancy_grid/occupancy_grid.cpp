@@ -32,6 +32,16 @@ class OccupancyGrid final : public MapModule {
     return observation;
   }
 
+  bool can_draw_again() const override { return true; }
+  void save_observation(const Observation& observation, OutArchive& out) const override {
+    out(static_cast<const ScanObservation&>(observation));
+  }
+  std::shared_ptr<const Observation> load_observation(InArchive& in) const override {
+    auto observation = std::make_shared<ScanObservation>();
+    in(*observation);
+    return observation;
+  }
+
   std::unique_ptr<ParticleMap> load_map(InArchive& in) const override {
     auto map = std::make_unique<ParticleGrid>(model_);
     map->load(in);

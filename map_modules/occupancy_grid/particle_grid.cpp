@@ -60,10 +60,16 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
+  if (association != nullptr) record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
   const auto& scan = static_cast<const ScanObservation&>(observation);
   if (!writes(scan)) return;
   scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
+}
+
+std::unique_ptr<ParticleMap> ParticleGrid::blank() const {
+  auto map = std::make_unique<ParticleGrid>(model_);
+  map->record_ = record_;
+  return map;
 }
 
 void ParticleGrid::correspond(const Observation& observation, const Association* /*association*/,

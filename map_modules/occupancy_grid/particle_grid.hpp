@@ -33,6 +33,7 @@ class ParticleGrid final : public ParticleMap {
   void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
               Refinement& out) const override;
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
+  std::unique_ptr<ParticleMap> blank() const override;
   void correspond(const Observation& observation, const Association* association, Correspondences& out) const override;
   void describe(MapDescription& out) const override;
   std::optional<GridView> grid() const override;

@@ -37,7 +37,10 @@ enum class Fault {
   null_observation,
   swallows_foreign_payload,
   twin_ids,
-  bad_covariance
+  bad_covariance,
+  null_blank,
+  forgetful_observation,
+  lazy_observation
 };
 
 struct Sum final : Observation {
@@ -103,7 +106,12 @@ class MeanMap final : public ParticleMap {
 
   void insert(const PoseGaussian&, const Observation& observation, const Association* association) override {
     const double noise = fault_ == Fault::random_insert ? draws++ : 0.0;
-    values_->add(static_cast<const Sum&>(observation).value + static_cast<const Count*>(association)->steps + noise);
+    const int steps = association == nullptr ? 0 : static_cast<const Count*>(association)->steps;
+    values_->add(static_cast<const Sum&>(observation).value + steps + noise);
+  }
+
+  std::unique_ptr<ParticleMap> blank() const override {
+    return fault_ == Fault::null_blank ? nullptr : std::make_unique<MeanMap>(fault_);
   }
 
   void describe(MapDescription& out) const override {
@@ -163,6 +171,16 @@ class MeanModule final : public MapModule {
     auto map = std::make_unique<MeanMap>(fault_);
     map->load(in);
     return map;
+  }
+  bool can_draw_again() const override { return true; }
+  void save_observation(const Observation& observation, OutArchive& out) const override {
+    out.value(static_cast<const Sum&>(observation).value);
+  }
+  std::shared_ptr<const Observation> load_observation(InArchive& in) const override {
+    auto sum = std::make_shared<Sum>();
+    if (fault_ != Fault::lazy_observation) in.value(sum->value);
+    if (fault_ == Fault::forgetful_observation) sum->value = 0.0;
+    return sum;
   }
   void save(OutArchive& out) const override { out.value(total_); }
   void load(InArchive& in) override {
@@ -225,7 +243,11 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{Fault::null_observation, "extract returns null"},
                       Case{Fault::swallows_foreign_payload, "extract does not refuse a foreign payload"},
                       Case{Fault::twin_ids, "two landmarks have one id"},
-                      Case{Fault::bad_covariance, "a landmark's covariance is not positive semi-definite"}));
+                      Case{Fault::bad_covariance, "a landmark's covariance is not positive semi-definite"},
+                      Case{Fault::null_blank, "blank returns null although the module can draw again"},
+                      Case{Fault::forgetful_observation, "observations that were saved and loaded draw another map"},
+                      Case{Fault::lazy_observation, "load_observation does not read all that save_observation wrote"},
+                      Case{Fault::lazy_observation, "load_observation accepts a stream that ends early"}));
 
 }  // namespace
 }  // namespace waymark::contract_test

@@ -210,6 +210,20 @@ JointSettings read_joint(const Config& yaml) {
   return joint;
 }
 
+LoopSettings read_loops(const Config& yaml) {
+  LoopSettings loops;
+  loops.enabled = yaml.boolean({"enabled", "false: places that are met again do not correct the maps"}, loops.enabled);
+  loops.least_way =
+      yaml.number_in({"least_way_m", "m", "way after which a place counts as met again"}, 5.0, 1e6, loops.least_way);
+  loops.search_distance = yaml.number_in({"search_distance_m", "m", "half width of the search for a place, at most"},
+                                         0.5, 50.0, loops.search_distance);
+  loops.search_angle = kRadPerDeg * yaml.number_in({"search_angle_deg", "deg", "the same of the heading"}, 1.0, 180.0,
+                                                   loops.search_angle / kRadPerDeg);
+  loops.least_shift = yaml.number_in({"least_shift_m", "m", "the maps are drawn again where a loop moves them farther"},
+                                     0.0, 100.0, loops.least_shift);
+  return loops;
+}
+
 }  // namespace
 
 FusionSettings read_fusion_settings(const Config& yaml) {
@@ -225,6 +239,8 @@ FusionSettings read_fusion_settings(const Config& yaml) {
   settings.filter.joint = read_joint(yaml.child_or_empty(
       {"joint",
        "the joint Gaussian over the pose and the places of the maps, whose covariance is reported; used with maps"}));
+  settings.filter.loops =
+      read_loops(yaml.child_or_empty({"loops", "places that are met again, and the correction of dense maps between"}));
   settings.clock = read_clock(yaml.child_or_empty({"clock", "which stamps are plausible"}));
   settings.health = read_health(yaml.child_or_empty({"health", "when the result is reported as lost or degraded"}));
   settings.georeference =

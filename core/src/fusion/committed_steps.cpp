@@ -78,6 +78,14 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
                                 "particles alone, which is too small",
                                 why));
   }
+  if (committed_.filter.take_loops_failure())
+    committed_.note(m.stamp, "the path has become too long: loops are not searched for any more");
+  if (const auto loop = committed_.filter.take_closed_loop()) {
+    committed_.note(
+        m.stamp,
+        fmt::format("a loop of {:.0f} m was closed; the maps were drawn again, with places moved by up to {:.2f} m",
+                    loop->way, loop->shift));
+  }
   result.fate = Fate::mapped;
 }
 

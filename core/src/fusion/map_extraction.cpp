@@ -41,8 +41,8 @@ Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& moti
     }
     try {
       if (auto observation = map.module->extract(m, companions_of(map, m, committed), motion)) {
-        result.inputs.push_back({static_cast<int>(i), observation.get(), map.share, map.localize});
-        result.observations.push_back(std::move(observation));
+        const Observation* const content = observation.get();
+        result.inputs.push_back({static_cast<int>(i), content, map.share, map.localize, std::move(observation)});
       } else {
         result.skipped = true;
       }

@@ -18,10 +18,9 @@ namespace waymark::fusion {
 /// What the map modules extracted from one measurement.
 struct Extraction {
   std::vector<particles::MappingInput> inputs;
-  std::vector<std::shared_ptr<const Observation>> observations;  ///< of the inputs, which point to them
-  bool skipped = false;                                          ///< a module does not use the measurement
-  bool unusable = false;                                         ///< a module rejected it as unusable
-  bool held_out = false;                                         ///< a map that would use it is switched off
+  bool skipped = false;   ///< a module does not use the measurement
+  bool unusable = false;  ///< a module rejected it as unusable
+  bool held_out = false;  ///< a map that would use it is switched off
 };
 
 /// The maps of the YAML with their modules and inputs.

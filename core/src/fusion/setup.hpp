@@ -35,7 +35,8 @@ std::optional<estimation::Georeference> georeference_of(const StateLayout& layou
 /// Absolute sensors and prior maps that give or constrain the start pose.
 StartSources start_sources(const std::vector<SensorSlot>& sensors, const std::vector<MapSlot>& maps);
 /// The settings of the particle filter, with the history that it has to store.
-ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<MapSlot>& maps);
+ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
+                                       const std::vector<MapSlot>& maps);
 /// The modules of the maps, in their order.
 std::vector<std::shared_ptr<MapModule>> modules_of(const std::vector<MapSlot>& maps);
 /// One record per sensor, in the order of the YAML, with its gates and traits.

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "joint/twist.hpp"
 #include "waymark/base/error.hpp"
@@ -119,11 +120,38 @@ double Anchors::way_since_last(const Eigen::Vector3d& xyyaw) {
 std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                                     const Eigen::Vector2d& position) {
   const auto added = choose_active(gaussian, position);
+  claim_within_reach(points, position, active_);
+  return added;
+}
+
+void Anchors::claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor) {
   const double reach = kClaimReach * settings_.anchor_spacing;
   for (const Eigen::Vector2d& point : points) {
-    if ((point - position).squaredNorm() <= reach * reach) places_.claim(PlaceGrid::place_of(point), active_);
+    if ((point - position).squaredNorm() <= reach * reach) places_.claim(PlaceGrid::place_of(point), anchor);
   }
-  return added;
+}
+
+std::optional<JointGaussian::NodeId> Anchors::active() const {
+  if (active_ == PlaceGrid::kNone) return std::nullopt;
+  return anchors_[static_cast<std::size_t>(active_)].node;
+}
+
+void Anchors::forget_places(std::span<const AnchorPose> poses) {
+  places_.clear();
+  shares_.clear();
+  last_.reset();
+  for (Anchor& anchor : anchors_) {
+    const auto now = std::ranges::find(poses, anchor.node, &AnchorPose::anchor);
+    if (now != poses.end()) anchor.in_map = now->xyyaw.head<2>();
+  }
+}
+
+void Anchors::claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vector2d> points,
+                        const Eigen::Vector2d& position) {
+  const auto own = std::ranges::find(anchors_, node, &Anchor::node);
+  const int anchor = own != anchors_.end() ? static_cast<int>(own - anchors_.begin())
+                                           : nearest(position, std::numeric_limits<double>::infinity());
+  if (anchor != PlaceGrid::kNone) claim_within_reach(points, position, anchor);
 }
 
 Eigen::Matrix3d Anchors::local_error(const Eigen::Vector2d& position) const {

@@ -47,6 +47,13 @@ class WAYMARK_API Anchors {
   std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                              const Eigen::Vector2d& position);
 
+  /// The anchor that new places belong to.
+  std::optional<JointGaussian::NodeId> active() const;
+  /// Where the anchors are in a map that was drawn again; its places have none yet.
+  void forget_places(std::span<const AnchorPose> poses);
+  /// The places of `points` near `position` that have no anchor get this one, or if it was merged the nearest one.
+  void claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position);
+
   /// What the places that localised last may have crept, as covariance of (x, y, yaw) at `position`, and the error that
   /// is the place's own: cells that were drawn from other poses lie wrong each in its own way.
   Eigen::Matrix3d local_error(const Eigen::Vector2d& position) const;
@@ -74,6 +81,7 @@ class WAYMARK_API Anchors {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
   }
   double way_since_last(const Eigen::Vector3d& xyyaw);
+  void claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor);
   int nearest(const Eigen::Vector2d& position, double within) const;
 
   JointSettings settings_;

@@ -80,6 +80,20 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
   return anchors_.claim(gaussian_, points_, evidence.T_map_base.p.head<2>());
 }
 
+void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors) {
+  anchors_.forget_places(anchors);
+  for (const loops::Keyframe& keyframe : keyframes) {
+    if (!keyframe.anchor) continue;
+    points_.clear();
+    const std::size_t step = 1 + keyframe.points_base.size() / kPoints;
+    for (std::size_t i = 0; i < keyframe.points_base.size(); i += step) {
+      const Eigen::Vector2d p = keyframe.points_base[i].cast<double>();
+      points_.emplace_back(loops::compose(keyframe.xyyaw, {p.x(), p.y(), 0.0}).head<2>());
+    }
+    anchors_.claim_for(*keyframe.anchor, points_, keyframe.xyyaw.head<2>());
+  }
+}
+
 std::string JointBelief::failure(const Belief& particles) {
   if (landmarks_.size() > kMostLandmarks) return fmt::format("the map has more than {} landmarks", kMostLandmarks);
   const StateLayout& layout = process_.layout();

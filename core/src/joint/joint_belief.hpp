@@ -12,6 +12,7 @@
 #include "joint/anchors.hpp"
 #include "joint/joint_gaussian.hpp"
 #include "joint/landmark_nodes.hpp"
+#include "loops/keyframes.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/map_module.hpp"
@@ -51,6 +52,12 @@ class WAYMARK_API JointBelief {
   /// them. Returns a new anchor, if one was added: the particles must keep where they write the observation.
   std::optional<JointGaussian::NodeId> map(const MapEvidence& evidence, const Correspondences& correspondences,
                                            std::span<const AnchorPose> anchors);
+
+  /// The anchor that new places belong to.
+  std::optional<JointGaussian::NodeId> active_anchor() const { return anchors_.active(); }
+  /// The best particle's map was drawn again along another path: `anchors` are where they are now, and the places get
+  /// their anchors anew. What the loop says about the poses, the next matches with its places say.
+  void draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors);
 
   /// Why this Gaussian represents the particles no longer; empty: it does. It has room for so many landmarks only; and
   /// after a wrong association it may be far from `particles`, the same marginal by the particles.

@@ -170,13 +170,17 @@ double HealthMonitor::off_probability() const {
   return std::exp(-0.5 * kThreeSigmaSquared / ratio);
 }
 
-/// Without an absolute position and a map that localises, the position is dead reckoning by design: that it becomes
+/// Without an absolute position and a loaded map, the position is relative to the start by design: that it becomes
 /// uncertain is no fault. An absolute sensor that has not delivered yet may be one of positions.
 bool HealthMonitor::is_position_observed() const {
   return std::ranges::any_of(sensors_, [](const Track& track) {
-    const bool may_observe = track.role.localizes || track.observes_position || !track.last;
+    const bool may_observe = track.role.has_prior_map || track.observes_position || !track.last;
     return track.role.fused && track.role.is_aiding && may_observe;
   });
+}
+
+bool HealthMonitor::maps() const {
+  return std::ranges::any_of(sensors_, [](const Track& track) { return track.role.fused && track.role.localizes; });
 }
 
 HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_sigma, fmt::memory_buffer& text) {
@@ -207,6 +211,8 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
   // A pose that was lost once stays so until something has narrowed it.
   if (position_sigma > settings_.lost_sigma && (is_position_observed() || began_anew_))
     return {lost, "the position is too uncertain"};
+  if (position_sigma > settings_.lost_sigma && maps())
+    return {degraded, "in new places: the position against the start is uncertain"};
   if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
   if (worst == sensors_.size()) return {};
   const SensorHealth& worst_health = health_.sensors[worst];

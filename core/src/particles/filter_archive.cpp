@@ -16,6 +16,7 @@ void ParticleFilter::restore(const State& state) {
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
   recollection_.past().clear();
+  if (loops_) loops_->rewind(stamp());
   has_changed();
 }
 
@@ -40,7 +41,7 @@ void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapMo
 
 template <class Archive>
 void ParticleFilter::serialize(Archive& archive, State& state) const {
-  archive.section("particle_filter", 2);
+  if (archive.section("particle_filter", 3) < 3) throw DataError("the checkpoint has an older version");
   std::uint64_t count = state.particles.size();
   archive(count);
   if (count != set_.size()) {
@@ -76,6 +77,13 @@ void ParticleFilter::serialize_rest(Archive& archive) {
   if (joint_) archive(*joint_);
   if (joint_ && joint_->stamp() != stamp())
     throw DataError("the checkpoint has a joint Gaussian of another time than its particles");
+  bool has_loops = loops_.has_value();
+  archive(has_loops);
+  if constexpr (Archive::kReads) {
+    if (has_loops && !loops_) throw DataError("the checkpoint has loops that the configuration lacks");
+    if (!has_loops) loops_.reset();
+  }
+  if (loops_) loops_->serialize(archive, std::span<const std::shared_ptr<MapModule>>(modules_));
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
   estimation::serialize_belief(archive, mixture_, layout());

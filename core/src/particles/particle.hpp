@@ -62,8 +62,9 @@ struct MixtureOutcome {
 struct MappingInput {
   int module = 0;
   const Observation* observation = nullptr;
-  double share = 1.0;    ///< the likelihood's exponent: information and evidence alike
-  bool localize = true;  ///< false: the module only maps
+  double share = 1.0;                                 ///< the likelihood's exponent: information and evidence alike
+  bool localize = true;                               ///< false: the module only maps
+  std::shared_ptr<const Observation> kept = nullptr;  ///< the observation, if a loop may draw the maps again
 };
 
 /// Indices into the inputs of a mapping step whose modules threw, with the message.

@@ -18,6 +18,13 @@ constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
 
 }  // namespace
 
+/// Loops move maps that this run has begun, and no others.
+bool can_close_loops(std::span<const std::shared_ptr<MapModule>> modules) {
+  return !modules.empty() && std::ranges::all_of(modules, [](const auto& module) {
+    return module && module->can_draw_again() && !module->has_prior_map();
+  });
+}
+
 /// The particles now.
 class ParticleFilter::Present final : public Instant {
  public:
@@ -70,6 +77,9 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       joint_(settings.joint.enabled && !modules_.empty()
                  ? std::make_optional<joint::JointBelief>(process, settings.joint)
                  : std::nullopt),
+      loops_(settings.loops.enabled && can_close_loops(modules_)
+                 ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint)
+                 : std::nullopt),
       now_(std::make_unique<Present>(*this)),
       beliefs_(set_.size()) {
   assert(settings.particles >= 1);
@@ -87,6 +97,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
     for (Particle& particle : set_) georeference_->take_over_start(particle.belief);
   }
   if (joint_) joint_->start(set_[0].belief, frame);
+  if (loops_) loops_->clear();
   // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (!georeference_ && draw && set_.size() > 1) {
     for (std::size_t slot = 0; slot < set_.size(); ++slot) {
@@ -154,11 +165,15 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   set_.normalize();
   has_changed();
   if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
+  const std::size_t best = set_.best();
+  const bool keeps = loops_ && &at == now_.get() && mapping_.writes(best);
+  if (keeps) keep_keyframe(inputs, best);
   at.sample(sensor);
   keep_new_anchors();
   mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
   at.conclude_mapping(sensor);
+  if (keeps) close_loops();
   return failures;
 }
 

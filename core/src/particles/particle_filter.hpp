@@ -14,6 +14,7 @@
 #include "estimation/new_start.hpp"
 #include "estimation/process_model.hpp"
 #include "joint/joint_belief.hpp"
+#include "loops/loop_closer.hpp"
 #include "particles/instant.hpp"
 #include "particles/mapping_step.hpp"
 #include "particles/mixture_moments.hpp"
@@ -123,6 +124,15 @@ class WAYMARK_API ParticleFilter {
   std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
   /// Why the joint Gaussian was given up, at the mapping step at which it was; else empty.
   std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
+  /// The loop that the last mapping step closed, if it moved the maps.
+  struct ClosedLoop {
+    double way;           ///< of the loop [m]
+    double shift;         ///< of a place, at most [m]
+    std::size_t matches;  ///< in the graph
+  };
+  /// True once: the path has become too long for loops, which were given up.
+  bool take_loops_failure() { return std::exchange(loops_failure_, false); }
+  std::optional<ClosedLoop> take_closed_loop() { return std::exchange(closed_loop_, std::nullopt); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
@@ -149,6 +159,12 @@ class WAYMARK_API ParticleFilter {
 
   /// Passes a mapping step to the joint Gaussian, before the poses are sampled.
   void map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures);
+  /// Keeps a mapping step for loops; `slot`: the particle that was the best before sampling.
+  void keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot);
+  /// Searches for a loop. One that moves the maps replaces all particles by the best one with a corrected path, whose
+  /// maps are drawn again.
+  void close_loops();
+  std::vector<std::unique_ptr<ParticleMap>> draw_again(const Particle& best) const;
   /// Every particle keeps where it writes what belongs to the anchors that were added.
   void keep_new_anchors();
 
@@ -172,6 +188,9 @@ class WAYMARK_API ParticleFilter {
   Recollection recollection_;
   std::optional<joint::JointBelief> joint_;  // with maps only
   std::string joint_failure_;
+  std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
+  std::optional<ClosedLoop> closed_loop_;
+  bool loops_failure_ = false;
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;

@@ -72,6 +72,12 @@ void Path::thin(std::span<Path* const> paths, std::size_t count) {
   Lineage<StampedPose>::thin(lineages, count);
 }
 
+void Path::replace(std::span<const StampedPose> poses) {
+  poses_ = {};
+  tentative_.clear();
+  for (const StampedPose& pose : poses) poses_.append(pose);
+}
+
 std::vector<StampedPose> Path::poses() const {
   std::vector<StampedPose> all = poses_.items();
   all.insert(all.end(), tentative_.begin(), tentative_.end());

@@ -27,6 +27,8 @@ class WAYMARK_API Path {
   /// Corrects the poses of dead reckoning, which predicted `predicted` where the mapping step found `found`. Each gets
   /// a share of the correction: its share of the motion since the last `append`. Then they are no longer tentative.
   void distribute_correction(const Pose& predicted, const Pose& found);
+  /// Sets the poses, in order; none of them is tentative.
+  void replace(std::span<const StampedPose> poses);
   /// All poses, in order.
   std::vector<StampedPose> poses() const;
   bool empty() const { return poses_.empty() && tentative_.empty(); }

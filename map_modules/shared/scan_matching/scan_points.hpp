@@ -55,6 +55,24 @@ struct ScanPoints {
   std::vector<StoredPoint> hits;        ///< end points [m]
   std::vector<StoredPoint> clear_to;    ///< of beams without return: free up to there [m]
   double reach = 0.0;                   ///< of the points and the sensor from the base's origin, at most [m]
+
+  static constexpr double kMostReach = 2e3;  ///< of a checkpoint's scan [m]
+
+  /// Reading throws DataError if a point lies beyond the reach.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive.section("scan_points", 1);
+    const auto point = [](auto& each, StoredPoint& p) { each(p); };
+    archive(p_base_sensor);
+    archive.within(reach, 0.0, kMostReach);
+    archive.each(hits, point);
+    archive.each(clear_to, point);
+    if constexpr (Archive::kReads) {
+      const auto is_near = [this](const StoredPoint& p) { return p.template cast<double>().norm() <= reach + 1e-3; };
+      if (!std::ranges::all_of(hits, is_near) || !std::ranges::all_of(clear_to, is_near))
+        throw DataError("the checkpoint has a scan with points out of its reach");
+    }
+  }
 };
 
 /// The points of a planar scan that are used, motion-compensated (`for_beams`). Throws DataError if there is none, and

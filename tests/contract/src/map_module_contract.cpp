@@ -209,6 +209,35 @@ void check_saving_family(const Bench& bench, Findings& findings) {
   findings.require(saved(*parent_again) == saved(*parent), "maps loaded from one archive write into each other");
 }
 
+/// What loops need, of a module that can draw its maps again.
+void check_drawing_again(const Bench& bench, Findings& findings) {
+  if (!bench.module.can_draw_again()) return;
+  const auto map = bench.driven(bench.steps.size());
+  const auto from_observations = map->blank();
+  const auto from_checkpoint = map->blank();
+  if (!from_observations || !from_checkpoint) {
+    findings.add("blank returns null although the module can draw again");
+    return;
+  }
+  const std::string before = saved(*map);
+  for (std::size_t k = 0; k < bench.steps.size(); ++k) {
+    from_observations->insert(bench.kept(k), *bench.observations[k], nullptr);
+    std::ostringstream stream;
+    OutArchive out(stream);
+    bench.module.save_observation(*bench.observations[k], out);
+    std::shared_ptr<const Observation> copy;
+    const std::size_t left = load_from(stream.str(), [&](InArchive& in) { copy = bench.module.load_observation(in); });
+    findings.require(left == 0 && copy, "load_observation does not read all that save_observation wrote");
+    if (!copy) return;
+    from_checkpoint->insert(bench.kept(k), *copy, nullptr);
+    findings.require(refuses_truncated(stream.str(), [&](InArchive& in) { bench.module.load_observation(in); }),
+                     "load_observation accepts a stream that ends early");
+  }
+  findings.require(saved(*map) == before, "inserting into a blank map changes the original");
+  findings.require(saved(*from_observations) == saved(*from_checkpoint),
+                   "observations that were saved and loaded draw another map");
+}
+
 void check_empty_map(const Bench& bench, Findings& findings) {
   const auto map = bench.module.create_map();
   if (!map) {
@@ -237,6 +266,7 @@ Violations check_map_module(MapModule& module, std::span<const MappingStep> step
   findings.part("clone or insert", [&] { check_clones(bench, findings); });
   findings.part("save or load_map", [&] { check_saving(bench, findings); });
   findings.part("save or load_map of maps that share storage", [&] { check_saving_family(bench, findings); });
+  findings.part("blank, save_observation or load_observation", [&] { check_drawing_again(bench, findings); });
   return findings.take();
 }
 

@@ -30,6 +30,15 @@ struct JointSettings {
   double anchor_yaw_sigma = 0.4 * std::numbers::pi / 180.0;  ///< [rad]
 };
 
+/// Places that are met again, and the correction of the maps between (`loops:` of the YAML).
+struct LoopSettings {
+  bool enabled = true;            ///< with maps that can be drawn again, all of them begun by this run
+  double least_way = 30.0;        ///< on which a place counts as met again [m]
+  double search_distance = 20.0;  ///< half width of the search, at most [m]
+  double search_angle = 15.0 * std::numbers::pi / 180.0;  ///< [rad]
+  double least_shift = 0.15;  ///< the maps are drawn again where a loop moves them farther than this [m]
+};
+
 /// The particle filter's part of the YAML (`filter:`).
 struct ParticleFilterSettings {
   int particles = 1;
@@ -40,6 +49,7 @@ struct ParticleFilterSettings {
   int threads = 1;
   std::size_t path_poses = 200'000;  ///< >= 2; of a longer path the older half loses every second pose
   JointSettings joint;
+  LoopSettings loops;
   Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
 };
 

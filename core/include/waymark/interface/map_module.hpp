@@ -75,7 +75,8 @@ class WAYMARK_TYPE ParticleMap {
   virtual void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
                       Refinement& out) const = 0;
 
-  /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept.
+  /// Writes the observation into the map, at the sampled pose with the covariance that sampling kept. `association`:
+  /// of the last `refine`; null where a map is drawn again, which counts nothing.
   virtual void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) = 0;
 
   /// Adds what the last `refine` found, for the joint Gaussian: landmarks, or points of surfaces. Called between
@@ -84,6 +85,10 @@ class WAYMARK_TYPE ParticleMap {
                           Correspondences& out) const {
     out.points_base.emplace_back(0.0, 0.0);
   }
+
+  /// The initial map again, with this map's figures, to draw all observations into at corrected poses (loops:
+  /// docs/math/loops.md). Null if the module cannot (`MapModule::can_draw_again`).
+  virtual std::unique_ptr<ParticleMap> blank() const { return nullptr; }
 
   /// Adds landmarks, figures and sightings to `out`. Called often.
   virtual void describe(MapDescription& out) const = 0;
@@ -142,6 +147,13 @@ class WAYMARK_TYPE MapModule {
   /// measurement is unusable: it is then counted and skipped.
   virtual std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                                      const MotionWindow& motion) = 0;
+
+  /// True if the module's maps can be drawn again from observations: `ParticleMap::blank`, `save_observation` and
+  /// `load_observation` are there. Must not change after load.
+  virtual bool can_draw_again() const { return false; }
+  /// An observation on a checkpoint, for a map that can be drawn again.
+  virtual void save_observation(const Observation& /*observation*/, OutArchive& /*out*/) const {}
+  virtual std::shared_ptr<const Observation> load_observation(InArchive& /*in*/) const { return nullptr; }
 
   /// Reads a map that `ParticleMap::save` wrote.
   virtual std::unique_ptr<ParticleMap> load_map(InArchive&) const = 0;

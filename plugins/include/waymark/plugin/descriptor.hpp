@@ -15,7 +15,7 @@
 namespace waymark {
 
 /// Raised whenever an interface of core changes incompatibly.
-inline constexpr std::uint32_t kPluginAbi = 13;
+inline constexpr std::uint32_t kPluginAbi = 14;
 
 #define WAYMARK_STRINGIFY_(x) #x
 #define WAYMARK_STRINGIFY(x) WAYMARK_STRINGIFY_(x)

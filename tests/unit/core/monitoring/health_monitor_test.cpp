@@ -169,6 +169,15 @@ TEST_F(HealthOfAMap, ScansThatDoNotFitTheMapCount) {
   EXPECT_THAT(health().reason, HasSubstr("most of its scans do not fit the map"));
 }
 
+TEST_F(HealthOfAMap, AnUncertainPositionInNewPlacesIsDegraded) {
+  for (int k = 0; k < 100; ++k) {
+    see(kWheels, 0.1 * k, {}, 20.0);
+    see(kAid, 0.1 * k, {.fate = Fate::mapped, .localized = true}, 20.0);
+  }
+  EXPECT_EQ(health().state, Health::State::degraded);
+  EXPECT_THAT(health().reason, HasSubstr("in new places"));
+}
+
 TEST_F(HealthOfAMap, APositionThatNoScanFixesIsLost) {
   for (int k = 0; k < 100; ++k) see(kWheels, 0.1 * k, {}, 20.0);
   EXPECT_EQ(health().state, Health::State::lost);

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops on a checkpoint.
+#include <algorithm>
+
+#include "loops/loop_closer.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/io/archive.hpp"
+
+namespace waymark::loops {
+
+namespace {
+
+using Modules = std::span<const std::shared_ptr<MapModule>>;
+
+void serialize_observations(OutArchive& out, std::vector<MapObservation>& observations, Modules modules) {
+  const auto is_in_service = [&](const MapObservation& each) {
+    return modules[static_cast<std::size_t>(each.module)] != nullptr;
+  };
+  out.value(static_cast<std::uint64_t>(std::ranges::count_if(observations, is_in_service)));
+  for (const MapObservation& each : observations) {
+    if (!is_in_service(each)) continue;
+    out.value(static_cast<std::uint32_t>(each.module));
+    modules[static_cast<std::size_t>(each.module)]->save_observation(*each.observation, out);
+  }
+}
+
+void serialize_observations(InArchive& in, std::vector<MapObservation>& observations, Modules modules) {
+  const auto read = [&](InArchive& each, MapObservation& observation) {
+    std::uint32_t module = 0;
+    each.value(module);
+    const bool fits = module < modules.size() && modules[module] != nullptr && modules[module]->can_draw_again();
+    if (!fits) throw DataError("the checkpoint has an observation of a map that the configuration lacks");
+    observation = {static_cast<int>(module), modules[module]->load_observation(each)};
+  };
+  in.each(observations, read);
+}
+
+constexpr auto kFieldsOfRelation = [](auto& archive, Relation& relation) { archive(relation.z, relation.P); };
+constexpr auto kFieldsOfLoop = [](auto& archive, Loop& loop) {
+  archive(loop.from, loop.to);
+  kFieldsOfRelation(archive, loop.relation);
+};
+
+}  // namespace
+
+template <class Archive>
+void LoopCloser::serialize(Archive& archive, Modules modules) {
+  archive.section("loops", 1);
+  archive.each(keyframes_, [&](auto& each, Keyframe& keyframe) {
+    each(keyframe.stamp, keyframe.P, keyframe.T_map_base.p, keyframe.T_map_base.q, keyframe.xyyaw, keyframe.way,
+         keyframe.anchor);
+    each.each(keyframe.points_base, [](auto& points, Eigen::Vector2f& p) { points(p); });
+    serialize_observations(each, keyframe.observations, modules);
+  });
+  archive(nodes_, searched_);
+  archive.each(frozen_, kFieldsOfRelation);
+  archive.each(loops_, kFieldsOfLoop);
+  archive.each(pending_, kFieldsOfLoop);
+  if constexpr (Archive::kReads) {
+    const auto is_of_graph = [&](const Loop& loop) { return loop.from < nodes_.size() && loop.to < nodes_.size(); };
+    const bool fits = std::ranges::is_sorted(keyframes_, {}, &Keyframe::stamp) && std::ranges::is_sorted(nodes_) &&
+                      std::ranges::adjacent_find(nodes_) == nodes_.end() &&
+                      (nodes_.empty() ? keyframes_.empty() : nodes_.back() < keyframes_.size()) &&
+                      searched_ <= nodes_.size() && (frozen_.empty() || frozen_.size() < nodes_.size()) &&
+                      std::ranges::all_of(loops_, is_of_graph) && std::ranges::all_of(pending_, is_of_graph);
+    if (!fits) throw DataError("the checkpoint has loops that do not fit its path");
+  }
+}
+template void LoopCloser::serialize(OutArchive& archive, Modules modules);
+template void LoopCloser::serialize(InArchive& archive, Modules modules);
+
+}  // namespace waymark::loops

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loops/loop_closer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace waymark::loops {
+
+namespace {
+
+constexpr double kNodeSpacing = 1.0;     // of way between nodes [m]
+constexpr double kWindow = 5.0;          // of way on both sides of a window's middle [m]
+constexpr std::size_t kSearchEvery = 3;  // nodes
+constexpr double kArm = 0.5;             // a turn counts as the way of a point so far away [m]
+constexpr double kSigmas = 3.0;
+constexpr double kLeastSearch = 0.6;  // [m]
+constexpr double kLeastTurn = 0.05;   // [rad]
+constexpr double kKnown = 0.15;       // σ of a place that other loops relate so well [m]: a match would say little
+constexpr double kOtherPass = 10.0;   // way between two old places that are both searched [m]
+constexpr std::size_t kMostCandidates = 4;
+constexpr double kPlausible =
+    4 * 16.3;                       // χ² of a match: 99.9 % of three degrees of freedom, of a path with twice its σ
+constexpr double kConfirms = 11.3;  // χ² of a match against the poses as they are, 99 %
+constexpr double kConfirmsWithin = 0.3;  // [m]
+constexpr std::size_t kEnough = 3;       // matches that agree
+constexpr double kEnoughWay = 9.0;       // which they span [m]
+constexpr std::size_t kMostPending = 16;
+constexpr double kPendingFor = 40.0;  // of way [m]
+
+/// A pose between two nodes, after both were moved.
+Eigen::Vector3d carried(const Eigen::Vector3d& pose, const Eigen::Vector3d& before_a, const Eigen::Vector3d& after_a,
+                        const Eigen::Vector3d& before_b, const Eigen::Vector3d& after_b, double share) {
+  const Eigen::Vector3d by_a = compose(after_a, between(before_a, pose));
+  const Eigen::Vector3d by_b = compose(after_b, between(before_b, pose));
+  Eigen::Vector3d result = by_a + share * (by_b - by_a);
+  result.z() = so3::wrap(by_a.z() + share * so3::wrap(by_b.z() - by_a.z()));
+  return result;
+}
+
+}  // namespace
+
+void LoopCloser::clear() {
+  keyframes_.clear();
+  nodes_.clear();
+  searched_ = 0;
+  frozen_.clear();
+  loops_.clear();
+  pending_.clear();
+}
+
+void LoopCloser::add(Keyframe keyframe) {
+  if (!keyframes_.empty()) {
+    const Keyframe& last = keyframes_.back();
+    const Eigen::Vector3d step = between(last.xyyaw, keyframe.xyyaw);
+    keyframe.way = last.way + step.head<2>().norm() + kArm * std::abs(step.z());
+  }
+  keyframes_.push_back(std::move(keyframe));
+  if (nodes_.empty() || keyframes_.back().way - keyframes_[nodes_.back()].way >= kNodeSpacing)
+    nodes_.push_back(keyframes_.size() - 1);
+  if (is_full()) thin();
+}
+
+/// Of the older half, every second keyframe that is not a node goes. What it adds to the error of the path stays.
+void LoopCloser::thin() {
+  const std::size_t half = keyframes_.size() / 2;
+  std::vector<Keyframe> kept;
+  std::vector<std::size_t> nodes;
+  kept.reserve(keyframes_.size());
+  nodes.reserve(nodes_.size());
+  auto node = nodes_.begin();
+  Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    const bool is_node = node != nodes_.end() && *node == i;
+    P += keyframes_[i].P;
+    if (i < half && i % 2 != 0 && !is_node) continue;
+    if (is_node) {
+      nodes.push_back(kept.size());
+      ++node;
+    }
+    kept.push_back(std::move(keyframes_[i]));
+    kept.back().P = P;
+    P.setZero();
+  }
+  keyframes_ = std::move(kept);
+  nodes_ = std::move(nodes);
+}
+
+bool LoopCloser::is_due() const {
+  const std::size_t next = searched_ + kSearchEvery;
+  return next < nodes_.size() && keyframes_.back().way - keyframes_[nodes_[next]].way >= kWindow;
+}
+
+/// What the path says, with the noise that its mapping steps added.
+Relation LoopCloser::step(std::size_t from_keyframe, std::size_t to_keyframe) const {
+  const Keyframe& from = keyframes_[from_keyframe];
+  const Keyframe& to = keyframes_[to_keyframe];
+  Relation relation{between(from.xyyaw, to.xyyaw), Eigen::Matrix3d::Zero()};
+  for (std::size_t i = from_keyframe + 1; i <= to_keyframe; ++i) {
+    const Keyframe& at = keyframes_[i];
+    Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+    const Eigen::Vector2d arm = to.xyyaw.head<2>() - at.xyyaw.head<2>();
+    J(0, 2) = -arm.y();
+    J(1, 2) = arm.x();
+    relation.P += J * at.P * J.transpose();
+  }
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = rotation(from.xyyaw.z()).transpose();
+  relation.P = R * relation.P * R.transpose();
+  const double share = (to.way - from.way) / noise_.anchor_spacing;
+  relation.P.diagonal() +=
+      share * Eigen::Vector3d(noise_.anchor_sigma, noise_.anchor_sigma, noise_.anchor_yaw_sigma).cwiseAbs2();
+  return relation;
+}
+
+std::vector<Relation> LoopCloser::steps() const {
+  std::vector<Relation> steps = frozen_;
+  steps.reserve(nodes_.size());
+  for (std::size_t k = steps.size(); k + 1 < nodes_.size(); ++k) steps.push_back(step(nodes_[k], nodes_[k + 1]));
+  return steps;
+}
+
+/// Older nodes that may be where this one is, and are not yet known to be: the nearest ones of different passes.
+std::vector<std::size_t> LoopCloser::candidates(std::size_t node, std::span<const Relation> from_node) const {
+  std::vector<std::size_t> found;
+  const Keyframe& own = keyframe(node);
+  const auto distance = [&](std::size_t k) { return (keyframe(k).xyyaw - own.xyyaw).head<2>().norm(); };
+  for (std::size_t round = 0; round < kMostCandidates; ++round) {
+    double least = settings_.search_distance;
+    std::optional<std::size_t> nearest;
+    for (std::size_t k = 0; k < node && own.way - keyframe(k).way >= settings_.least_way; ++k) {
+      const auto is_same_pass = [&](std::size_t other) {
+        return std::abs(keyframe(other).way - keyframe(k).way) < kOtherPass;
+      };
+      if (distance(k) >= least || std::ranges::any_of(found, is_same_pass)) continue;
+      const double sigma = std::sqrt(from_node[k].P.topLeftCorner<2, 2>().trace());
+      if (distance(k) > kSigmas * sigma + kWindow) continue;
+      least = distance(k);
+      nearest = k;
+    }
+    if (!nearest) break;
+    found.push_back(*nearest);
+  }
+  std::erase_if(found, [&](std::size_t k) { return from_node[k].P.topLeftCorner<2, 2>().trace() < kKnown * kKnown; });
+  return found;
+}
+
+std::optional<Loop> LoopCloser::match(std::size_t old_node, std::size_t node, const Relation& to_old) {
+  const Eigen::Vector3d prior = between(keyframe(old_node).xyyaw, keyframe(node).xyyaw);
+  const Relation known = inverse(to_old);
+  const double sigma = std::sqrt(known.P.topLeftCorner<2, 2>().trace());
+  const SearchRange range{std::clamp(kSigmas * sigma, kLeastSearch, settings_.search_distance),
+                          std::clamp(kSigmas * std::sqrt(known.P(2, 2)), kLeastTurn, settings_.search_angle)};
+  matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
+  const auto match = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
+  if (!match) return std::nullopt;
+  Eigen::Vector3d off = match->relation.z - prior;
+  off.z() = so3::wrap(off.z());
+  if (off.dot((match->relation.P + known.P).inverse() * off) > kPlausible) return std::nullopt;
+  return Loop{old_node, node, match->relation};
+}
+
+/// True if this loop makes a set that agrees large enough.
+bool LoopCloser::accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps) {
+  const Eigen::Vector3d off = between(poses[loop.from], poses[loop.to]) - loop.relation.z;
+  if (off.head<2>().norm() < kConfirmsWithin && PoseGraph::chi_squared(loop, poses) < kConfirms) {
+    loops_.push_back(loop);
+    return false;
+  }
+  const double way = keyframe(loop.to).way;
+  std::erase_if(pending_, [&](const Loop& old) { return way - keyframe(old.to).way > kPendingFor; });
+  if (pending_.size() >= kMostPending) pending_.erase(pending_.begin());
+  pending_.push_back(loop);
+  const auto relate = [&](std::size_t a, std::size_t b) {
+    Relation along;
+    for (std::size_t k = std::min(a, b); k < std::max(a, b); ++k) along = compose(along, steps[k]);
+    return a <= b ? along : inverse(along);
+  };
+  const std::vector<std::size_t> set = agreeing(pending_, relate);
+  if (set.size() < kEnough ||
+      keyframe(pending_[set.back()].to).way - keyframe(pending_[set.front()].to).way < kEnoughWay)
+    return false;
+  for (const std::size_t i : set) loops_.push_back(pending_[i]);
+  pending_.clear();
+  return true;
+}
+
+std::optional<Correction> LoopCloser::search_last() {
+  searched_ += kSearchEvery;
+  const std::size_t node = searched_;
+  std::vector<Relation> all_steps = steps();
+  const std::vector<Relation> from_node = PoseGraph(all_steps, loops_).relations_from(node);
+  std::vector<Eigen::Vector3d> poses;
+  poses.reserve(nodes_.size());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
+  const std::size_t old_loops = loops_.size();
+  bool closed = false;
+  for (const std::size_t old_node : candidates(node, from_node)) {
+    if (const auto loop = match(old_node, node, from_node[old_node]))
+      closed = accept(*loop, poses, all_steps) || closed;
+  }
+  if (!closed) return std::nullopt;
+  return correct(std::move(poses), std::move(all_steps), loops_.size() - old_loops);
+}
+
+std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
+                                              std::size_t new_loops) {
+  const std::vector<Eigen::Vector3d> before = poses;
+  PoseGraph(steps, loops_).solve(poses, new_loops);
+  Correction correction;
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    correction.shift = std::max(correction.shift, (poses[k] - before[k]).head<2>().norm());
+  if (correction.shift < settings_.least_shift) return std::nullopt;
+  frozen_ = std::move(steps);
+  const Loop& last = loops_.back();
+  correction.way = keyframe(last.to).way - keyframe(last.from).way;
+  correction.matches = loops_.size();
+  correction.before.reserve(keyframes_.size());
+  for (const Keyframe& keyframe : keyframes_) correction.before.push_back(keyframe.xyyaw);
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    while (k + 1 < nodes_.size() && nodes_[k + 1] <= i) ++k;
+    const bool is_last = k + 1 == nodes_.size();
+    const std::size_t next = is_last ? k : k + 1;
+    const double length = keyframe(next).way - keyframe(k).way;
+    const double share = length > 0.0 ? (keyframes_[i].way - keyframe(k).way) / length : 0.0;
+    keyframes_[i].xyyaw = carried(keyframes_[i].xyyaw, before[k], poses[k], before[next], poses[next], share);
+  }
+  return correction;
+}
+
+void LoopCloser::rewind(Time stamp) {
+  while (!keyframes_.empty() && keyframes_.back().stamp > stamp) keyframes_.pop_back();
+  while (!nodes_.empty() && nodes_.back() >= keyframes_.size()) nodes_.pop_back();
+  const std::size_t nodes = nodes_.size();
+  searched_ = std::min(searched_, nodes == 0 ? 0 : nodes - 1);
+  if (frozen_.size() + 1 > nodes) frozen_.resize(nodes == 0 ? 0 : nodes - 1);
+  const auto is_gone = [&](const Loop& loop) { return loop.to >= nodes || loop.from >= nodes; };
+  std::erase_if(loops_, is_gone);
+  std::erase_if(pending_, is_gone);
+}
+
+}  // namespace waymark::loops

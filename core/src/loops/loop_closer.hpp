@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "loops/keyframes.hpp"
+#include "loops/pose_graph.hpp"
+#include "loops/window_matcher.hpp"
+#include "waymark/base/api.hpp"
+#include "waymark/host/filter_settings.hpp"
+#include "waymark/interface/snapshot.hpp"
+
+namespace waymark::loops {
+
+/// A loop that moved the path.
+struct Correction {
+  std::vector<Eigen::Vector3d> before;  ///< poses of all keyframes, which have the corrected ones now
+  std::size_t matches = 0;              ///< in the graph
+  double way = 0.0;                     ///< of the loop [m]
+  double shift = 0.0;                   ///< of a keyframe, at most [m]
+};
+
+/// Recognises places that the robot meets again, and corrects the path between: windows of scans about places of the
+/// path are searched in older windows; matches that agree with one another become loops of a pose graph
+/// (docs/math/loops.md). The path is that of the best particle.
+class WAYMARK_API LoopCloser {
+ public:
+  LoopCloser(const LoopSettings& settings, const JointSettings& noise) : settings_(settings), noise_(noise) {}
+
+  void clear();
+  /// A mapping step; its place in the list is returned by `keyframes().size() - 1`.
+  void add(Keyframe keyframe);
+  /// Searches the last place whose window is complete, if a search is due. `path`: of the best particle, read if one
+  /// is. The correction, if loops were found that move the path farther than `least_shift`; it counts as applied.
+  template <class Path>
+  std::optional<Correction> search(const Path& path) {
+    if (!is_due()) return std::nullopt;
+    follow(keyframes_, path());
+    return search_last();
+  }
+  /// Forgets what came after `stamp`.
+  void rewind(Time stamp);
+
+  std::span<const Keyframe> keyframes() const { return keyframes_; }
+  /// Of the graph.
+  std::span<const Loop> loops() const { return loops_; }
+  /// True if the path has more places than are kept.
+  bool is_full() const { return keyframes_.size() > kMostKeyframes; }
+  static constexpr std::size_t kMostKeyframes = 20'000;
+
+  /// Observations are written and read by `modules`. Reading throws DataError if what is read does not fit together.
+  template <class Archive>
+  void serialize(Archive& archive, std::span<const std::shared_ptr<MapModule>> modules);
+
+ private:
+  bool is_due() const;
+  std::optional<Correction> search_last();
+  std::vector<Relation> steps() const;
+  Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;
+  const Keyframe& keyframe(std::size_t node) const { return keyframes_[nodes_[node]]; }
+  std::vector<std::size_t> candidates(std::size_t node, std::span<const Relation> from_node) const;
+  std::optional<Loop> match(std::size_t old_node, std::size_t node, const Relation& to_old);
+  bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
+  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
+                                    std::size_t new_loops);
+  void thin();
+
+  LoopSettings settings_;
+  JointSettings noise_;
+  std::vector<Keyframe> keyframes_;
+  std::vector<std::size_t> nodes_;  // of the graph: places in keyframes_
+  std::size_t searched_ = 0;        // nodes up to here
+  std::vector<Relation> frozen_;    // the first steps, as they were before a correction
+  std::vector<Loop> loops_;
+  std::vector<Loop> pending_;  // not yet enough that agree
+  WindowMatcher matcher_;
+};
+
+}  // namespace waymark::loops

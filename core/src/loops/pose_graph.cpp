@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loops/pose_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
+namespace waymark::loops {
+
+namespace {
+
+constexpr int kMostIterations = 20;
+/// So many iterations pull new loops with their full weight: they agree with one another, but begin far from their
+/// places, where they would have no weight.
+constexpr int kFullWeight = 5;
+constexpr double kConverged = 1e-4;      // [m, rad]
+constexpr double kRobust = 15.0;         // χ² of a loop that keeps a fourth of its weight
+constexpr double kLeastVariance = 1e-8;  // [m², rad²]
+/// A turn counts as the motion of a point so far away, where ways are compared [m].
+constexpr double kTurnArm = 10.0;
+
+Eigen::Matrix3d information(const Eigen::Matrix3d& P) {
+  return (P + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+}
+
+/// between(a, b) ⊟ z and its derivatives by the poses a and b.
+struct Residual {
+  Eigen::Vector3d r;
+  Eigen::Matrix3d by_a;
+  Eigen::Matrix3d by_b;
+};
+
+Residual residual(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& z) {
+  const Eigen::Vector3d ab = between(a, b);
+  Residual residual{ab - z, -Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
+  residual.r.z() = so3::wrap(residual.r.z());
+  const Eigen::Matrix2d R = rotation(a.z()).transpose();
+  residual.by_a.topLeftCorner<2, 2>() = -R;
+  residual.by_a(0, 2) = ab.y();
+  residual.by_a(1, 2) = -ab.x();
+  residual.by_b.topLeftCorner<2, 2>() = R;
+  return residual;
+}
+
+double robust_weight(double chi_squared) {
+  const double root = kRobust / (kRobust + chi_squared);
+  return root * root;
+}
+
+/// The normal equations; node 0 is fixed and has no rows.
+class NormalEquations {
+ public:
+  explicit NormalEquations(std::size_t nodes)
+      : rows_(3 * (static_cast<Eigen::Index>(nodes) - 1)), gradient_(Eigen::VectorXd::Zero(rows_)) {}
+
+  void add(std::size_t a, std::size_t b, const Residual& e, const Eigen::Matrix3d& information) {
+    add_block(a, a, e.by_a.transpose() * information * e.by_a);
+    add_block(b, b, e.by_b.transpose() * information * e.by_b);
+    // The lower triangle alone.
+    if (a < b) {
+      add_block(b, a, e.by_b.transpose() * information * e.by_a);
+    } else {
+      add_block(a, b, e.by_a.transpose() * information * e.by_b);
+    }
+    add_rows(a, e.by_a.transpose() * information * e.r);
+    add_rows(b, e.by_b.transpose() * information * e.r);
+  }
+
+  /// Empty if the equations have no solution.
+  Eigen::VectorXd solve() const {
+    Eigen::SparseMatrix<double> H(rows_, rows_);
+    H.setFromTriplets(triplets_.begin(), triplets_.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(H);
+    if (factor.info() != Eigen::Success) return {};
+    return factor.solve(-gradient_);
+  }
+
+ private:
+  static Eigen::Index first_row(std::size_t node) { return 3 * (static_cast<Eigen::Index>(node) - 1); }
+  void add_block(std::size_t a, std::size_t b, const Eigen::Matrix3d& block) {
+    if (a == 0 || b == 0) return;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column)
+        triplets_.emplace_back(static_cast<int>(first_row(a)) + row, static_cast<int>(first_row(b)) + column,
+                               block(row, column));
+    }
+  }
+  void add_rows(std::size_t node, const Eigen::Vector3d& rows) {
+    if (node > 0) gradient_.segment<3>(first_row(node)) += rows;
+  }
+
+  Eigen::Index rows_;
+  Eigen::VectorXd gradient_;
+  std::vector<Eigen::Triplet<double>> triplets_;
+};
+
+}  // namespace
+
+double PoseGraph::chi_squared(const Loop& loop, std::span<const Eigen::Vector3d> poses) {
+  const Eigen::Vector3d r = residual(poses[loop.from], poses[loop.to], loop.relation.z).r;
+  return r.dot(information(loop.relation.P) * r);
+}
+
+void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses, std::size_t new_loops) const {
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    NormalEquations equations(size());
+    for (std::size_t k = 0; k + 1 < size(); ++k)
+      equations.add(k, k + 1, residual(poses[k], poses[k + 1], steps_[k].z), information(steps_[k].P));
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+      const Loop& loop = loops_[i];
+      const bool is_new = i + new_loops >= loops_.size() && iteration < kFullWeight;
+      const Eigen::Matrix3d full = information(loop.relation.P);
+      const Residual e = residual(poses[loop.from], poses[loop.to], loop.relation.z);
+      equations.add(loop.from, loop.to, e, (is_new ? 1.0 : robust_weight(e.r.dot(full * e.r))) * full);
+    }
+    const Eigen::VectorXd change = equations.solve();
+    if (change.size() == 0 || !change.allFinite()) return;
+    for (std::size_t k = 1; k < size(); ++k) {
+      poses[k] += change.segment<3>(3 * (static_cast<Eigen::Index>(k) - 1));
+      poses[k].z() = so3::wrap(poses[k].z());
+    }
+    if (iteration >= kFullWeight && change.cwiseAbs().maxCoeff() < kConverged) return;
+  }
+}
+
+std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
+  std::vector<std::vector<const Loop*>> loops_at(size());
+  for (const Loop& loop : loops_) {
+    loops_at[loop.from].push_back(&loop);
+    loops_at[loop.to].push_back(&loop);
+  }
+  const auto cost = [](const Relation& step) {
+    return step.P(0, 0) + step.P(1, 1) + kTurnArm * kTurnArm * step.P(2, 2);
+  };
+  std::vector<Relation> relations(size());
+  std::vector<double> costs(size(), std::numeric_limits<double>::infinity());
+  using Entry = std::pair<double, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  costs[node] = 0.0;
+  open.emplace(0.0, node);
+  while (!open.empty()) {
+    const auto [so_far, at] = open.top();
+    open.pop();
+    if (so_far > costs[at]) continue;
+    const auto reach = [&](std::size_t next, const Relation& step) {
+      const double next_cost = so_far + cost(step);
+      if (next_cost >= costs[next]) return;
+      costs[next] = next_cost;
+      relations[next] = compose(relations[at], step);
+      open.emplace(next_cost, next);
+    };
+    if (at + 1 < size()) reach(at + 1, steps_[at]);
+    if (at > 0) reach(at - 1, inverse(steps_[at - 1]));
+    for (const Loop* loop : loops_at[at]) {
+      if (loop->from == at) {
+        reach(loop->to, loop->relation);
+      } else {
+        reach(loop->from, inverse(loop->relation));
+      }
+    }
+  }
+  return relations;
+}
+
+}  // namespace waymark::loops

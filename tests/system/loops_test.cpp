@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: carmen, diagnostics, grid_map, occupancy_grid, odometry, plot, tum
+// Loops on a recording of 1.9 km, whose large loops particles alone do not close.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/system/outputs.hpp"
+
+namespace waymark::system_test {
+namespace {
+
+std::vector<std::string> corridor(const std::filesystem::path& out) {
+  return {"run",
+          WAYMARK_SOURCE_DIR "/config/carmen_sparse.yaml",
+          "--quiet",
+          "--out",
+          out.string(),
+          "--set",
+          "variables.place=infinite-corridor",
+          "--set",
+          "variables.times=lines",
+          "--set",
+          "variables.laser_x_m=0",
+          "--set",
+          "variables.speed_noise=0.05",
+          "--set",
+          "variables.lateral_noise=0.03",
+          "--set",
+          "variables.yaw_noise=0.01"};
+}
+
+/// Events that report a closed loop.
+int loops_of(const std::filesystem::path& out) {
+  const auto diagnostics = nlohmann::json::parse(std::ifstream(out / "diagnostics.json"));
+  int loops = 0;
+  for (const auto& event : diagnostics.at("events"))
+    loops += event.at("text").get<std::string>().find("a loop of") != std::string::npos ? 1 : 0;
+  return loops;
+}
+
+TEST(Loops, ACampusOfCorridorsIsDrawnOnce) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  const Outcome outcome = waymark(corridor(out));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GE(loops_of(out), 3);
+}
+
+TEST(Loops, CanBeSwitchedOff) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  std::vector<std::string> arguments = corridor(out);
+  arguments.insert(arguments.end(), {"--set", "loops.enabled=false"});
+  ASSERT_EQ(waymark(arguments).exit_code, 0);
+  EXPECT_EQ(loops_of(out), 0);
+}
+
+}  // namespace
+}  // namespace waymark::system_test

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loops/loop_closer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "waymark/math/gaussian.hpp"
+#include "waymark/math/random.hpp"
+
+namespace waymark::loops {
+namespace {
+
+/// Walls along a square way of 20 m with niches at irregular places, as points.
+std::vector<Eigen::Vector2d> surroundings() {
+  std::vector<Eigen::Vector2d> points;
+  Random random({5, 0, 0, 0});
+  for (const double inset : {-3.0, 3.0}) {
+    const double low = inset;
+    const double high = 20.0 - inset;
+    double depth = 0.0;
+    for (double s = low; s < high; s += 0.08) {
+      if (random.uniform() < 0.03) depth = 2.0 * random.uniform();
+      const double out = inset < 0.0 ? -depth : depth;
+      points.emplace_back(s, low + out);
+      points.emplace_back(s, high - out);
+      points.emplace_back(low + out, s);
+      points.emplace_back(high - out, s);
+    }
+  }
+  return points;
+}
+
+/// Drives `rounds` times around the square. Its dead reckoning drifts, and no map corrects it.
+class Drive {
+ public:
+  explicit Drive(LoopSettings settings = {}) : closer_(settings, {}) {}
+
+  void go(double way, std::uint64_t seed) {
+    Random random({seed, 1, 0, 0});
+    const Eigen::Matrix3d P = Eigen::Vector3d(0.02, 0.01, 0.008).cwiseAbs2().asDiagonal();
+    const std::vector<Eigen::Vector2d> points = surroundings();
+    double driven = 0.0;
+    double side = 0.0;
+    for (; driven < way; driven += 0.5) {
+      const bool turns = side >= 20.0;
+      const Eigen::Vector3d step =
+          turns ? Eigen::Vector3d(0.0, 0.0, std::numbers::pi / 2.0) : Eigen::Vector3d(0.5, 0, 0);
+      side = turns ? 0.0 : side + 0.5;
+      truth_ = compose(truth_, step);
+      const Eigen::Vector3d measured = step + gaussian::sample(P, random);
+      reckoned_ = compose(reckoned_, measured);
+      uncorrected_ = compose(uncorrected_, measured);
+      Keyframe keyframe;
+      keyframe.stamp = Time{from_seconds(driven)};
+      keyframe.xyyaw = reckoned_;
+      keyframe.P = P;
+      for (const Eigen::Vector2d& p : points) {
+        const Eigen::Vector2d seen = compose(inverse(truth_), {p.x(), p.y(), 0.0}).head<2>();
+        if (seen.norm() < 8.0) keyframe.points_base.emplace_back(seen.cast<float>());
+      }
+      closer_.add(std::move(keyframe));
+      path_.push_back({Time{from_seconds(driven)}, pose(reckoned_)});
+      if (const auto correction = closer_.search([this]() -> const std::vector<StampedPose>& { return path_; })) {
+        corrections_.push_back(*correction);
+        for (std::size_t i = 0; i < path_.size(); ++i) path_[i].T_map_base = pose(closer_.keyframes()[i].xyyaw);
+        reckoned_ = closer_.keyframes().back().xyyaw;
+      }
+    }
+  }
+
+  double error() const { return (reckoned_ - truth_).head<2>().norm(); }
+  double error_without() const { return (uncorrected_ - truth_).head<2>().norm(); }
+  const std::vector<Correction>& corrections() const { return corrections_; }
+  const LoopCloser& closer() const { return closer_; }
+
+ private:
+  static Pose pose(const Eigen::Vector3d& xyyaw) {
+    Pose pose;
+    pose.p.head<2>() = xyyaw.head<2>();
+    pose.q = so3::exp({0.0, 0.0, xyyaw.z()});
+    return pose;
+  }
+
+  LoopCloser closer_;
+  Eigen::Vector3d truth_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d reckoned_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d uncorrected_ = Eigen::Vector3d::Zero();
+  std::vector<StampedPose> path_;
+  std::vector<Correction> corrections_;
+};
+
+TEST(LoopCloser, CorrectsAPathThatMeetsItsBeginning) {
+  int closed = 0;
+  double with = 0.0;
+  double without = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Drive drive;
+    drive.go(130.0, seed);
+    closed += drive.corrections().empty() ? 0 : 1;
+    with += drive.error();
+    without += drive.error_without();
+  }
+  EXPECT_LT(with, 0.5 * without);
+  EXPECT_EQ(closed, 5);
+}
+
+TEST(LoopCloser, LeavesAPathAloneThatMeetsNothing) {
+  Drive drive;
+  drive.go(70.0, 1);
+  EXPECT_TRUE(drive.corrections().empty());
+  EXPECT_TRUE(drive.closer().loops().empty());
+}
+
+TEST(LoopCloser, ForgetsWhatARewindTakesBack) {
+  Drive drive;
+  drive.go(130.0, 1);
+  LoopCloser closer = drive.closer();
+  closer.rewind(Time{from_seconds(40.0)});
+  EXPECT_EQ(closer.keyframes().back().stamp, Time{from_seconds(40.0)});
+  closer.rewind(Time{from_seconds(-1.0)});
+  EXPECT_TRUE(closer.keyframes().empty());
+}
+
+}  // namespace
+}  // namespace waymark::loops
