@@ -18,8 +18,9 @@ namespace {
 constexpr std::size_t kMostAnchors = 150;  // with more, every step would take longer
 constexpr std::size_t kMostRelated = 3;    // anchors per scan
 constexpr double kLeastShare = 0.15;       // of the points: an anchor with less is left out
-/// Places farther from the pose than this, in spacings, are claimed from nearer by: their distance adds to their error.
-constexpr double kClaimReach = 1.0;
+/// Places farther from the pose than the spacing are claimed from nearer by: their distance adds to their error. On
+/// open ground the nearest share of a scan's points is claimed, however far it is.
+constexpr double kNearestShare = 0.25;
 
 /// x, y, yaw of the mean.
 Eigen::Vector3d pose_of(const JointGaussian& gaussian) {
@@ -125,9 +126,15 @@ std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std
 }
 
 void Anchors::claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor) {
-  const double reach = kClaimReach * settings_.anchor_spacing;
+  distances_.clear();
+  for (const Eigen::Vector2d& point : points) distances_.push_back((point - position).norm());
+  if (distances_.empty()) return;
+  const auto nearest =
+      distances_.begin() + static_cast<std::ptrdiff_t>(kNearestShare * static_cast<double>(distances_.size()));
+  std::ranges::nth_element(distances_, nearest);
+  const double reach = std::max(settings_.anchor_spacing, *nearest);
   for (const Eigen::Vector2d& point : points) {
-    if ((point - position).squaredNorm() <= reach * reach) places_.claim(PlaceGrid::place_of(point), anchor);
+    if ((point - position).norm() <= reach) places_.claim(PlaceGrid::place_of(point), anchor);
   }
 }
 

@@ -84,6 +84,7 @@ class WAYMARK_API Anchors {
   void claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor);
   int nearest(const Eigen::Vector2d& position, double within) const;
 
+  std::vector<double> distances_;  // scratch
   JointSettings settings_;
   double spacing_;  // grows as the anchors are thinned
   std::vector<Anchor> anchors_;
