@@ -35,7 +35,7 @@ std::vector<std::string> corridor(const std::filesystem::path& out) {
 int loops_of(const std::filesystem::path& out) {
   const auto diagnostics = nlohmann::json::parse(std::ifstream(out / "diagnostics.json"));
   int loops = 0;
-  for (const auto& event : diagnostics.at("events"))
+  for (const auto& event : diagnostics.at("run").at("events"))
     loops += event.at("text").get<std::string>().find("a loop of") != std::string::npos ? 1 : 0;
   return loops;
 }

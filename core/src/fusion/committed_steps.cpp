@@ -86,6 +86,8 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
         fmt::format("a loop of {:.0f} m was closed; the maps were drawn again, with places moved by up to {:.2f} m",
                     loop->way, loop->shift));
   }
+  if (committed_.filter.fails_to_recognise())
+    result.degraded_reason = "known places are not recognised: the map may be torn";
   result.fate = Fate::mapped;
 }
 

@@ -37,7 +37,7 @@ void serialize_observations(InArchive& in, std::vector<MapObservation>& observat
 
 constexpr auto kFieldsOfRelation = [](auto& archive, Relation& relation) { archive(relation.z, relation.P); };
 constexpr auto kFieldsOfLoop = [](auto& archive, Loop& loop) {
-  archive(loop.from, loop.to);
+  archive(loop.from, loop.to, loop.path_chi_squared);
   kFieldsOfRelation(archive, loop.relation);
 };
 
@@ -56,6 +56,7 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
   archive.each(frozen_, kFieldsOfRelation);
   archive.each(loops_, kFieldsOfLoop);
   archive.each(pending_, kFieldsOfLoop);
+  archive.within(missed_, 0, kMostMissed);
   if constexpr (Archive::kReads) {
     const auto is_of_graph = [&](const Loop& loop) { return loop.from < nodes_.size() && loop.to < nodes_.size(); };
     const bool fits = std::ranges::is_sorted(keyframes_, {}, &Keyframe::stamp) && std::ranges::is_sorted(nodes_) &&

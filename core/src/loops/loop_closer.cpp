@@ -27,6 +27,13 @@ constexpr std::size_t kEnough = 3;       // matches that agree
 constexpr double kEnoughWay = 9.0;       // which they span [m]
 constexpr std::size_t kMostPending = 16;
 constexpr double kPendingFor = 40.0;  // of way [m]
+/// A place that is so near, seen in nearly the same direction and so well known, is expected to look as before.
+constexpr double kExpectedWithin = 2.0;  // [m]
+constexpr double kExpectedTurn = 0.8;    // [rad]
+constexpr double kExpectedSigma = 0.35;  // [m]
+constexpr int kMostDoublings = 3;        // of the search, while places are missed
+/// χ² of a loop against the path, 99.9 %: beyond, the path was less certain than thought.
+constexpr double kDoubts = 16.3;
 
 /// A pose between two nodes, after both were moved.
 Eigen::Vector3d carried(const Eigen::Vector3d& pose, const Eigen::Vector3d& before_a, const Eigen::Vector3d& after_a,
@@ -47,6 +54,7 @@ void LoopCloser::clear() {
   frozen_.clear();
   loops_.clear();
   pending_.clear();
+  missed_ = 0;
 }
 
 void LoopCloser::add(Keyframe keyframe) {
@@ -145,19 +153,35 @@ std::vector<std::size_t> LoopCloser::candidates(std::size_t node, std::span<cons
   return found;
 }
 
-std::optional<Loop> LoopCloser::match(std::size_t old_node, std::size_t node, const Relation& to_old) {
+bool LoopCloser::is_expected(std::size_t old_node, std::size_t node, const Relation& to_old) const {
+  const Eigen::Vector3d apart = between(keyframe(old_node).xyyaw, keyframe(node).xyyaw);
+  return apart.head<2>().norm() < kExpectedWithin && std::abs(apart.z()) < kExpectedTurn &&
+         to_old.P.topLeftCorner<2, 2>().trace() < kExpectedSigma * kExpectedSigma;
+}
+
+/// While places are missed, the path may be torn: the search is wider than its σ.
+LoopCloser::Search LoopCloser::match(std::size_t old_node, std::size_t node, const Relation& to_old) {
   const Eigen::Vector3d prior = between(keyframe(old_node).xyyaw, keyframe(node).xyyaw);
-  const Relation known = inverse(to_old);
-  const double sigma = std::sqrt(known.P.topLeftCorner<2, 2>().trace());
+  const Eigen::Matrix3d of_path = inverse(to_old).P;
+  Eigen::Matrix3d P = of_path;
+  const double wider = is_doubted() ? (1 << std::min(missed_ - 1, kMostDoublings)) / kSigmas : 0.0;
+  P.diagonal() += wider * wider * Eigen::Vector3d(kLeastSearch, kLeastSearch, kLeastTurn).cwiseAbs2();
+  const double sigma = std::sqrt(P.topLeftCorner<2, 2>().trace());
   const SearchRange range{std::clamp(kSigmas * sigma, kLeastSearch, settings_.search_distance),
-                          std::clamp(kSigmas * std::sqrt(known.P(2, 2)), kLeastTurn, settings_.search_angle)};
+                          std::clamp(kSigmas * std::sqrt(P(2, 2)), kLeastTurn, settings_.search_angle)};
   matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
-  const auto match = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
-  if (!match) return std::nullopt;
+  const auto [match, is_ambiguous] = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
+  Search search{.loop = std::nullopt, .misses = !is_ambiguous && is_expected(old_node, node, to_old)};
+  if (!match) return search;
   Eigen::Vector3d off = match->relation.z - prior;
   off.z() = so3::wrap(off.z());
-  if (off.dot((match->relation.P + known.P).inverse() * off) > kPlausible) return std::nullopt;
-  return Loop{old_node, node, match->relation};
+  const auto chi_squared = [&](const Eigen::Matrix3d& path) {
+    return off.dot((match->relation.P + path).inverse() * off);
+  };
+  if (chi_squared(P) > kPlausible) return search;
+  search.loop = Loop{old_node, node, match->relation, chi_squared(of_path)};
+  search.misses = search.misses && search.loop->path_chi_squared > kDoubts;
+  return search;
 }
 
 /// True if this loop makes a set that agrees large enough.
@@ -185,6 +209,13 @@ bool LoopCloser::accept(const Loop& loop, std::span<const Eigen::Vector3d> poses
   return true;
 }
 
+/// The last node that a loop relates to older ones.
+std::size_t LoopCloser::last_recognised() const {
+  std::size_t last = 0;
+  for (const Loop& loop : loops_) last = std::max(last, loop.to);
+  return last;
+}
+
 std::optional<Correction> LoopCloser::search_last() {
   searched_ += kSearchEvery;
   const std::size_t node = searched_;
@@ -194,13 +225,34 @@ std::optional<Correction> LoopCloser::search_last() {
   poses.reserve(nodes_.size());
   for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
   const std::size_t old_loops = loops_.size();
+  const std::size_t recognised = last_recognised();
+  const bool was_doubted = is_doubted();
   bool closed = false;
+  bool misses = false;
+  bool found = false;
   for (const std::size_t old_node : candidates(node, from_node)) {
-    if (const auto loop = match(old_node, node, from_node[old_node]))
-      closed = accept(*loop, poses, all_steps) || closed;
+    const Search search = match(old_node, node, from_node[old_node]);
+    misses = misses || search.misses;
+    if (!search.loop) continue;
+    found = found || search.loop->path_chi_squared < kDoubts;
+    closed = accept(*search.loop, poses, all_steps) || closed;
+  }
+  if (found || closed) {
+    missed_ = 0;
+  } else if (misses) {
+    missed_ = std::min(missed_ + 1, kMostMissed);
   }
   if (!closed) return std::nullopt;
+  if (was_doubted) doubt(all_steps, recognised, old_loops);
   return correct(std::move(poses), std::move(all_steps), loops_.size() - old_loops);
+}
+
+/// A path that is torn was less certain than thought since the last place was recognised: new loops show how much.
+void LoopCloser::doubt(std::vector<Relation>& steps, std::size_t since, std::size_t old_loops) const {
+  double most = 0.0;
+  for (const Loop& loop : std::span(loops_).subspan(old_loops)) most = std::max(most, loop.path_chi_squared);
+  if (most < kDoubts) return;
+  for (Relation& step : std::span(steps).subspan(since)) step.P *= most / 3.0;
 }
 
 std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,

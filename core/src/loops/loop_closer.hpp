@@ -50,6 +50,8 @@ class WAYMARK_API LoopCloser {
   std::span<const Keyframe> keyframes() const { return keyframes_; }
   /// Of the graph.
   std::span<const Loop> loops() const { return loops_; }
+  /// True if places that must be those of before do not look so: the map may be torn.
+  bool fails_to_recognise() const { return missed_ >= kManyMissed; }
   /// True if the path has more places than are kept.
   bool is_full() const { return keyframes_.size() > kMostKeyframes; }
   static constexpr std::size_t kMostKeyframes = 20'000;
@@ -59,13 +61,25 @@ class WAYMARK_API LoopCloser {
   void serialize(Archive& archive, std::span<const std::shared_ptr<MapModule>> modules);
 
  private:
+  static constexpr int kManyMissed = 3;
+  static constexpr int kMostMissed = 100;  // as many are counted
+
   bool is_due() const;
   std::optional<Correction> search_last();
   std::vector<Relation> steps() const;
   Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;
   const Keyframe& keyframe(std::size_t node) const { return keyframes_[nodes_[node]]; }
   std::vector<std::size_t> candidates(std::size_t node, std::span<const Relation> from_node) const;
-  std::optional<Loop> match(std::size_t old_node, std::size_t node, const Relation& to_old);
+  bool is_expected(std::size_t old_node, std::size_t node, const Relation& to_old) const;
+  struct Search {
+    std::optional<Loop> loop;
+    bool misses = false;  // the place is expected to look alike, and does not
+  };
+  Search match(std::size_t old_node, std::size_t node, const Relation& to_old);
+  /// The path may be torn.
+  bool is_doubted() const { return missed_ >= 2; }
+  std::size_t last_recognised() const;
+  void doubt(std::vector<Relation>& steps, std::size_t since, std::size_t old_loops) const;
   bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
   std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
                                     std::size_t new_loops);
@@ -79,6 +93,7 @@ class WAYMARK_API LoopCloser {
   std::vector<Relation> frozen_;    // the first steps, as they were before a correction
   std::vector<Loop> loops_;
   std::vector<Loop> pending_;  // not yet enough that agree
+  int missed_ = 0;             // searches in a row that should have found a place
   WindowMatcher matcher_;
 };
 

@@ -143,7 +143,8 @@ std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
   costs[node] = 0.0;
   open.emplace(0.0, node);
   while (!open.empty()) {
-    const auto [so_far, at] = open.top();
+    const double so_far = open.top().first;
+    const std::size_t at = open.top().second;
     open.pop();
     if (so_far > costs[at]) continue;
     const auto reach = [&](std::size_t next, const Relation& step) {

@@ -17,6 +17,7 @@ struct Loop {
   std::size_t from = 0;
   std::size_t to = 0;
   Relation relation;
+  double path_chi_squared = 0.0;  ///< of the match against the path, when it was found
 };
 
 /// Poses along a path, related to their neighbours and by loops (F. Lu, E. Milios, 1997). The first one is fixed.

@@ -6,29 +6,61 @@
 
 namespace waymark::loops {
 
+namespace {
+
+/// The values around a point, for places of it within its cell: a wall along the axes would else be wrong by up to half
+/// a cell in all its points alike.
+class Stamps {
+ public:
+  explicit Stamps(double sigma) : reach_(static_cast<int>(std::ceil(2.5 * sigma / ScoreRaster::kCell))) {
+    for (int sub_y = 0; sub_y < kParts; ++sub_y) {
+      for (int sub_x = 0; sub_x < kParts; ++sub_x) add(middle(sub_x), middle(sub_y), sigma);
+    }
+  }
+  int reach() const { return reach_; }
+  /// Row by row; `u`, `v` from 0 to 1.
+  const std::uint8_t* at(float u, float v) const {
+    const auto part = [](float x) { return std::clamp(static_cast<int>(x * kParts), 0, kParts - 1); };
+    const int width = 2 * reach_ + 1;
+    return values_.data() + static_cast<std::ptrdiff_t>(part(v) * kParts + part(u)) * width * width;
+  }
+
+ private:
+  static constexpr int kParts = 4;
+  static double middle(int part) { return (part + 0.5) / kParts - 0.5; }
+  void add(double x, double y, double sigma) {
+    for (int row = -reach_; row <= reach_; ++row) {
+      for (int column = -reach_; column <= reach_; ++column) {
+        const double d = ScoreRaster::kCell * std::hypot(column - x, row - y);
+        values_.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::exp(-0.5 * d * d / (sigma * sigma)))));
+      }
+    }
+  }
+
+  int reach_;
+  std::vector<std::uint8_t> values_;
+};
+
+}  // namespace
+
 void ScoreRaster::draw(std::span<const Eigen::Vector2f> points, double sigma, int levels) {
   constexpr auto kCells = static_cast<std::size_t>(kSide) * kSide;
   std::vector<std::uint8_t>& fine = levels_[0];
   fine.assign(kCells, 0);
-  const int reach = static_cast<int>(std::ceil(2.5 * sigma / kCell));
+  const Stamps stamps(sigma);
+  const int reach = stamps.reach();
   const int width = 2 * reach + 1;
-  std::vector<std::uint8_t> stamp;
-  stamp.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(width));
-  for (int y = -reach; y <= reach; ++y) {
-    for (int x = -reach; x <= reach; ++x) {
-      const double squared = kCell * kCell * (x * x + y * y);
-      stamp.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::exp(-0.5 * squared / (sigma * sigma)))));
-    }
-  }
   for (const Eigen::Vector2f& p : points) {
     if (!(p.squaredNorm() < static_cast<float>(kReach * kReach))) continue;
-    const int x = static_cast<int>(in_cells(static_cast<double>(p.x())));
-    const int y = static_cast<int>(in_cells(static_cast<double>(p.y())));
-    if (fine[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)] == 255) continue;
+    const float u = in_cells(static_cast<double>(p.x()));
+    const float v = in_cells(static_cast<double>(p.y()));
+    const int x = static_cast<int>(u);
+    const int y = static_cast<int>(v);
+    const std::uint8_t* from = stamps.at(u - static_cast<float>(x), v - static_cast<float>(y));
     for (int row = 0; row < width; ++row) {
       std::uint8_t* to = fine.data() + static_cast<std::ptrdiff_t>(y - reach + row) * kSide + (x - reach);
-      const std::uint8_t* from = stamp.data() + static_cast<std::ptrdiff_t>(row) * width;
       for (int column = 0; column < width; ++column) to[column] = std::max(to[column], from[column]);
+      from += width;
     }
   }
   for (int level = 1; level < levels; ++level) {

@@ -41,27 +41,28 @@ void WindowMatcher::draw(std::span<const Eigen::Vector2f> points) {
   fine_.draw(points, kFineSigma, 1);
 }
 
-std::optional<WindowMatch> WindowMatcher::match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior,
-                                                const SearchRange& range) {
+WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior,
+                                  const SearchRange& range) {
   points_.clear();
   const std::size_t step = 1 + points.size() / kMostPoints;
   for (std::size_t i = 0; i < points.size(); i += step) points_.push_back(points[i]);
-  if (points_.size() < kLeastPoints) return std::nullopt;
+  if (points_.size() < kLeastPoints) return {.match = std::nullopt, .is_ambiguous = true};
   turn_points(prior, range);
   const auto full = static_cast<double>(255 * points_.size());
   const Place best = search(static_cast<int>(kLeastCoarseScore * full), [](const Place&) { return true; });
-  if (best.turn < 0) return std::nullopt;
+  if (best.turn < 0) return {};
   const auto is_other = [&](const Place& place) {
     const double d = ScoreRaster::kCell * std::hypot(place.x - best.x, place.y - best.y);
     return d > kOtherPlace || kTurnStep * std::abs(place.turn - best.turn) > kOtherTurn;
   };
-  if (search(static_cast<int>(kRival * best.sum), is_other).turn >= 0) return std::nullopt;
+  if (search(static_cast<int>(kRival * best.sum), is_other).turn >= 0)
+    return {.match = std::nullopt, .is_ambiguous = true};
   const int turns = static_cast<int>(turned_.size()) / 2;
   const Eigen::Vector3d at(prior.x() + ScoreRaster::kCell * best.x, prior.y() + ScoreRaster::kCell * best.y,
                            so3::wrap(prior.z() + kTurnStep * (best.turn - turns)));
   const WindowMatch match = refine(at, range.distance);
-  if (match.score < kLeastScore) return std::nullopt;
-  return match;
+  if (match.score < kLeastScore) return {};
+  return {.match = match};
 }
 
 void WindowMatcher::turn_points(const Eigen::Vector3d& prior, const SearchRange& range) {

@@ -25,6 +25,12 @@ struct WindowMatch {
   double score;       ///< mean likelihood of the second one's points, 0 … 1
 };
 
+/// Result of a search.
+struct WindowSearch {
+  std::optional<WindowMatch> match;  ///< if there is one that no other place of the range rivals
+  bool is_ambiguous = false;         ///< too few points, or places that look the same: it says nothing
+};
+
 /// Finds how one window of scans lies in another: branch and bound over all places of a range (W. Hess et al., ICRA
 /// 2016), then the moments of the likelihood around the best one. Holds its storage; not thread-safe.
 class WAYMARK_API WindowMatcher {
@@ -32,9 +38,8 @@ class WAYMARK_API WindowMatcher {
   /// The window in which others are searched. Its points lie in its own frame [m].
   void draw(std::span<const Eigen::Vector2f> points);
 
-  /// The match of `points`, if there is one that no other place of the range rivals.
-  std::optional<WindowMatch> match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior,
-                                   const SearchRange& range);
+  /// Searches `points`, of which too few match nowhere.
+  WindowSearch match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior, const SearchRange& range);
 
  private:
   struct Place {

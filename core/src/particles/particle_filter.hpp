@@ -133,6 +133,8 @@ class WAYMARK_API ParticleFilter {
   /// True once: the path has become too long for loops, which were given up.
   bool take_loops_failure() { return std::exchange(loops_failure_, false); }
   std::optional<ClosedLoop> take_closed_loop() { return std::exchange(closed_loop_, std::nullopt); }
+  /// True if places that must be those of before do not look so: the maps may be torn.
+  bool fails_to_recognise() const { return loops_ && loops_->fails_to_recognise(); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }

@@ -38,6 +38,12 @@ class Drive {
  public:
   explicit Drive(LoopSettings settings = {}) : closer_(settings, {}) {}
 
+  /// After so much way the path jumps, and its covariance does not show it.
+  void slip(double after, const Eigen::Vector3d& jump) {
+    slip_after_ = after;
+    jump_ = jump;
+  }
+
   void go(double way, std::uint64_t seed) {
     Random random({seed, 1, 0, 0});
     const Eigen::Matrix3d P = Eigen::Vector3d(0.02, 0.01, 0.008).cwiseAbs2().asDiagonal();
@@ -50,7 +56,8 @@ class Drive {
           turns ? Eigen::Vector3d(0.0, 0.0, std::numbers::pi / 2.0) : Eigen::Vector3d(0.5, 0, 0);
       side = turns ? 0.0 : side + 0.5;
       truth_ = compose(truth_, step);
-      const Eigen::Vector3d measured = step + gaussian::sample(P, random);
+      Eigen::Vector3d measured = step + gaussian::sample(P, random);
+      if (driven == slip_after_) measured = compose(measured, jump_);
       reckoned_ = compose(reckoned_, measured);
       uncorrected_ = compose(uncorrected_, measured);
       Keyframe keyframe;
@@ -68,6 +75,7 @@ class Drive {
         for (std::size_t i = 0; i < path_.size(); ++i) path_[i].T_map_base = pose(closer_.keyframes()[i].xyyaw);
         reckoned_ = closer_.keyframes().back().xyyaw;
       }
+      missed_a_place_ = missed_a_place_ || closer_.fails_to_recognise();
     }
   }
 
@@ -75,6 +83,7 @@ class Drive {
   double error_without() const { return (uncorrected_ - truth_).head<2>().norm(); }
   const std::vector<Correction>& corrections() const { return corrections_; }
   const LoopCloser& closer() const { return closer_; }
+  bool missed_a_place() const { return missed_a_place_; }
 
  private:
   static Pose pose(const Eigen::Vector3d& xyyaw) {
@@ -90,6 +99,9 @@ class Drive {
   Eigen::Vector3d uncorrected_ = Eigen::Vector3d::Zero();
   std::vector<StampedPose> path_;
   std::vector<Correction> corrections_;
+  double slip_after_ = -1.0;
+  Eigen::Vector3d jump_ = Eigen::Vector3d::Zero();
+  bool missed_a_place_ = false;
 };
 
 TEST(LoopCloser, CorrectsAPathThatMeetsItsBeginning) {
@@ -112,6 +124,24 @@ TEST(LoopCloser, LeavesAPathAloneThatMeetsNothing) {
   drive.go(70.0, 1);
   EXPECT_TRUE(drive.corrections().empty());
   EXPECT_TRUE(drive.closer().loops().empty());
+}
+
+TEST(LoopCloser, ReportsAndMendsAPathThatTearsInAKnownPlace) {
+  const Eigen::Vector3d jump(0.9, -0.7, 0.12);
+  int reported = 0;
+  int mended = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Drive torn;
+    torn.slip(140.0, jump);
+    torn.go(240.0, seed);
+    reported += torn.missed_a_place() ? 1 : 0;
+    Drive right;
+    right.go(240.0, seed);
+    EXPECT_FALSE(right.missed_a_place()) << seed;
+    mended += torn.error() < right.error() + 0.5 * jump.head<2>().norm() ? 1 : 0;
+  }
+  EXPECT_GE(reported, 3);  // others are mended before
+  EXPECT_EQ(mended, 5);
 }
 
 TEST(LoopCloser, ForgetsWhatARewindTakesBack) {

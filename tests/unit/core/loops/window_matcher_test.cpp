@@ -41,7 +41,7 @@ TEST(WindowMatcher, FindsARoomFarFromThePrior) {
   WindowMatcher matcher;
   matcher.draw(room());
   const Eigen::Vector3d truth(2.3, -1.1, 0.4);
-  const auto match = matcher.match(seen_from(room(), truth), {-1.0, 1.0, 0.3}, {6.0, 0.3});
+  const auto match = matcher.match(seen_from(room(), truth), {-1.0, 1.0, 0.3}, {6.0, 0.3}).match;
   ASSERT_TRUE(match);
   EXPECT_LT((match->relation.z - truth).head<2>().norm(), 0.03);
   EXPECT_NEAR(match->relation.z.z(), truth.z(), 0.005);
@@ -55,7 +55,9 @@ TEST(WindowMatcher, FindsNothingWhereTheRoomIsAnother) {
   add_wall(other, {-2.0, -2.0}, {2.0, 2.0});
   add_wall(other, {2.0, 2.0}, {5.0, -4.0});
   add_wall(other, {-6.0, 0.0}, {-2.0, 5.0});
-  EXPECT_FALSE(matcher.match(other, Eigen::Vector3d::Zero(), {3.0, 0.2}));
+  const WindowSearch search = matcher.match(other, Eigen::Vector3d::Zero(), {3.0, 0.2});
+  EXPECT_FALSE(search.match);
+  EXPECT_FALSE(search.is_ambiguous);
 }
 
 TEST(WindowMatcher, ACorridorSaysNothingAlong) {
@@ -67,7 +69,7 @@ TEST(WindowMatcher, ACorridorSaysNothingAlong) {
   Points part;
   add_wall(part, {-8.0, -1.0}, {8.0, -1.0});
   add_wall(part, {-8.0, 1.0}, {8.0, 1.0});
-  const auto match = matcher.match(part, {0.1, 0.05, 0.01}, {0.45, 0.05});
+  const auto match = matcher.match(part, {0.1, 0.05, 0.01}, {0.45, 0.05}).match;
   ASSERT_TRUE(match);
   EXPECT_GT(match->relation.P(0, 0), 0.25);
   EXPECT_LT(match->relation.P(1, 1), 0.01);
@@ -87,8 +89,10 @@ TEST(WindowMatcher, RefusesAPlaceThatAnotherOneRivals) {
   }
   WindowMatcher matcher;
   matcher.draw(rooms);
-  EXPECT_FALSE(matcher.match(one, {0.0, 0.0, 0.0}, {7.0, 0.1}));
-  EXPECT_TRUE(matcher.match(one, {0.0, 0.0, 0.0}, {2.0, 0.1}));
+  const WindowSearch search = matcher.match(one, {0.0, 0.0, 0.0}, {7.0, 0.1});
+  EXPECT_FALSE(search.match);
+  EXPECT_TRUE(search.is_ambiguous);
+  EXPECT_TRUE(matcher.match(one, {0.0, 0.0, 0.0}, {2.0, 0.1}).match);
 }
 
 }  // namespace
