@@ -56,6 +56,7 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
   archive.each(frozen_, kFieldsOfRelation);
   archive.each(loops_, kFieldsOfLoop);
   archive.each(pending_, kFieldsOfLoop);
+  archive(candidates_, misses_, found_);
   archive.within(missed_, 0, kMostMissed);
   if constexpr (Archive::kReads) {
     const auto is_of_graph = [&](const Loop& loop) { return loop.from < nodes_.size() && loop.to < nodes_.size(); };
@@ -63,7 +64,9 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
                       std::ranges::adjacent_find(nodes_) == nodes_.end() &&
                       (nodes_.empty() ? keyframes_.empty() : nodes_.back() < keyframes_.size()) &&
                       searched_ <= nodes_.size() && (frozen_.empty() || frozen_.size() < nodes_.size()) &&
-                      std::ranges::all_of(loops_, is_of_graph) && std::ranges::all_of(pending_, is_of_graph);
+                      std::ranges::all_of(candidates_, [&](std::size_t node) { return node < searched_; }) &&
+                      (candidates_.empty() || searched_ < nodes_.size()) && std::ranges::all_of(loops_, is_of_graph) &&
+                      std::ranges::all_of(pending_, is_of_graph);
     if (!fits) throw DataError("the checkpoint has loops that do not fit its path");
   }
 }

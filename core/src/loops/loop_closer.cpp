@@ -54,6 +54,9 @@ void LoopCloser::clear() {
   frozen_.clear();
   loops_.clear();
   pending_.clear();
+  candidates_.clear();
+  misses_ = false;
+  found_ = false;
   missed_ = 0;
 }
 
@@ -94,7 +97,7 @@ void LoopCloser::thin() {
   nodes_ = std::move(nodes);
 }
 
-bool LoopCloser::is_due() const {
+bool LoopCloser::is_next_due() const {
   const std::size_t next = searched_ + kSearchEvery;
   return next < nodes_.size() && keyframes_.back().way - keyframes_[nodes_[next]].way >= kWindow;
 }
@@ -170,16 +173,15 @@ LoopCloser::Search LoopCloser::match(std::size_t old_node, std::size_t node, con
   const SearchRange range{std::clamp(kSigmas * sigma, kLeastSearch, settings_.search_distance),
                           std::clamp(kSigmas * std::sqrt(P(2, 2)), kLeastTurn, settings_.search_angle)};
   matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
-  const auto [match, is_ambiguous] = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
-  Search search{.loop = std::nullopt, .misses = !is_ambiguous && is_expected(old_node, node, to_old)};
-  if (!match) return search;
-  Eigen::Vector3d off = match->relation.z - prior;
+  const WindowSearch found = matcher_.match(window(keyframes_, nodes_[node], kWindow), prior, range);
+  Search search{.loop = std::nullopt, .misses = !found.is_ambiguous && is_expected(old_node, node, to_old)};
+  if (!found.match) return search;
+  const Relation& relation = found.match->relation;
+  Eigen::Vector3d off = relation.z - prior;
   off.z() = so3::wrap(off.z());
-  const auto chi_squared = [&](const Eigen::Matrix3d& path) {
-    return off.dot((match->relation.P + path).inverse() * off);
-  };
+  const auto chi_squared = [&](const Eigen::Matrix3d& path) { return off.dot((relation.P + path).inverse() * off); };
   if (chi_squared(P) > kPlausible) return search;
-  search.loop = Loop{old_node, node, match->relation, chi_squared(of_path)};
+  search.loop = Loop{old_node, node, relation, chi_squared(of_path)};
   search.misses = search.misses && search.loop->path_chi_squared > kDoubts;
   return search;
 }
@@ -216,35 +218,53 @@ std::size_t LoopCloser::last_recognised() const {
   return last;
 }
 
-std::optional<Correction> LoopCloser::search_last() {
-  searched_ += kSearchEvery;
-  const std::size_t node = searched_;
+/// Begins the next node, or goes on with one: a candidate costs milliseconds, and a mapping step has few.
+std::optional<Correction> LoopCloser::search_some() {
   std::vector<Relation> all_steps = steps();
-  const std::vector<Relation> from_node = PoseGraph(all_steps, loops_).relations_from(node);
+  std::optional<Correction> correction;
+  do {
+    if (candidates_.empty()) begin_node(all_steps);
+    if (candidates_.empty()) return std::nullopt;
+    correction = search_candidate(all_steps);
+    if (correction || candidates_.empty()) conclude_node(correction.has_value());
+  } while (!correction && !candidates_.empty() && is_next_due());
+  return correction;
+}
+
+void LoopCloser::begin_node(std::span<const Relation> steps) {
+  searched_ += kSearchEvery;
+  candidates_ = candidates(searched_, PoseGraph(steps, loops_).relations_from(searched_));
+  std::ranges::reverse(candidates_);
+  misses_ = false;
+  found_ = false;
+}
+
+std::optional<Correction> LoopCloser::search_candidate(std::vector<Relation>& steps) {
+  const std::size_t old_node = candidates_.back();
+  candidates_.pop_back();
+  const Relation to_old = PoseGraph(steps, loops_).relations_from(searched_)[old_node];
+  const Search search = match(old_node, searched_, to_old);
+  misses_ = misses_ || search.misses;
+  if (!search.loop) return std::nullopt;
+  found_ = found_ || search.loop->path_chi_squared < kDoubts;
   std::vector<Eigen::Vector3d> poses;
   poses.reserve(nodes_.size());
   for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
   const std::size_t old_loops = loops_.size();
   const std::size_t recognised = last_recognised();
-  const bool was_doubted = is_doubted();
-  bool closed = false;
-  bool misses = false;
-  bool found = false;
-  for (const std::size_t old_node : candidates(node, from_node)) {
-    const Search search = match(old_node, node, from_node[old_node]);
-    misses = misses || search.misses;
-    if (!search.loop) continue;
-    found = found || search.loop->path_chi_squared < kDoubts;
-    closed = accept(*search.loop, poses, all_steps) || closed;
-  }
-  if (found || closed) {
+  if (!accept(*search.loop, poses, steps)) return std::nullopt;
+  found_ = true;
+  if (is_doubted()) doubt(steps, recognised, old_loops);
+  return correct(std::move(poses), steps, loops_.size() - old_loops);
+}
+
+void LoopCloser::conclude_node(bool is_corrected) {
+  if (is_corrected) candidates_.clear();
+  if (found_) {
     missed_ = 0;
-  } else if (misses) {
+  } else if (misses_) {
     missed_ = std::min(missed_ + 1, kMostMissed);
   }
-  if (!closed) return std::nullopt;
-  if (was_doubted) doubt(all_steps, recognised, old_loops);
-  return correct(std::move(poses), std::move(all_steps), loops_.size() - old_loops);
 }
 
 /// A path that is torn was less certain than thought since the last place was recognised: new loops show how much.
@@ -289,6 +309,7 @@ void LoopCloser::rewind(Time stamp) {
   if (frozen_.size() + 1 > nodes) frozen_.resize(nodes == 0 ? 0 : nodes - 1);
   const auto is_gone = [&](const Loop& loop) { return loop.to >= nodes || loop.from >= nodes; };
   std::erase_if(loops_, is_gone);
+  candidates_.clear();
   std::erase_if(pending_, is_gone);
 }
 

@@ -36,13 +36,14 @@ class WAYMARK_API LoopCloser {
   void clear();
   /// A mapping step; its place in the list is returned by `keyframes().size() - 1`.
   void add(Keyframe keyframe);
-  /// Searches the last place whose window is complete, if a search is due. `path`: of the best particle, read if one
-  /// is. The correction, if loops were found that move the path farther than `least_shift`; it counts as applied.
+  /// Searches the last place whose window is complete, if a search is due, in one older place for each call; in more,
+  /// if the next search is due already. `path`: of the best particle, read if one is. The correction, if loops were
+  /// found that move the path farther than `least_shift`; it counts as applied.
   template <class Path>
   std::optional<Correction> search(const Path& path) {
-    if (!is_due()) return std::nullopt;
+    if (candidates_.empty() && !is_next_due()) return std::nullopt;
     follow(keyframes_, path());
-    return search_last();
+    return search_some();
   }
   /// Forgets what came after `stamp`.
   void rewind(Time stamp);
@@ -64,8 +65,11 @@ class WAYMARK_API LoopCloser {
   static constexpr int kManyMissed = 3;
   static constexpr int kMostMissed = 100;  // as many are counted
 
-  bool is_due() const;
-  std::optional<Correction> search_last();
+  bool is_next_due() const;
+  std::optional<Correction> search_some();
+  void begin_node(std::span<const Relation> steps);
+  std::optional<Correction> search_candidate(std::vector<Relation>& steps);
+  void conclude_node(bool is_corrected);
   std::vector<Relation> steps() const;
   Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;
   const Keyframe& keyframe(std::size_t node) const { return keyframes_[nodes_[node]]; }
@@ -92,8 +96,11 @@ class WAYMARK_API LoopCloser {
   std::size_t searched_ = 0;        // nodes up to here
   std::vector<Relation> frozen_;    // the first steps, as they were before a correction
   std::vector<Loop> loops_;
-  std::vector<Loop> pending_;  // not yet enough that agree
-  int missed_ = 0;             // searches in a row that should have found a place
+  std::vector<Loop> pending_;            // not yet enough that agree
+  std::vector<std::size_t> candidates_;  // older nodes in which the last one that is searched has still to be searched
+  bool misses_ = false;                  // of its search: a place that is expected does not look alike
+  bool found_ = false;                   // a place fits the path
+  int missed_ = 0;                       // searches in a row that should have found a place
   WindowMatcher matcher_;
 };
 

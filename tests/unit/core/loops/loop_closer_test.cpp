@@ -14,10 +14,10 @@ namespace waymark::loops {
 namespace {
 
 /// Walls along a square way of 20 m with niches at irregular places, as points.
-std::vector<Eigen::Vector2d> surroundings() {
+std::vector<Eigen::Vector2d> surroundings(std::uint64_t seed, double half_width) {
   std::vector<Eigen::Vector2d> points;
-  Random random({5, 0, 0, 0});
-  for (const double inset : {-3.0, 3.0}) {
+  Random random({seed, 0, 0, 0});
+  for (const double inset : {-half_width, half_width}) {
     const double low = inset;
     const double high = 20.0 - inset;
     double depth = 0.0;
@@ -44,10 +44,14 @@ class Drive {
     jump_ = jump;
   }
 
+  /// After so much way all looks otherwise.
+  void rebuild(double after) { rebuild_after_ = after; }
+
   void go(double way, std::uint64_t seed) {
     Random random({seed, 1, 0, 0});
     const Eigen::Matrix3d P = Eigen::Vector3d(0.02, 0.01, 0.008).cwiseAbs2().asDiagonal();
-    const std::vector<Eigen::Vector2d> points = surroundings();
+    const std::vector<Eigen::Vector2d> first = surroundings(5, 3.0);
+    const std::vector<Eigen::Vector2d> second = surroundings(6, 2.0);
     double driven = 0.0;
     double side = 0.0;
     for (; driven < way; driven += 0.5) {
@@ -64,7 +68,7 @@ class Drive {
       keyframe.stamp = Time{from_seconds(driven)};
       keyframe.xyyaw = reckoned_;
       keyframe.P = P;
-      for (const Eigen::Vector2d& p : points) {
+      for (const Eigen::Vector2d& p : driven < rebuild_after_ ? first : second) {
         const Eigen::Vector2d seen = compose(inverse(truth_), {p.x(), p.y(), 0.0}).head<2>();
         if (seen.norm() < 8.0) keyframe.points_base.emplace_back(seen.cast<float>());
       }
@@ -100,6 +104,7 @@ class Drive {
   std::vector<StampedPose> path_;
   std::vector<Correction> corrections_;
   double slip_after_ = -1.0;
+  double rebuild_after_ = 1e9;
   Eigen::Vector3d jump_ = Eigen::Vector3d::Zero();
   bool missed_a_place_ = false;
 };
@@ -126,22 +131,30 @@ TEST(LoopCloser, LeavesAPathAloneThatMeetsNothing) {
   EXPECT_TRUE(drive.closer().loops().empty());
 }
 
-TEST(LoopCloser, ReportsAndMendsAPathThatTearsInAKnownPlace) {
+TEST(LoopCloser, MendsAPathThatTearsInAKnownPlace) {
   const Eigen::Vector3d jump(0.9, -0.7, 0.12);
-  int reported = 0;
   int mended = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Drive torn;
     torn.slip(140.0, jump);
     torn.go(240.0, seed);
-    reported += torn.missed_a_place() ? 1 : 0;
     Drive right;
     right.go(240.0, seed);
     EXPECT_FALSE(right.missed_a_place()) << seed;
     mended += torn.error() < right.error() + 0.5 * jump.head<2>().norm() ? 1 : 0;
   }
-  EXPECT_GE(reported, 3);  // others are mended before
   EXPECT_EQ(mended, 5);
+}
+
+TEST(LoopCloser, ReportsPlacesThatDoNotLookAsBefore) {
+  int reported = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Drive drive;
+    drive.rebuild(140.0);
+    drive.go(180.0, seed);
+    reported += drive.missed_a_place() ? 1 : 0;
+  }
+  EXPECT_GE(reported, 3);  // the path of the others is too uncertain by then
 }
 
 TEST(LoopCloser, ForgetsWhatARewindTakesBack) {
