@@ -56,7 +56,7 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
   archive.each(frozen_, kFieldsOfRelation);
   archive.each(loops_, kFieldsOfLoop);
   archive.each(pending_, kFieldsOfLoop);
-  archive(candidates_, misses_, found_);
+  archive(candidates_, misses_, found_, again_from_);
   archive.within(missed_, 0, kMostMissed);
   if constexpr (Archive::kReads) {
     const auto is_of_graph = [&](const Loop& loop) { return loop.from < nodes_.size() && loop.to < nodes_.size(); };

@@ -26,7 +26,8 @@ constexpr double kConfirmsWithin = 0.3;  // [m]
 constexpr std::size_t kEnough = 3;       // matches that agree
 constexpr double kEnoughWay = 9.0;       // which they span [m]
 constexpr std::size_t kMostPending = 16;
-constexpr double kPendingFor = 40.0;  // of way [m]
+constexpr double kPendingFor = 40.0;      // of way [m]
+constexpr std::size_t kSearchAgain = 30;  // nodes before a correction that had the wrong place
 /// A place that is so near, seen in nearly the same direction and so well known, is expected to look as before.
 constexpr double kExpectedWithin = 2.0;  // [m]
 constexpr double kExpectedTurn = 0.8;    // [rad]
@@ -58,6 +59,7 @@ void LoopCloser::clear() {
   misses_ = false;
   found_ = false;
   missed_ = 0;
+  again_from_ = 0;
 }
 
 void LoopCloser::add(Keyframe keyframe) {
@@ -255,7 +257,7 @@ std::optional<Correction> LoopCloser::search_candidate(std::vector<Relation>& st
   if (!accept(*search.loop, poses, steps)) return std::nullopt;
   found_ = true;
   if (is_doubted()) doubt(steps, recognised, old_loops);
-  return correct(std::move(poses), steps, loops_.size() - old_loops);
+  return correct(std::move(poses), steps);
 }
 
 void LoopCloser::conclude_node(bool is_corrected) {
@@ -275,10 +277,9 @@ void LoopCloser::doubt(std::vector<Relation>& steps, std::size_t since, std::siz
   for (Relation& step : std::span(steps).subspan(since)) step.P *= most / 3.0;
 }
 
-std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
-                                              std::size_t new_loops) {
+std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps) {
   const std::vector<Eigen::Vector3d> before = poses;
-  PoseGraph(steps, loops_).solve(poses, new_loops);
+  PoseGraph(steps, loops_).solve(poses);
   Correction correction;
   for (std::size_t k = 0; k < poses.size(); ++k)
     correction.shift = std::max(correction.shift, (poses[k] - before[k]).head<2>().norm());
@@ -298,6 +299,10 @@ std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses
     const double share = length > 0.0 ? (keyframes_[i].way - keyframe(k).way) / length : 0.0;
     keyframes_[i].xyyaw = carried(keyframes_[i].xyyaw, before[k], poses[k], before[next], poses[next], share);
   }
+  // Where the path was wrong, places were searched in vain: they are searched again, once.
+  const std::size_t again = std::max(again_from_, searched_ - std::min(searched_, kSearchAgain));
+  again_from_ = searched_;
+  searched_ = again;
   return correction;
 }
 
@@ -306,6 +311,7 @@ void LoopCloser::rewind(Time stamp) {
   while (!nodes_.empty() && nodes_.back() >= keyframes_.size()) nodes_.pop_back();
   const std::size_t nodes = nodes_.size();
   searched_ = std::min(searched_, nodes == 0 ? 0 : nodes - 1);
+  again_from_ = std::min(again_from_, searched_);
   if (frozen_.size() + 1 > nodes) frozen_.resize(nodes == 0 ? 0 : nodes - 1);
   const auto is_gone = [&](const Loop& loop) { return loop.to >= nodes || loop.from >= nodes; };
   std::erase_if(loops_, is_gone);

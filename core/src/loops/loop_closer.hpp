@@ -85,8 +85,7 @@ class WAYMARK_API LoopCloser {
   std::size_t last_recognised() const;
   void doubt(std::vector<Relation>& steps, std::size_t since, std::size_t old_loops) const;
   bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
-  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps,
-                                    std::size_t new_loops);
+  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps);
   void thin();
 
   LoopSettings settings_;
@@ -100,6 +99,7 @@ class WAYMARK_API LoopCloser {
   std::vector<std::size_t> candidates_;  // older nodes in which the last one that is searched has still to be searched
   bool misses_ = false;                  // of its search: a place that is expected does not look alike
   bool found_ = false;                   // a place fits the path
+  std::size_t again_from_ = 0;           // nodes from here on may be searched again after a correction
   int missed_ = 0;                       // searches in a row that should have found a place
   WindowMatcher matcher_;
 };

@@ -14,9 +14,10 @@ namespace waymark::loops {
 namespace {
 
 constexpr int kMostIterations = 20;
-/// So many iterations pull new loops with their full weight: they agree with one another, but begin far from their
-/// places, where they would have no weight.
-constexpr int kFullWeight = 5;
+/// In the first iterations loops keep their weight farther off, by powers of this factor: new ones begin far from their
+/// places, and while they pull, old ones are far from theirs.
+constexpr double kAnneal = 4.0;
+constexpr int kAnnealed = 6;             // iterations
 constexpr double kConverged = 1e-4;      // [m, rad]
 constexpr double kRobust = 15.0;         // χ² of a loop that keeps a fourth of its weight
 constexpr double kLeastVariance = 1e-8;  // [m², rad²]
@@ -46,8 +47,9 @@ Residual residual(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   return residual;
 }
 
-double robust_weight(double chi_squared) {
-  const double root = kRobust / (kRobust + chi_squared);
+double robust_weight(double chi_squared, int iteration) {
+  const double scale = kRobust * std::pow(kAnneal, std::max(0, kAnnealed - iteration));
+  const double root = scale / (scale + chi_squared);
   return root * root;
 }
 
@@ -105,17 +107,15 @@ double PoseGraph::chi_squared(const Loop& loop, std::span<const Eigen::Vector3d>
   return r.dot(information(loop.relation.P) * r);
 }
 
-void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses, std::size_t new_loops) const {
+void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses) const {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     NormalEquations equations(size());
     for (std::size_t k = 0; k + 1 < size(); ++k)
       equations.add(k, k + 1, residual(poses[k], poses[k + 1], steps_[k].z), information(steps_[k].P));
-    for (std::size_t i = 0; i < loops_.size(); ++i) {
-      const Loop& loop = loops_[i];
-      const bool is_new = i + new_loops >= loops_.size() && iteration < kFullWeight;
+    for (const Loop& loop : loops_) {
       const Eigen::Matrix3d full = information(loop.relation.P);
       const Residual e = residual(poses[loop.from], poses[loop.to], loop.relation.z);
-      equations.add(loop.from, loop.to, e, (is_new ? 1.0 : robust_weight(e.r.dot(full * e.r))) * full);
+      equations.add(loop.from, loop.to, e, robust_weight(e.r.dot(full * e.r), iteration) * full);
     }
     const Eigen::VectorXd change = equations.solve();
     if (change.size() == 0 || !change.allFinite()) return;
@@ -123,7 +123,7 @@ void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses, std::size_t new_loops
       poses[k] += change.segment<3>(3 * (static_cast<Eigen::Index>(k) - 1));
       poses[k].z() = so3::wrap(poses[k].z());
     }
-    if (iteration >= kFullWeight && change.cwiseAbs().maxCoeff() < kConverged) return;
+    if (iteration > kAnnealed && change.cwiseAbs().maxCoeff() < kConverged) return;
   }
 }
 

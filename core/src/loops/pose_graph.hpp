@@ -29,8 +29,8 @@ class WAYMARK_API PoseGraph {
   std::size_t size() const { return steps_.size() + 1; }
 
   /// Least squares from `poses` on, one per node: Gauss-Newton on sparse equations. A loop that contradicts all else
-  /// loses its weight (S. Geman, D. McClure, 1987), the last `new_loops` only after the first iterations.
-  void solve(std::vector<Eigen::Vector3d>& poses, std::size_t new_loops) const;
+  /// loses its weight (S. Geman, D. McClure, 1987), first only if it does so by far (H. Yang et al., RA-L 2020).
+  void solve(std::vector<Eigen::Vector3d>& poses) const;
   /// Squared Mahalanobis distance of a loop.
   static double chi_squared(const Loop& loop, std::span<const Eigen::Vector3d> poses);
   /// The way of least uncertainty from `node` to every other one, by steps and loops (E. Olson, 2008).

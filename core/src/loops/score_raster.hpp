@@ -18,7 +18,9 @@ class ShiftedSums {
   static constexpr int kSide = 2 * kShifts + 1;
   static constexpr int kColumns = (kSide + 7) / 8 * 8;  ///< of a row, for vectors
 
-  float at(int row, int column) const { return sums_[static_cast<std::size_t>(row * kColumns + column)]; }
+  float at(int row, int column) const {
+    return sums_[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)];
+  }
   float* row(int row) { return sums_.data() + static_cast<std::ptrdiff_t>(row) * kColumns; }
 
  private:
@@ -48,7 +50,7 @@ class ScoreRaster {
   template <int kShifts>
   void add_shifted(float x, float y, ShiftedSums<kShifts>& sums) const;
   /// A position [m] in cells.
-  static float in_cells(double p) { return static_cast<float>(p / kCell + kSide / 2); }
+  static float in_cells(double p) { return static_cast<float>(p / kCell + 0.5 * kSide); }
 
  private:
   // The middle is cell kSide / 2. A point at the edge of a search still has cells of the coarsest level around it.

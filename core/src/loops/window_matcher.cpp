@@ -68,9 +68,10 @@ WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const
 void WindowMatcher::turn_points(const Eigen::Vector3d& prior, const SearchRange& range) {
   reach_ = std::max(1, static_cast<int>(range.distance / ScoreRaster::kCell));
   const int turns = static_cast<int>(range.angle / kTurnStep);
-  turned_.resize(static_cast<std::size_t>(2 * turns + 1));
+  turned_.resize(2 * static_cast<std::size_t>(turns) + 1);
+  auto of_turn = turned_.begin();
   for (int turn = -turns; turn <= turns; ++turn) {
-    std::vector<Eigen::Vector2i>& cells = turned_[static_cast<std::size_t>(turn + turns)];
+    std::vector<Eigen::Vector2i>& cells = *of_turn++;
     cells.clear();
     cells.reserve(points_.size());
     const Eigen::Matrix2d R = rotation(prior.z() + kTurnStep * turn);

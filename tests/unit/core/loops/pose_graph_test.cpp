@@ -88,7 +88,7 @@ TEST(PoseGraph, ALoopCorrectsThePathBetween) {
     const Path path(seed);
     const std::vector<Loop> loops{path.loop(0, 80)};
     std::vector<Eigen::Vector3d> poses = path.reckoned;
-    PoseGraph(path.steps, loops).solve(poses, 1);
+    PoseGraph(path.steps, loops).solve(poses);
     EXPECT_LT((poses.back() - poses.front()).head<2>().norm(), 0.1) << seed;
     before += path.error(path.reckoned);
     after += path.error(poses);
@@ -107,7 +107,7 @@ TEST(PoseGraph, AFarNewLoopPullsWithItsFullWeight) {
   ASSERT_GT((path.reckoned.back() - path.reckoned.front()).head<2>().norm(), 4.0);
   const std::vector<Loop> loops{path.loop(0, 78), path.loop(1, 79), path.loop(0, 80)};
   std::vector<Eigen::Vector3d> poses = path.reckoned;
-  PoseGraph(path.steps, loops).solve(poses, loops.size());
+  PoseGraph(path.steps, loops).solve(poses);
   EXPECT_LT((poses.back() - poses.front()).head<2>().norm(), 0.1);
 }
 
@@ -116,10 +116,10 @@ TEST(PoseGraph, ALoopThatContradictsAllElseLosesItsWeight) {
   std::vector<Loop> loops{path.loop(0, 80), path.loop(1, 79), path.loop(3, 78), path.loop(10, 40)};
   loops.back().relation.z.x() += 6.0;
   std::vector<Eigen::Vector3d> poses = path.reckoned;
-  PoseGraph(path.steps, loops).solve(poses, 3);
+  PoseGraph(path.steps, loops).solve(poses);
   loops.pop_back();
   std::vector<Eigen::Vector3d> without = path.reckoned;
-  PoseGraph(path.steps, loops).solve(without, 3);
+  PoseGraph(path.steps, loops).solve(without);
   for (std::size_t k = 0; k < poses.size(); ++k) EXPECT_LT((poses[k] - without[k]).norm(), 0.1) << k;
 }
 
