@@ -61,9 +61,9 @@ void apply(const Change& change, std::string& state) {
 
 void run(std::string_view input) {
   constexpr std::size_t kMostChanges = 8;
-  static const std::array<CheckpointRobot, 3> kRobots{CheckpointRobot(CheckpointRobot::Kind::rollback),
-                                                      CheckpointRobot(CheckpointRobot::Kind::running),
-                                                      CheckpointRobot(CheckpointRobot::Kind::maps)};
+  static const std::array<CheckpointRobot, 4> kRobots{
+      CheckpointRobot(CheckpointRobot::Kind::rollback), CheckpointRobot(CheckpointRobot::Kind::running),
+      CheckpointRobot(CheckpointRobot::Kind::maps), CheckpointRobot(CheckpointRobot::Kind::loops)};
   const Choice choice = choose(input, kRobots.size());
   std::string_view rest = choice.rest.substr(0, kMostChanges * Change::kSize);
   const CheckpointRobot& robot = kRobots[choice.which];

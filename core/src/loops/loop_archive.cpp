@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Loops on a checkpoint.
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "loops/loop_closer.hpp"
@@ -35,6 +36,13 @@ void serialize_observations(InArchive& in, std::vector<MapObservation>& observat
   in.each(observations, read);
 }
 
+/// Semi-definite, but for rounding.
+bool is_covariance(const Eigen::Matrix3d& P) {
+  const double rounding = 1e-9 * P.diagonal().cwiseAbs().sum() + 1e-15;
+  return P.isApprox(P.transpose(), 1e-9) &&
+         Eigen::LDLT<Eigen::Matrix3d>(P + rounding * Eigen::Matrix3d::Identity()).isPositive();
+}
+
 constexpr auto kFieldsOfRelation = [](auto& archive, Relation& relation) { archive(relation.z, relation.P); };
 constexpr auto kFieldsOfLoop = [](auto& archive, Loop& loop) {
   archive(loop.from, loop.to, loop.path_chi_squared);
@@ -59,8 +67,12 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
   archive(candidates_, misses_, found_, again_from_);
   archive.within(missed_, 0, kMostMissed);
   if constexpr (Archive::kReads) {
-    const auto is_of_graph = [&](const Loop& loop) { return loop.from < nodes_.size() && loop.to < nodes_.size(); };
-    const bool fits = std::ranges::is_sorted(keyframes_, {}, &Keyframe::stamp) && std::ranges::is_sorted(nodes_) &&
+    const auto is_of_graph = [&](const Loop& loop) {
+      return loop.from < nodes_.size() && loop.to < nodes_.size() && is_covariance(loop.relation.P);
+    };
+    const auto has_covariance = [](const auto& each) { return is_covariance(each.P); };
+    const bool fits = std::ranges::all_of(keyframes_, has_covariance) && std::ranges::all_of(frozen_, has_covariance) &&
+                      std::ranges::is_sorted(keyframes_, {}, &Keyframe::stamp) && std::ranges::is_sorted(nodes_) &&
                       std::ranges::adjacent_find(nodes_) == nodes_.end() &&
                       (nodes_.empty() ? keyframes_.empty() : nodes_.back() < keyframes_.size()) &&
                       searched_ <= nodes_.size() && (frozen_.empty() || frozen_.size() < nodes_.size()) &&

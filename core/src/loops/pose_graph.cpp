@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -134,7 +135,7 @@ std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
     loops_at[loop.to].push_back(&loop);
   }
   const auto cost = [](const Relation& step) {
-    return step.P(0, 0) + step.P(1, 1) + kTurnArm * kTurnArm * step.P(2, 2);
+    return std::max(0.0, step.P(0, 0) + step.P(1, 1) + kTurnArm * kTurnArm * step.P(2, 2));
   };
   std::vector<Relation> relations(size());
   std::vector<double> costs(size(), std::numeric_limits<double>::infinity());
@@ -149,7 +150,7 @@ std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
     if (so_far > costs[at]) continue;
     const auto reach = [&](std::size_t next, const Relation& step) {
       const double next_cost = so_far + cost(step);
-      if (next_cost >= costs[next]) return;
+      if (!(next_cost < costs[next])) return;
       costs[next] = next_cost;
       relations[next] = compose(relations[at], step);
       open.emplace(next_cost, next);

@@ -66,6 +66,25 @@ maps:
 filter: { particles: 3, history_s: 0.5 }
 )";
 
+constexpr const char* kLoops = R"(
+source:
+  plugin: simulator
+  duration_s: 30
+  speed_mps: 1
+  course: { waypoints_m: [0, 0, 4, 0, 4, 3, 0, 3], laps: 2 }
+  walls_m: [-2, -2, 7, -2, 7, -2, 7, 5, 7, 5, -2, 5, -2, 5, -2, -2, 1, -2, 1, -1, 5, 5, 5, 4.2, -2, 2, -1.4, 2]
+  wheels: { sensor: wheels, rate_hz: 10, track_m: 0.5, noise_m_per_sqrt_s: 0.03 }
+  lidar: { sensor: lidar, rate_hz: 4, range_max_m: 8, start_deg: -90, step_deg: 4, beams: 46, sigma_m: 0.02 }
+initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
+motion: { kind: planar }
+sensors:
+  - { name: wheels, plugin: odometry, model: differential, track_m: 0.5 }
+  - { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0.2, 0, 0.3] } }
+maps: [{ name: floor, plugin: occupancy_grid, inputs: [lidar], resolution_m: 0.2, range_max_m: 7.5 }]
+filter: { particles: 3 }
+loops: { least_way_m: 5, least_shift_m: 0.01 }
+)";
+
 /// Numbers that do harm where they are counts, indices, sizes, times, enums, or parts of a state.
 constexpr std::array<std::uint64_t, 16> kHarmful = {0,
                                                     1,
@@ -160,6 +179,7 @@ std::string CheckpointRobot::state_of(const Fusion& fusion) const {
 }
 
 Config CheckpointRobot::config(int threads) const {
+  if (kind_ == Kind::loops) return Config::parse(kLoops, "robot.yaml", {fmt::format("filter.threads={}", threads)});
   std::string yaml = kSource;
   if (kind_ == Kind::maps) yaml += kScanners;
   yaml += kRobot;

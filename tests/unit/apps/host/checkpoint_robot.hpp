@@ -17,10 +17,11 @@ namespace waymark::test {
 /// A small simulated robot whose run was saved in its middle, to load the checkpoint again as it is or damaged. Its
 /// checkpoint holds what a checkpoint can hold: `maps` has particles with a feature map, an occupancy grid and an
 /// octomap, several sensors with state and late measurements; `rollback` has no maps, but a history and a smoother;
-/// `running` is that of a running robot, which holds the measurements that are needed, and those that wait.
+/// `running` is that of a running robot, which holds the measurements that are needed, and those that wait; `loops` has
+/// a grid alone, with what loops need.
 class CheckpointRobot {
  public:
-  enum class Kind { maps, rollback, running };
+  enum class Kind { maps, rollback, running, loops };
   explicit CheckpointRobot(Kind kind);
 
   /// What `Fusion::save` wrote, or `save_with_measurements`.
