@@ -31,7 +31,7 @@ Change read_change(std::string_view bytes) {
   return change;
 }
 
-void apply(const Change& change, std::string& state) {
+void make(const Change& change, std::string& state) {
   const std::size_t at = change.place % (state.size() + 1);
   const auto overwrite = [&](std::size_t size) {
     std::memcpy(state.data() + at, &change.number, std::min(size, state.size() - at));
@@ -68,7 +68,7 @@ void run(std::string_view input) {
   std::string_view rest = choice.rest.substr(0, kMostChanges * Change::kSize);
   const CheckpointRobot& robot = kRobots[choice.which];
   std::string state = robot.state();
-  for (; rest.size() >= Change::kSize; rest.remove_prefix(Change::kSize)) apply(read_change(rest), state);
+  for (; rest.size() >= Change::kSize; rest.remove_prefix(Change::kSize)) make(read_change(rest), state);
   (void)robot.load(state);
 }
 
