@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "joint/anchors.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "joint/twist.hpp"
+#include "loops/planar.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
-#include "waymark/math/so3.hpp"
 
 namespace waymark::joint {
 
@@ -23,16 +22,7 @@ constexpr double kLeastShare = 0.15;       // of the points: an anchor with less
 constexpr double kNearestShare = 0.25;
 
 /// x, y, yaw of the mean.
-Eigen::Vector3d pose_of(const JointGaussian& gaussian) {
-  const Pose& pose = gaussian.belief().mean.T_map_base;
-  return {pose.p.x(), pose.p.y(), pose.yaw()};
-}
-
-Eigen::Matrix3d turn(double yaw) {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(yaw).toRotationMatrix();
-  return R;
-}
+Eigen::Vector3d pose_of(const JointGaussian& gaussian) { return loops::planar(gaussian.belief().mean.T_map_base); }
 
 /// A match with white noise: W d = target + N(0, I); a direction without information has a row of zeros.
 struct WhiteMatch {
@@ -50,15 +40,11 @@ WhiteMatch whiten(const PoseMatch& match) {
   return white;
 }
 
-Eigen::Vector3d difference(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return {a.x() - b.x(), a.y() - b.y(), so3::wrap(a.z() - b.z())};
-}
-
 }  // namespace
 
 void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match) {
   const WhiteMatch white = whiten(match);
-  gaussian.relate(white.target - white.W * difference(pose_of(gaussian), match.prior), white.W, {});
+  gaussian.relate(white.target - white.W * loops::difference(pose_of(gaussian), match.prior), white.W, {});
 }
 
 void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<const Eigen::Vector2d> points,
@@ -100,22 +86,21 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
     anchor.creep += share.points / sum * drawn;
     creep_ += share.points / sum * anchor.creep;
     // The pose in the particle's map, whose frame the anchor ties to that of the joint Gaussian.
-    const Eigen::Matrix3d R = turn(of_particle->xyyaw.z() - anchor.mean.z());
+    const Eigen::Matrix3d R = loops::turn(of_particle->xyyaw.z() - anchor.mean.z());
     const Eigen::Vector3d pose = pose_of(gaussian);
     const Eigen::Vector3d in_map = of_particle->xyyaw + R * (pose - anchor.mean);
     const double root = std::sqrt(share.points / sum);
     const Eigen::Matrix3d rows = root * white.W * R;
-    gaussian.relate(root * (white.target - white.W * difference(in_map, match.prior)), rows,
+    gaussian.relate(root * (white.target - white.W * loops::difference(in_map, match.prior)), rows,
                     {{anchor.node, -rows * error_of_twist(pose.head<2>())}});
   }
 }
 
-/// [m]; a turn counts as the way of a point half a metre away.
+/// [m]; with turns.
 double Anchors::way_since_last(const Eigen::Vector3d& xyyaw) {
-  constexpr double kArm = 0.5;
-  const Eigen::Vector3d d = last_ ? difference(xyyaw, *last_) : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d d = last_ ? loops::difference(xyyaw, *last_) : Eigen::Vector3d::Zero();
   last_ = xyyaw;
-  return d.head<2>().norm() + kArm * std::abs(d.z());
+  return d.head<2>().norm() + loops::kArm * std::abs(d.z());
 }
 
 std::optional<JointGaussian::NodeId> Anchors::claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,

@@ -21,8 +21,7 @@ void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path) {
     const auto before = after - 1;
     const Eigen::Vector3d from = planar(before->T_map_base);
     const double share = to_seconds(keyframe.stamp - before->stamp) / to_seconds(after->stamp - before->stamp);
-    keyframe.xyyaw.head<2>() = from.head<2>() + share * (to - from).head<2>();
-    keyframe.xyyaw.z() = so3::wrap(from.z() + share * so3::wrap(to.z() - from.z()));
+    keyframe.xyyaw = interpolate(from, to, share);
   }
 }
 

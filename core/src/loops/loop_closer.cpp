@@ -12,7 +12,6 @@ namespace {
 constexpr double kNodeSpacing = 1.0;     // of way between nodes [m]
 constexpr double kWindow = 5.0;          // of way on both sides of a window's middle [m]
 constexpr std::size_t kSearchEvery = 3;  // nodes
-constexpr double kArm = 0.5;             // a turn counts as the way of a point so far away [m]
 constexpr double kSigmas = 3.0;
 constexpr double kLeastSearch = 0.6;  // [m]
 constexpr double kLeastTurn = 0.05;   // [rad]
@@ -41,9 +40,7 @@ Eigen::Vector3d carried(const Eigen::Vector3d& pose, const Eigen::Vector3d& befo
                         const Eigen::Vector3d& before_b, const Eigen::Vector3d& after_b, double share) {
   const Eigen::Vector3d by_a = compose(after_a, between(before_a, pose));
   const Eigen::Vector3d by_b = compose(after_b, between(before_b, pose));
-  Eigen::Vector3d result = by_a + share * (by_b - by_a);
-  result.z() = so3::wrap(by_a.z() + share * so3::wrap(by_b.z() - by_a.z()));
-  return result;
+  return interpolate(by_a, by_b, share);
 }
 
 }  // namespace
@@ -117,8 +114,7 @@ Relation LoopCloser::step(std::size_t from_keyframe, std::size_t to_keyframe) co
     J(1, 2) = arm.x();
     relation.P += J * at.P * J.transpose();
   }
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  R.topLeftCorner<2, 2>() = rotation(from.xyyaw.z()).transpose();
+  const Eigen::Matrix3d R = turn(from.xyyaw.z()).transpose();
   relation.P = R * relation.P * R.transpose();
   const double share = (to.way - from.way) / noise_.anchor_spacing;
   relation.P.diagonal() +=
@@ -146,7 +142,7 @@ std::vector<std::size_t> LoopCloser::candidates(std::size_t node, std::span<cons
         return std::abs(keyframe(other).way - keyframe(k).way) < kOtherPass;
       };
       if (distance(k) >= least || std::ranges::any_of(found, is_same_pass)) continue;
-      const double sigma = std::sqrt(from_node[k].P.topLeftCorner<2, 2>().trace());
+      const double sigma = std::sqrt(position_variance(from_node[k].P));
       if (distance(k) > kSigmas * sigma + kWindow) continue;
       least = distance(k);
       nearest = k;
@@ -154,14 +150,14 @@ std::vector<std::size_t> LoopCloser::candidates(std::size_t node, std::span<cons
     if (!nearest) break;
     found.push_back(*nearest);
   }
-  std::erase_if(found, [&](std::size_t k) { return from_node[k].P.topLeftCorner<2, 2>().trace() < kKnown * kKnown; });
+  std::erase_if(found, [&](std::size_t k) { return position_variance(from_node[k].P) < kKnown * kKnown; });
   return found;
 }
 
 bool LoopCloser::is_expected(std::size_t old_node, std::size_t node, const Relation& to_old) const {
   const Eigen::Vector3d apart = between(keyframe(old_node).xyyaw, keyframe(node).xyyaw);
   return apart.head<2>().norm() < kExpectedWithin && std::abs(apart.z()) < kExpectedTurn &&
-         to_old.P.topLeftCorner<2, 2>().trace() < kExpectedSigma * kExpectedSigma;
+         position_variance(to_old.P) < kExpectedSigma * kExpectedSigma;
 }
 
 /// While places are missed, the path may be torn: the search is wider than its σ.
@@ -171,7 +167,7 @@ LoopCloser::Search LoopCloser::match(std::size_t old_node, std::size_t node, con
   Eigen::Matrix3d P = of_path;
   const double wider = is_doubted() ? (1 << std::min(missed_ - 1, kMostDoublings)) / kSigmas : 0.0;
   P.diagonal() += wider * wider * Eigen::Vector3d(kLeastSearch, kLeastSearch, kLeastTurn).cwiseAbs2();
-  const double sigma = std::sqrt(P.topLeftCorner<2, 2>().trace());
+  const double sigma = std::sqrt(position_variance(P));
   const SearchRange range{std::clamp(kSigmas * sigma, kLeastSearch, settings_.search_distance),
                           std::clamp(kSigmas * std::sqrt(P(2, 2)), kLeastTurn, settings_.search_angle)};
   matcher_.draw(window(keyframes_, nodes_[old_node], kWindow));
@@ -179,8 +175,7 @@ LoopCloser::Search LoopCloser::match(std::size_t old_node, std::size_t node, con
   Search search{.loop = std::nullopt, .misses = !found.is_ambiguous && is_expected(old_node, node, to_old)};
   if (!found.match) return search;
   const Relation& relation = found.match->relation;
-  Eigen::Vector3d off = relation.z - prior;
-  off.z() = so3::wrap(off.z());
+  const Eigen::Vector3d off = difference(relation.z, prior);
   const auto chi_squared = [&](const Eigen::Matrix3d& path) { return off.dot((relation.P + path).inverse() * off); };
   if (chi_squared(P) > kPlausible) return search;
   search.loop = Loop{old_node, node, relation, chi_squared(of_path)};
@@ -195,16 +190,11 @@ bool LoopCloser::accept(const Loop& loop, std::span<const Eigen::Vector3d> poses
     loops_.push_back(loop);
     return false;
   }
-  const double way = keyframe(loop.to).way;
-  std::erase_if(pending_, [&](const Loop& old) { return way - keyframe(old.to).way > kPendingFor; });
+  const double driven = keyframe(loop.to).way;
+  std::erase_if(pending_, [&](const Loop& old) { return driven - keyframe(old.to).way > kPendingFor; });
   if (pending_.size() >= kMostPending) pending_.erase(pending_.begin());
   pending_.push_back(loop);
-  const auto relate = [&](std::size_t a, std::size_t b) {
-    Relation along;
-    for (std::size_t k = std::min(a, b); k < std::max(a, b); ++k) along = compose(along, steps[k]);
-    return a <= b ? along : inverse(along);
-  };
-  const std::vector<std::size_t> set = agreeing(pending_, relate);
+  const std::vector<std::size_t> set = agreeing(pending_, steps);
   if (set.size() < kEnough ||
       keyframe(pending_[set.back()].to).way - keyframe(pending_[set.front()].to).way < kEnoughWay)
     return false;
@@ -225,27 +215,29 @@ std::optional<Correction> LoopCloser::search_some() {
   std::vector<Relation> all_steps = steps();
   std::optional<Correction> correction;
   do {
-    if (candidates_.empty()) begin_node(all_steps);
+    const bool begins = candidates_.empty();
+    if (begins) searched_ += kSearchEvery;
+    const std::vector<Relation> from_node = PoseGraph(all_steps, loops_).relations_from(searched_);
+    if (begins) begin_node(from_node);
     if (candidates_.empty()) return std::nullopt;
-    correction = search_candidate(all_steps);
+    correction = search_candidate(from_node, all_steps);
     if (correction || candidates_.empty()) conclude_node(correction.has_value());
   } while (!correction && !candidates_.empty() && is_next_due());
   return correction;
 }
 
-void LoopCloser::begin_node(std::span<const Relation> steps) {
-  searched_ += kSearchEvery;
-  candidates_ = candidates(searched_, PoseGraph(steps, loops_).relations_from(searched_));
+void LoopCloser::begin_node(std::span<const Relation> from_node) {
+  candidates_ = candidates(searched_, from_node);
   std::ranges::reverse(candidates_);
   misses_ = false;
   found_ = false;
 }
 
-std::optional<Correction> LoopCloser::search_candidate(std::vector<Relation>& steps) {
+std::optional<Correction> LoopCloser::search_candidate(std::span<const Relation> from_node,
+                                                       std::vector<Relation>& steps) {
   const std::size_t old_node = candidates_.back();
   candidates_.pop_back();
-  const Relation to_old = PoseGraph(steps, loops_).relations_from(searched_)[old_node];
-  const Search search = match(old_node, searched_, to_old);
+  const Search search = match(old_node, searched_, from_node[old_node]);
   misses_ = misses_ || search.misses;
   if (!search.loop) return std::nullopt;
   found_ = found_ || search.loop->path_chi_squared < kDoubts;
@@ -287,7 +279,6 @@ std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses
   frozen_ = std::move(steps);
   const Loop& last = loops_.back();
   correction.way = keyframe(last.to).way - keyframe(last.from).way;
-  correction.matches = loops_.size();
   correction.before.reserve(keyframes_.size());
   for (const Keyframe& keyframe : keyframes_) correction.before.push_back(keyframe.xyyaw);
   std::size_t k = 0;
@@ -315,8 +306,8 @@ void LoopCloser::rewind(Time stamp) {
   if (frozen_.size() + 1 > nodes) frozen_.resize(nodes == 0 ? 0 : nodes - 1);
   const auto is_gone = [&](const Loop& loop) { return loop.to >= nodes || loop.from >= nodes; };
   std::erase_if(loops_, is_gone);
-  candidates_.clear();
   std::erase_if(pending_, is_gone);
+  candidates_.clear();
 }
 
 }  // namespace waymark::loops

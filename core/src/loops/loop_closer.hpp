@@ -21,7 +21,6 @@ namespace waymark::loops {
 /// A loop that moved the path.
 struct Correction {
   std::vector<Eigen::Vector3d> before;  ///< poses of all keyframes, which have the corrected ones now
-  std::size_t matches = 0;              ///< in the graph
   double way = 0.0;                     ///< of the loop [m]
   double shift = 0.0;                   ///< of a keyframe, at most [m]
 };
@@ -34,7 +33,7 @@ class WAYMARK_API LoopCloser {
   LoopCloser(const LoopSettings& settings, const JointSettings& noise) : settings_(settings), noise_(noise) {}
 
   void clear();
-  /// A mapping step; its place in the list is returned by `keyframes().size() - 1`.
+  /// A mapping step, after all those before.
   void add(Keyframe keyframe);
   /// Searches the last place whose window is complete, if a search is due, in one older place for each call; in more,
   /// if the next search is due already. `path`: of the best particle, read if one is. The correction, if loops were
@@ -67,8 +66,8 @@ class WAYMARK_API LoopCloser {
 
   bool is_next_due() const;
   std::optional<Correction> search_some();
-  void begin_node(std::span<const Relation> steps);
-  std::optional<Correction> search_candidate(std::vector<Relation>& steps);
+  void begin_node(std::span<const Relation> from_node);
+  std::optional<Correction> search_candidate(std::span<const Relation> from_node, std::vector<Relation>& steps);
   void conclude_node(bool is_corrected);
   std::vector<Relation> steps() const;
   Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;

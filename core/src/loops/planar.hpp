@@ -16,6 +16,30 @@ inline Eigen::Matrix2d rotation(double yaw) {
   return (Eigen::Matrix2d() << c, -s, s, c).finished();
 }
 
+/// The same for (x, y, yaw), whose yaw it leaves alone.
+inline Eigen::Matrix3d turn(double yaw) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = rotation(yaw);
+  return R;
+}
+
+/// a − b, by components; not a pose.
+inline Eigen::Vector3d difference(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return {a.x() - b.x(), a.y() - b.y(), so3::wrap(a.z() - b.z())};
+}
+
+/// On the straight way from `a` to `b`, `share` from 0 to 1.
+inline Eigen::Vector3d interpolate(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share) {
+  const Eigen::Vector3d d = difference(b, a);
+  return {a.x() + share * d.x(), a.y() + share * d.y(), so3::wrap(a.z() + share * d.z())};
+}
+
+/// A turn counts as the way of a point so far away, where ways are measured [m].
+constexpr double kArm = 0.5;
+
+/// Variance of the position, of a covariance of (x, y, yaw) [m²].
+inline double position_variance(const Eigen::Matrix3d& P) { return P(0, 0) + P(1, 1); }
+
 /// T_a_c of T_a_b and T_b_c.
 inline Eigen::Vector3d compose(const Eigen::Vector3d& ab, const Eigen::Vector3d& bc) {
   Eigen::Vector3d ac;
@@ -46,12 +70,10 @@ struct Relation {
 /// The relation to `bc`'s second pose; errors of both are independent (R. Smith, P. Cheeseman, 1986).
 inline Relation compose(const Relation& ab, const Relation& bc) {
   Eigen::Matrix3d of_first = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix2d R = rotation(ab.z.z());
-  const Eigen::Vector2d arm = R * bc.z.head<2>();
+  const Eigen::Matrix3d of_second = turn(ab.z.z());
+  const Eigen::Vector2d arm = of_second.topLeftCorner<2, 2>() * bc.z.head<2>();
   of_first(0, 2) = -arm.y();
   of_first(1, 2) = arm.x();
-  Eigen::Matrix3d of_second = Eigen::Matrix3d::Identity();
-  of_second.topLeftCorner<2, 2>() = R;
   return {compose(ab.z, bc.z), of_first * ab.P * of_first.transpose() + of_second * bc.P * of_second.transpose()};
 }
 

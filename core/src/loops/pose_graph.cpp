@@ -21,6 +21,7 @@ constexpr double kAnneal = 4.0;
 constexpr int kAnnealed = 6;             // iterations
 constexpr double kConverged = 1e-4;      // [m, rad]
 constexpr double kRobust = 15.0;         // χ² of a loop that keeps a fourth of its weight
+constexpr double kAgreement = 11.3;      // χ² of two loops, 99 % of three degrees of freedom
 constexpr double kLeastVariance = 1e-8;  // [m², rad²]
 /// A turn counts as the motion of a point so far away, where ways are compared [m].
 constexpr double kTurnArm = 10.0;
@@ -38,8 +39,7 @@ struct Residual {
 
 Residual residual(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& z) {
   const Eigen::Vector3d ab = between(a, b);
-  Residual residual{ab - z, -Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
-  residual.r.z() = so3::wrap(residual.r.z());
+  Residual residual{difference(ab, z), -Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
   const Eigen::Matrix2d R = rotation(a.z()).transpose();
   residual.by_a.topLeftCorner<2, 2>() = -R;
   residual.by_a(0, 2) = ab.y();
@@ -135,7 +135,7 @@ std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
     loops_at[loop.to].push_back(&loop);
   }
   const auto cost = [](const Relation& step) {
-    return std::max(0.0, step.P(0, 0) + step.P(1, 1) + kTurnArm * kTurnArm * step.P(2, 2));
+    return std::max(0.0, position_variance(step.P) + kTurnArm * kTurnArm * step.P(2, 2));
   };
   std::vector<Relation> relations(size());
   std::vector<double> costs(size(), std::numeric_limits<double>::infinity());
@@ -166,6 +166,44 @@ std::vector<Relation> PoseGraph::relations_from(std::size_t node) const {
     }
   }
   return relations;
+}
+
+namespace {
+
+/// The relation of two nodes by the path alone.
+Relation along(std::span<const Relation> steps, std::size_t a, std::size_t b) {
+  Relation along;
+  for (std::size_t k = std::min(a, b); k < std::max(a, b); ++k) along = compose(along, steps[k]);
+  return a <= b ? along : inverse(along);
+}
+
+/// From one old place, by its loop to the new ones and by the other loop back, to the other old place.
+bool agree(const Loop& one, const Loop& other, std::span<const Relation> steps) {
+  const Relation around = compose(compose(one.relation, along(steps, one.to, other.to)), inverse(other.relation));
+  const Relation direct = along(steps, one.from, other.from);
+  const Eigen::Vector3d off = difference(around.z, direct.z);
+  return off.dot((around.P + direct.P).inverse() * off) < kAgreement;
+}
+
+}  // namespace
+
+std::vector<std::size_t> agreeing(std::span<const Loop> loops, std::span<const Relation> steps) {
+  const std::size_t count = loops.size();
+  std::vector<std::vector<bool>> fits(count, std::vector<bool>(count, false));
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = i + 1; k < count; ++k) fits[i][k] = fits[k][i] = agree(loops[i], loops[k], steps);
+  }
+  std::vector<std::size_t> best;
+  for (std::size_t first = 0; first < count; ++first) {
+    std::vector<std::size_t> set{first};
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto fits_with = [&](std::size_t member) { return fits[member][k]; };
+      if (k != first && std::ranges::all_of(set, fits_with)) set.push_back(k);
+    }
+    if (set.size() > best.size()) best = set;
+  }
+  std::ranges::sort(best);
+  return best;
 }
 
 }  // namespace waymark::loops

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -42,35 +41,7 @@ class WAYMARK_API PoseGraph {
 };
 
 /// The largest set of loops that agree with one another pairwise (J. Mangelson et al., ICRA 2018), found greedily from
-/// each of them. `relate(a, b)` is the relation of two nodes by the path alone. Indices, ascending.
-template <class Relate>
-std::vector<std::size_t> agreeing(std::span<const Loop> loops, const Relate& relate) {
-  constexpr double kAgreement = 11.3;  // 99 % of three degrees of freedom
-  const std::size_t count = loops.size();
-  std::vector<std::vector<bool>> agree(count, std::vector<bool>(count, false));
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = i + 1; k < count; ++k) {
-      // From one old place, by its loop to the new ones and by the other loop back, to the other old place.
-      const Relation around =
-          compose(compose(loops[i].relation, relate(loops[i].to, loops[k].to)), inverse(loops[k].relation));
-      const Relation direct = relate(loops[i].from, loops[k].from);
-      Eigen::Vector3d off = around.z - direct.z;
-      off.z() = so3::wrap(off.z());
-      agree[i][k] = agree[k][i] = off.dot((around.P + direct.P).inverse() * off) < kAgreement;
-    }
-  }
-  std::vector<std::size_t> best;
-  for (std::size_t first = 0; first < count; ++first) {
-    std::vector<std::size_t> set{first};
-    for (std::size_t k = 0; k < count; ++k) {
-      bool fits = k != first;
-      for (const std::size_t member : set) fits = fits && agree[member][k];
-      if (fits) set.push_back(k);
-    }
-    if (set.size() > best.size()) best = set;
-  }
-  std::ranges::sort(best);
-  return best;
-}
+/// each of them. `steps`: of the path. Indices, ascending.
+WAYMARK_API std::vector<std::size_t> agreeing(std::span<const Loop> loops, std::span<const Relation> steps);
 
 }  // namespace waymark::loops

@@ -179,14 +179,11 @@ bool HealthMonitor::is_position_observed() const {
   });
 }
 
-bool HealthMonitor::maps() const {
-  return std::ranges::any_of(sensors_, [](const Track& track) { return track.role.fused && track.role.localizes; });
-}
-
 HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_sigma, fmt::memory_buffer& text) {
   bool motion = motion_from_maps_;
   bool is_aided = false;
   bool has_aiding = false;
+  bool has_map = false;
   std::size_t worst = sensors_.size();
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Track& track = sensors_[i];
@@ -195,6 +192,7 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
     if (track.role.fused && track.role.is_motion_source) motion = motion || serves;
     if (track.role.fused && track.role.is_aiding) {
       has_aiding = true;
+      has_map = has_map || track.role.localizes;
       const Time since = track.last_good.value_or(started_.value_or(clock_));
       is_aided = is_aided || clock_ - since <= settings_.unaided_after;
     }
@@ -211,7 +209,7 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
   // A pose that was lost once stays so until something has narrowed it.
   if (position_sigma > settings_.lost_sigma && (is_position_observed() || began_anew_))
     return {lost, "the position is too uncertain"};
-  if (position_sigma > settings_.lost_sigma && maps())
+  if (position_sigma > settings_.lost_sigma && has_map)
     return {degraded, "in new places: the position against the start is uncertain"};
   if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
   if (worst == sensors_.size()) return {};

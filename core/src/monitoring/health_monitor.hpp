@@ -138,8 +138,6 @@ class WAYMARK_API HealthMonitor {
   Verdict<SensorHealth::State> judge_sensor(const Track& track) const;
   Verdict<Health::State> judge_pose(double position_sigma, fmt::memory_buffer& text);
   bool is_position_observed() const;
-  /// True if a map that localises is drawn or was loaded.
-  bool maps() const;
   double off_probability() const;
 
   HealthSettings settings_;

@@ -83,7 +83,7 @@ void ParticleFilter::close_loops() {
   set_.normalize();
   recollection_.past().clear();
   has_changed();
-  closed_loop_ = ClosedLoop{correction->way, correction->shift, correction->matches};
+  closed_loop_ = ClosedLoop{correction->way, correction->shift};
 }
 
 std::vector<std::unique_ptr<ParticleMap>> ParticleFilter::draw_again(const Particle& best) const {

@@ -126,9 +126,8 @@ class WAYMARK_API ParticleFilter {
   std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
   /// The loop that the last mapping step closed, if it moved the maps.
   struct ClosedLoop {
-    double way;           ///< of the loop [m]
-    double shift;         ///< of a place, at most [m]
-    std::size_t matches;  ///< in the graph
+    double way;    ///< of the loop [m]
+    double shift;  ///< of a place, at most [m]
   };
   /// True once: the path has become too long for loops, which were given up.
   bool take_loops_failure() { return std::exchange(loops_failure_, false); }

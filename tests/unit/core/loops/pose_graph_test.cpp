@@ -96,9 +96,8 @@ TEST(PoseGraph, ALoopCorrectsThePathBetween) {
   EXPECT_LT(after, 0.5 * before);
 }
 
-TEST(PoseGraph, AFarNewLoopPullsWithItsFullWeight) {
+TEST(PoseGraph, ANewLoopPullsFromFarOff) {
   Path path(1);
-  for (Eigen::Vector3d& pose : path.reckoned) pose = compose(Eigen::Vector3d::Zero(), pose);
   // A turn that was missed by 0.3 rad: the end is several metres off.
   path.steps[20].z.z() += 0.3;
   path.steps[20].P(2, 2) = 0.1;
@@ -136,12 +135,7 @@ TEST(AgreeingLoops, LeaveOutTheOneThatDoesNotFit) {
   const Path path(4);
   std::vector<Loop> loops{path.loop(0, 76), path.loop(1, 78), path.loop(2, 79), path.loop(3, 80)};
   loops[1].relation.z.y() += 2.0;
-  const auto relate = [&](std::size_t a, std::size_t b) {
-    Relation along;
-    for (std::size_t k = std::min(a, b); k < std::max(a, b); ++k) along = compose(along, path.steps[k]);
-    return a <= b ? along : inverse(along);
-  };
-  EXPECT_EQ(agreeing(loops, relate), (std::vector<std::size_t>{0, 2, 3}));
+  EXPECT_EQ(agreeing(loops, path.steps), (std::vector<std::size_t>{0, 2, 3}));
 }
 
 }  // namespace
