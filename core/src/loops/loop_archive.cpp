@@ -75,7 +75,8 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
                       std::ranges::is_sorted(keyframes_, {}, &Keyframe::stamp) && std::ranges::is_sorted(nodes_) &&
                       std::ranges::adjacent_find(nodes_) == nodes_.end() &&
                       (nodes_.empty() ? keyframes_.empty() : nodes_.back() < keyframes_.size()) &&
-                      searched_ <= nodes_.size() && (frozen_.empty() || frozen_.size() < nodes_.size()) &&
+                      searched_ <= nodes_.size() && again_from_ <= nodes_.size() &&
+                      (frozen_.empty() || frozen_.size() < nodes_.size()) &&
                       std::ranges::all_of(candidates_, [&](std::size_t node) { return node < searched_; }) &&
                       (candidates_.empty() || searched_ < nodes_.size()) && std::ranges::all_of(loops_, is_of_graph) &&
                       std::ranges::all_of(pending_, is_of_graph);
