@@ -56,8 +56,8 @@ Rig any_rig() {
   const Pose above_ground{Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.0}};
   mountings.push_back({kText, "", above_ground, camera});
   mountings.push_back({kOtherSensor, "", above_ground, camera});
-  for (const std::string_view payload :
-       {LaserScan::kType, PointCloud::kType, Image::kType, LandmarkObservations::kType})
+  for (const std::string_view payload : {LaserScan::kType, PointCloud::kType, Image::kType, LandmarkObservations::kType,
+                                         Ranges::kType, RadarTargets::kType})
     mountings.push_back({std::string(payload), std::string(payload), above_ground, camera});
   return Rig(std::move(mountings));
 }
@@ -70,7 +70,7 @@ KeyTrials trials_of_source() {
   for (const std::string_view type :
        {WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
         LaserScan::kType, PointCloud::kType, Image::kType, ImuSample::kType, MagneticField::kType,
-        CompassHeading::kType, Height::kType, LandmarkObservations::kType}) {
+        CompassHeading::kType, Height::kType, LandmarkObservations::kType, Ranges::kType, RadarTargets::kType}) {
     trials.texts.emplace_back(short_type_name(type));
   }
   return trials;
@@ -81,8 +81,12 @@ std::vector<KeyTrials> trials_of_map() {
     return KeyTrials{{"name=map", fmt::format("inputs=[{}]", inputs)}, {kText}, {}};
   };
   const auto quoted = [](std::string_view payload) { return fmt::format("\"{}\"", payload); };
-  return {with(quoted(LaserScan::kType)), with(quoted(LaserScan::kType) + ", " + quoted(Image::kType)),
-          with(quoted(LandmarkObservations::kType)), with(quoted(PointCloud::kType))};
+  return {with(quoted(LaserScan::kType)),
+          with(quoted(LaserScan::kType) + ", " + quoted(Image::kType)),
+          with(quoted(LandmarkObservations::kType)),
+          with(quoted(PointCloud::kType)),
+          with(quoted(Ranges::kType)),
+          with(quoted(RadarTargets::kType))};
 }
 
 void append_new(std::vector<DescribedKey>& keys, std::vector<DescribedKey> more) {

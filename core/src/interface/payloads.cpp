@@ -52,6 +52,20 @@ std::string_view LandmarkObservations::contradiction() const {
   return behind ? "a landmark's range is negative" : "";
 }
 
+std::string_view Ranges::contradiction() const {
+  for (const One& one : ranges) {
+    if (one.beacon < 0) return "a beacon's number is negative";
+    if (one.reference < 0 && one.range_m < 0.0) return "a range is negative";
+    if (one.reference == one.beacon) return "a beacon is its own reference";
+  }
+  return {};
+}
+
+std::string_view RadarTargets::contradiction() const {
+  const bool behind = std::ranges::any_of(targets, [](const One& one) { return one.range_m < 0.0; });
+  return behind ? "a target's range is negative" : "";
+}
+
 std::shared_ptr<Payload> make_payload(std::string_view type) {
   std::shared_ptr<Payload> made;
   const auto make_if_named = [&]<class T>(const T&) {

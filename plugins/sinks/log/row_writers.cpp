@@ -186,8 +186,9 @@ class ImageWriter final : public RowWriter {
   ImageFiles files_;
 };
 
-/// One landmark in a row; rows of equal stamp are one set. A set without landmarks is a row of empty fields.
-class LandmarkSetWriter final : public RowWriter {
+/// One element of a set in a row; rows of equal stamp are one set. An empty set is a row of empty fields.
+template <class T, auto list>
+class SetWriter final : public RowWriter {
  public:
   /// Two sets of equal stamp would be read as one.
   bool fits(const Measurement& measurement) const override { return measurement.stamp != last_; }
@@ -200,17 +201,17 @@ class LandmarkSetWriter final : public RowWriter {
 
   void append(const Measurement& measurement, std::string_view times, std::string& out) override {
     last_ = measurement.stamp;
-    const auto& set = measurement.as<LandmarkObservations>();
+    const auto& set = measurement.as<T>().*list;
     EachColumn visitor([&out](const FieldInfo&, std::string_view, double value) {
       out += ',';
       append_number(value, out);
     });
-    if (set.landmarks.empty()) {
+    if (set.empty()) {
       out += times;
       for_each_name([&](std::string_view) { out += ','; });
       out += '\n';
     }
-    for (const LandmarkObservations::One& one : set.landmarks) {
+    for (const typename T::One& one : set) {
       out += times;
       visit_fields(one, visitor);
       out += '\n';
@@ -227,7 +228,7 @@ class LandmarkSetWriter final : public RowWriter {
  private:
   template <class Name>
   static void for_each_name(Name name) {
-    LandmarkObservations::One::fields([&](auto, const FieldInfo& info) { name(info.name()); });
+    T::One::fields([&](auto, const FieldInfo& info) { name(info.name()); });
   }
 
   std::optional<Time> last_;
@@ -248,7 +249,11 @@ std::unique_ptr<RowWriter> make_row_writer(const Measurement& first, std::filesy
   if (is_row_of_numbers(type)) return std::make_unique<FieldsWriter>(*first.payload);
   if (type == LaserScan::kType) return std::make_unique<ScanWriter>(first.as<LaserScan>());
   if (type == Image::kType) return std::make_unique<ImageWriter>(std::move(image_folder), png_compression);
-  if (type == LandmarkObservations::kType) return std::make_unique<LandmarkSetWriter>();
+  if (type == LandmarkObservations::kType) {
+    return std::make_unique<SetWriter<LandmarkObservations, &LandmarkObservations::landmarks>>();
+  }
+  if (type == Ranges::kType) return std::make_unique<SetWriter<Ranges, &Ranges::ranges>>();
+  if (type == RadarTargets::kType) return std::make_unique<SetWriter<RadarTargets, &RadarTargets::targets>>();
   throw Error(fmt::format("{} has no form that the csv source could read", type));
 }
 

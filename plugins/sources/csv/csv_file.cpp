@@ -46,8 +46,8 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
       filter_(entry, finder_),
       builder_(make_payload_builder(type_, entry, finder_)),
       group_by_time_(entry.boolean({"group_by_time",
-                                    "rows of equal stamp form one observation set of `LandmarkObservations`, where "
-                                    "otherwise each row is a set; or "
+                                    "rows of equal stamp form one set of `LandmarkObservations`, `Ranges` or "
+                                    "`RadarTargets`, where otherwise each row is a set; or "
                                     "one `LaserScan` of which each row is a beam"},
                                    false)),
       max_time_jump_(max_time_jump),
@@ -60,9 +60,10 @@ CsvFile::CsvFile(const Config& entry, Duration max_time_jump, Duration max_ahead
     arrival_.emplace(entry, key, finder_);
   }
   if (group_by_time_ && !builder_->can_append()) {
-    entry.fail("group_by_time",
-               "rows of this payload form no set; only those of LandmarkObservations do, and of LaserScan with range_m "
-               "and bearing_rad");
+    entry.fail(
+        "group_by_time",
+        "rows of this payload form no set; only those of LandmarkObservations, Ranges and RadarTargets do, and of "
+        "LaserScan with range_m and bearing_rad");
   }
   if (!group_by_time_ && builder_->wants_sets())
     entry.fail("group_by_time", "a row is one beam of a scan here: true is expected");

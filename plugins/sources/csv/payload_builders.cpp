@@ -16,10 +16,11 @@
 namespace waymark::csv {
 namespace {
 
-constexpr std::array<std::string_view, 12> kTypes = {
+constexpr std::array<std::string_view, 14> kTypes = {
     WheelSpeeds::kType,    WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType,
     GnssFix::kType,        LaserScan::kType,     Image::kType,     ImuSample::kType,
-    CompassHeading::kType, MagneticField::kType, Height::kType,    LandmarkObservations::kType};
+    CompassHeading::kType, MagneticField::kType, Height::kType,    LandmarkObservations::kType,
+    Ranges::kType,         RadarTargets::kType};
 
 /// Payloads of which one row holds all fields.
 template <class T>
@@ -96,29 +97,30 @@ class IncrementBuilder final : public PayloadBuilder {
   bool has_length_;
 };
 
-class LandmarksBuilder final : public PayloadBuilder {
+/// Payloads that are a set, of which a row holds one element.
+template <class T, auto list>
+class SetBuilder final : public PayloadBuilder {
  public:
-  LandmarksBuilder(const Config& columns, ColumnFinder& finder)
-      : fields_(columns, short_type_name(LandmarkObservations::kType), finder),
-        sets_may_be_empty_(finder.allows_empty()) {}
+  SetBuilder(const Config& columns, ColumnFinder& finder)
+      : fields_(columns, short_type_name(T::kType), finder), sets_may_be_empty_(finder.allows_empty()) {}
 
   std::shared_ptr<Payload> build(Row row) const override {
-    auto set = std::make_shared<LandmarkObservations>();
+    auto set = std::make_shared<T>();
     append(row, *set);
     return set;
   }
 
   void append(Row row, Payload& payload) const override {
     if (sets_may_be_empty_ && fields_.required_are_empty(row)) return;
-    LandmarkObservations::One one;
+    typename T::One one;
     fields_.read(row, one);
-    static_cast<LandmarkObservations&>(payload).landmarks.push_back(one);
+    (static_cast<T&>(payload).*list).push_back(one);
   }
 
   bool can_append() const override { return true; }
 
  private:
-  FieldColumns<LandmarkObservations::One> fields_;
+  FieldColumns<typename T::One> fields_;
   bool sets_may_be_empty_;
 };
 
@@ -213,7 +215,11 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
   if (type == Image::kType) {
     return std::make_unique<ImageBuilder>(columns, readable_file(entry, "path").parent_path(), finder);
   }
-  return std::make_unique<LandmarksBuilder>(columns, finder);
+  if (type == Ranges::kType) return std::make_unique<SetBuilder<Ranges, &Ranges::ranges>>(columns, finder);
+  if (type == RadarTargets::kType) {
+    return std::make_unique<SetBuilder<RadarTargets, &RadarTargets::targets>>(columns, finder);
+  }
+  return std::make_unique<SetBuilder<LandmarkObservations, &LandmarkObservations::landmarks>>(columns, finder);
 }
 
 }  // namespace waymark::csv

@@ -351,9 +351,88 @@ struct LandmarkObservations : PayloadOf<LandmarkObservations> {
   WAYMARK_API std::string_view contradiction() const;
 };
 
+/// Ranges that one receiver measured to radio beacons, by time of flight or, as differences, by time of arrival: all of
+/// one burst are one observation set.
+struct Ranges : PayloadOf<Ranges> {
+  static constexpr std::string_view kType = "waymark/Ranges@1";
+  /// One range, or a difference of two.
+  struct One {
+    int beacon = -1;
+    double range_m = 0.0;
+    int reference = -1;
+    double sigma_m = std::numeric_limits<double>::quiet_NaN();
+
+    template <class Visitor>
+    static void fields(Visitor&& field) {
+      field(&One::beacon, {.names = {"beacon"}, .meaning = "number of the beacon, 0 or more"});
+      field(&One::range_m, {.names = {"range_m"},
+                            .unit = "m",
+                            .meaning = "distance from the receiver to the beacon; with a reference, that distance "
+                                       "less the one to the reference"});
+      field(&One::reference,
+            {.names = {"reference"},
+             .meaning = "of a difference of ranges: number of the beacon whose range is subtracted; -1: of none",
+             .required = false});
+      field(&One::sigma_m, {.names = {"sigma_m"},
+                            .unit = "m",
+                            .meaning = "its σ, as the device reports it",
+                            .required = false,
+                            .unknown = "NaN"});
+    }
+  };
+  std::vector<One> ranges;
+
+  template <class Visitor>
+  static void fields(Visitor&& field) {
+    field(&Ranges::ranges, {.names = {"ranges"}, .meaning = "may be empty"});
+  }
+  WAYMARK_API std::string_view contradiction() const;
+};
+
+/// Targets of one scan of a radar that measures radial velocities (Doppler).
+struct RadarTargets : PayloadOf<RadarTargets> {
+  static constexpr std::string_view kType = "waymark/RadarTargets@1";
+  /// One target, in the radar's frame.
+  struct One {
+    double range_m = 0.0;
+    double azimuth_rad = 0.0;
+    double elevation_rad = 0.0;
+    double radial_mps = 0.0;
+    double rcs_dbsm = std::numeric_limits<double>::quiet_NaN();
+
+    template <class Visitor>
+    static void fields(Visitor&& field) {
+      field(&One::range_m, {.names = {"range_m"}, .unit = "m", .meaning = "distance from the radar"});
+      field(&One::azimuth_rad, {.names = {"azimuth_rad"},
+                                .unit = "rad",
+                                .meaning = "direction in the radar's x-y plane, counter-clockwise from its x axis"});
+      field(&One::elevation_rad, {.names = {"elevation_rad"},
+                                  .unit = "rad",
+                                  .meaning = "angle above that plane; 0 of a planar radar",
+                                  .required = false});
+      field(&One::radial_mps, {.names = {"radial_mps"},
+                               .unit = "m/s",
+                               .meaning = "radial velocity relative to the radar, positive of a target that recedes"});
+      field(&One::rcs_dbsm, {.names = {"rcs_dbsm"},
+                             .unit = "dBsm",
+                             .meaning = "radar cross-section",
+                             .required = false,
+                             .unknown = "NaN"});
+    }
+  };
+  std::vector<One> targets;
+
+  template <class Visitor>
+  static void fields(Visitor&& field) {
+    field(&RadarTargets::targets, {.names = {"targets"}, .meaning = "may be empty"});
+  }
+  WAYMARK_API std::string_view contradiction() const;
+};
+
 /// All payloads of core, in the order of reference pages.
-using CorePayloads = std::tuple<WheelSpeeds, WheelSteering, BodyTwist, PoseIncrement, GnssFix, LaserScan, PointCloud,
-                                Image, ImuSample, CompassHeading, MagneticField, Height, LandmarkObservations>;
+using CorePayloads =
+    std::tuple<WheelSpeeds, WheelSteering, BodyTwist, PoseIncrement, GnssFix, LaserScan, PointCloud, Image, ImuSample,
+               CompassHeading, MagneticField, Height, LandmarkObservations, Ranges, RadarTargets>;
 
 /// A core payload with its defaults, by its versioned name; null if there is none of that name.
 WAYMARK_API std::shared_ptr<Payload> make_payload(std::string_view type);

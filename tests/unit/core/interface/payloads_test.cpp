@@ -173,6 +173,18 @@ TEST(Payloads, AProblemCanBeWithSeveralFieldsTogether) {
   LandmarkObservations seen;
   seen.landmarks = {{-1.0, 2.0}};
   EXPECT_THAT(seen.problem(), HasSubstr("negative"));
+  Ranges ranges;
+  ranges.ranges = {{.beacon = 1, .range_m = -1.0, .reference = 2}};
+  EXPECT_THAT(ranges.problem(), IsEmpty());
+  ranges.ranges.front().reference = 1;
+  EXPECT_THAT(ranges.problem(), HasSubstr("its own reference"));
+  ranges.ranges.front().reference = -1;
+  EXPECT_THAT(ranges.problem(), HasSubstr("a range is negative"));
+  ranges.ranges = {{.range_m = 1.0}};
+  EXPECT_THAT(ranges.problem(), HasSubstr("number is negative"));
+  RadarTargets targets;
+  targets.targets = {{.range_m = -1.0}};
+  EXPECT_THAT(targets.problem(), HasSubstr("negative"));
 }
 
 /// As a plugin would bring it.

@@ -214,6 +214,30 @@ TEST_F(LogPayloads, SetsOfLandmarksStaySets) {
   EXPECT_THAT(got[3].landmarks, IsEmpty());
 }
 
+TEST_F(LogPayloads, SetsOfRangesStaySets) {
+  start();
+  Ranges burst;
+  burst.ranges = {{.beacon = 3, .range_m = 1.5}, {.beacon = 4, .range_m = -2.5, .reference = 3, .sigma_m = 0.1}};
+  arrive(2, burst, 1);
+  const auto got = same_order<Ranges>();
+  ASSERT_EQ(got.size(), 1u);
+  ASSERT_THAT(got[0].ranges, SizeIs(2));
+  EXPECT_TRUE(std::isnan(got[0].ranges[0].sigma_m));
+  EXPECT_EQ(got[0].ranges[1].reference, 3);
+}
+
+TEST_F(LogPayloads, ScansOfRadarsStayScans) {
+  start();
+  RadarTargets scan;
+  scan.targets = {{.range_m = 1.5, .azimuth_rad = 0.1, .radial_mps = -3.0}};
+  arrive(2, RadarTargets{}, 1);
+  arrive(2, scan, 2);
+  const auto got = same_order<RadarTargets>();
+  ASSERT_EQ(got.size(), 2u);
+  EXPECT_THAT(got[0].targets, IsEmpty());
+  EXPECT_EQ(got[1].targets.at(0).radial_mps, -3.0);
+}
+
 TEST_F(LogPayloads, PixelsBecomePngAndComeBackTheSame) {
   start();
   Image colour = image(Image::Encoding::bgr8, {}, 5, 3);

@@ -312,6 +312,35 @@ TEST_F(CsvPayloads, ASetMayBeEmpty) {
   EXPECT_EQ(seen[1].identity, 4);
 }
 
+TEST_F(CsvPayloads, RangesOfOneBurstAreASet) {
+  write("a.csv", "t,beacon,range,minus\n1,0,2.5,-1\n1,5,-3,6\n2,1,4,-1\n");
+  const auto all =
+      read_all(*source("payload: Ranges, group_by_time: true,"
+                       " columns: { beacon: beacon, range_m: range, reference: minus }"));
+  ASSERT_EQ(all.size(), 2u);
+  const auto& ranges = all[0].as<Ranges>().ranges;
+  ASSERT_EQ(ranges.size(), 2u);
+  EXPECT_EQ(ranges[1].beacon, 5);
+  EXPECT_EQ(ranges[1].range_m, -3.0);
+  EXPECT_EQ(ranges[1].reference, 6);
+  EXPECT_TRUE(std::isnan(ranges[1].sigma_m));
+  EXPECT_EQ(all[1].as<Ranges>().ranges.size(), 1u);
+}
+
+TEST_F(CsvPayloads, TargetsOfOneScanAreASet) {
+  write("a.csv", "t,range_cm,azimuth,speed\n1,250,30,-4\n1,300,-30,5\n");
+  const auto all =
+      read_all(*source("payload: RadarTargets, group_by_time: true,"
+                       " columns: { range_cm: range_cm, azimuth_deg: azimuth, radial_mps: speed }"));
+  ASSERT_EQ(all.size(), 1u);
+  const auto& targets = all[0].as<RadarTargets>().targets;
+  ASSERT_EQ(targets.size(), 2u);
+  EXPECT_DOUBLE_EQ(targets[0].range_m, 2.5);
+  EXPECT_NEAR(targets[1].azimuth_rad, -0.5235987755982988, 1e-15);
+  EXPECT_EQ(targets[1].radial_mps, 5.0);
+  EXPECT_EQ(targets[1].elevation_rad, 0.0);
+}
+
 TEST_F(CsvPayloads, KeepsTheSignOfZero) {
   write("a.csv", "t,h\n0,-0\n");
   const auto measurement = source("payload: CompassHeading, columns: { heading_rad: h }")->next();
