@@ -241,6 +241,10 @@ FusionSettings read_fusion_settings(const Config& yaml) {
        "the joint Gaussian over the pose and the places of the maps, whose covariance is reported; used with maps"}));
   settings.filter.loops =
       read_loops(yaml.child_or_empty({"loops", "places that are met again, and the correction of dense maps between"}));
+  const Config relocation = yaml.child_or_empty(
+      {"relocation", "the search for a robot that is not where it is believed to be in a loaded map"});
+  settings.filter.relocation.enabled =
+      relocation.boolean({"enabled", "false: such a robot is not searched for"}, settings.filter.relocation.enabled);
   settings.clock = read_clock(yaml.child_or_empty({"clock", "which stamps are plausible"}));
   settings.health = read_health(yaml.child_or_empty({"health", "when the result is reported as lost or degraded"}));
   settings.georeference =

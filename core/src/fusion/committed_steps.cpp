@@ -68,6 +68,7 @@ Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
 
 void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,
                          UpdateResult& result) {
+  const bool was_misplaced = committed_.filter.is_misplaced();
   for (const auto& [input, why] : committed_.filter.map(at, extraction.inputs, m.sensor)) {
     const int module = extraction.inputs[static_cast<std::size_t>(input)].module;
     maps_.take_out_of_service(static_cast<std::size_t>(module), m.stamp, why, committed_);
@@ -86,9 +87,24 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
         fmt::format("a loop of {:.0f} m was closed; the maps were drawn again, with places moved by up to {:.2f} m",
                     loop->way, loop->shift));
   }
+  note_misplaced(m, was_misplaced);
   if (committed_.filter.fails_to_recognise())
     result.degraded_reason = "known places are not recognised: the map may be torn";
   result.fate = Fate::mapped;
+}
+
+void CommittedSteps::note_misplaced(const Measurement& m, bool was_misplaced) {
+  if (const std::string why = committed_.filter.take_relocation_failure(); !why.empty())
+    committed_.note(m.stamp, fmt::format("a robot that is misplaced in the loaded map will not be found: {}", why));
+  const bool is_misplaced = committed_.filter.is_misplaced();
+  if (is_misplaced && !was_misplaced) {
+    committed_.note(m.stamp,
+                    fmt::format("{}: its scans do not fit the loaded map where the robot is believed to be; it is "
+                                "searched for in the whole map",
+                                committed_.record(m).slot.name));
+  } else if (was_misplaced && !is_misplaced) {
+    committed_.note(m.stamp, fmt::format("{}: its scans fit the loaded map again", committed_.record(m).slot.name));
+  }
 }
 
 void CommittedSteps::note_unusable(const Measurement& m, std::string_view why) {

@@ -33,6 +33,8 @@ class CommittedSteps {
   Extraction extract(const Measurement& m, const Belief& belief);
   /// One mapping step of the particles at `at`. Modules that throw are taken out of service.
   void map(const Measurement& m, particles::Instant& at, const Extraction& extraction, UpdateResult& result);
+  /// Adds an event if the robot is misplaced in a loaded map, or is not any more.
+  void note_misplaced(const Measurement& m, bool was_misplaced);
   /// Adds an event for the first unusable measurement of a sensor.
   void note_unusable(const Measurement& m, std::string_view why);
   /// Completes a measurement: stores it for maps with several inputs, records its result for the health, and adds

@@ -47,7 +47,11 @@ void Fusion::Parts::commit(const Measurement& m) {
     return;
   }
   const Fate fate = predict_and_process(m);
-  if (committed.unsound) lose_pose(m.stamp, kUnsound);
+  if (committed.unsound) {
+    lose_pose(m.stamp, kUnsound);
+  } else if (const auto place = committed.filter.take_place()) {
+    begin_at(m.stamp, *place);
+  }
   committed.update_health(m.stamp);
   notify_observer(m, fate);
 }

@@ -36,6 +36,8 @@ struct Fusion::Parts {
   void begin_anew(const fusion::Start& start);
   bool is_after_gap(const Measurement& m) const;
   fusion::Start last_pose(Time at) const;
+  fusion::Start start_at(Time at, const Eigen::Vector3d& xyyaw, const Eigen::Matrix3d& P) const;
+  void begin_at(Time at, const relocation::Place& place);
   void lose_pose(Time at, const std::string& why);
   /// True if there is a pose: the filter has started, and its pose is not lost.
   bool has_pose() const { return started && !searching; }

@@ -103,6 +103,28 @@ void Fusion::Parts::begin_anew(const fusion::Start& start) {
                                   : "position and heading were found anew");
 }
 
+/// The last pose, moved to another place in the plane, with its covariance.
+fusion::Start Fusion::Parts::start_at(Time at, const Eigen::Vector3d& xyyaw, const Eigen::Matrix3d& P) const {
+  fusion::Start start = last_pose(at);
+  start.keeps_pose = false;
+  const Pose& before = committed.filter.mixture().mean.T_map_base;
+  const Eigen::Quaterniond turn = so3::from_rpy(0.0, 0.0, xyyaw.z() - before.yaw());
+  start.prior.mean.T_map_base = {turn * before.q, {xyyaw.x(), xyyaw.y(), before.p.z()}};
+  const auto& index = layout.pose_indices();
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) start.prior.P(index[i], index[k]) = P(i, k);
+  }
+  return start;
+}
+
+/// The robot was searched for in a loaded map, and found.
+void Fusion::Parts::begin_at(Time at, const relocation::Place& place) {
+  committed.note(at, fmt::format("the robot was found in the loaded map, at x {:.2f} m, y {:.2f} m, heading {:.1f}°",
+                                 place.xyyaw.x(), place.xyyaw.y(), place.xyyaw.z() * 180.0 / std::numbers::pi));
+  history.clear();
+  begin_anew(start_at(at, place.xyyaw, place.P));
+}
+
 void Fusion::set_pose(const GivenPose& pose) {
   Parts& p = *parts_;
   // As those of `initial`: farther away doubles are too coarse, and no fix would be believed.
@@ -120,14 +142,10 @@ void Fusion::set_pose(const GivenPose& pose) {
                     kFarthest, kLeastSigma, kLargestSigma, kLeastSigma));
   }
   if (!p.started) return p.startup.give(pose);
-  fusion::Start start = p.last_pose(p.committed.filter.stamp());
-  start.keeps_pose = false;
-  const Pose& last = p.committed.filter.mixture().mean.T_map_base;
-  const Eigen::Quaterniond turn = so3::from_rpy(0.0, 0.0, pose.yaw - last.yaw());
-  start.prior.mean.T_map_base = {turn * last.q, {pose.position.x(), pose.position.y(), last.p.z()}};
-  const auto& index = p.layout.pose_indices();
-  start.prior.P(index[0], index[0]) = start.prior.P(index[1], index[1]) = pose.position_sigma * pose.position_sigma;
-  start.prior.P(index[2], index[2]) = pose.yaw_sigma * pose.yaw_sigma;
+  const double variance = pose.position_sigma * pose.position_sigma;
+  const fusion::Start start =
+      p.start_at(p.committed.filter.stamp(), {pose.position.x(), pose.position.y(), pose.yaw},
+                 Eigen::Vector3d(variance, variance, pose.yaw_sigma * pose.yaw_sigma).asDiagonal());
   p.committed.note(start.prior.stamp,
                    fmt::format("the pose was set to x {:.3f} m, y {:.3f} m, heading {:.1f}°", pose.position.x(),
                                pose.position.y(), pose.yaw * 180.0 / std::numbers::pi));

@@ -25,6 +25,15 @@ void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path) {
   }
 }
 
+std::vector<Eigen::Vector2f> thinned(std::span<const Eigen::Vector2d> points) {
+  constexpr std::size_t kMost = 180;
+  const std::size_t step = 1 + points.size() / kMost;
+  std::vector<Eigen::Vector2f> result;
+  result.reserve(1 + points.size() / step);
+  for (std::size_t i = 0; i < points.size(); i += step) result.emplace_back(points[i].cast<float>());
+  return result;
+}
+
 std::vector<Eigen::Vector2f> window(std::span<const Keyframe> keyframes, std::size_t middle, double reach) {
   std::vector<Eigen::Vector2f> points;
   const Keyframe& own = keyframes[middle];

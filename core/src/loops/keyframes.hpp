@@ -38,6 +38,9 @@ struct Keyframe {
 /// Sets the poses of keyframes to those of a path with the same stamps; between two stamps, interpolated.
 WAYMARK_API void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path);
 
+/// Points of one scan, as many as a window needs [m].
+WAYMARK_API std::vector<Eigen::Vector2f> thinned(std::span<const Eigen::Vector2d> points);
+
 /// The points of the keyframes within `reach` [m] of way of the one at `middle`, in its frame.
 std::vector<Eigen::Vector2f> window(std::span<const Keyframe> keyframes, std::size_t middle, double reach);
 

@@ -44,21 +44,21 @@ class Stamps {
 }  // namespace
 
 void ScoreRaster::draw(std::span<const Eigen::Vector2f> points, double sigma, int levels) {
-  constexpr auto kCells = static_cast<std::size_t>(kSide) * kSide;
+  const auto cells = static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_);
   std::vector<std::uint8_t>& fine = levels_[0];
-  fine.assign(kCells, 0);
+  fine.assign(cells, 0);
   const Stamps stamps(sigma);
   const int reach = stamps.reach();
   const int width = 2 * reach + 1;
   for (const Eigen::Vector2f& p : points) {
-    if (!(p.squaredNorm() < static_cast<float>(kReach * kReach))) continue;
+    if (!(p.squaredNorm() < static_cast<float>(reach_ * reach_))) continue;
     const float u = in_cells(static_cast<double>(p.x()));
     const float v = in_cells(static_cast<double>(p.y()));
     const int x = static_cast<int>(u);
     const int y = static_cast<int>(v);
     const std::uint8_t* from = stamps.at(u - static_cast<float>(x), v - static_cast<float>(y));
     for (int row = 0; row < width; ++row) {
-      std::uint8_t* to = fine.data() + static_cast<std::ptrdiff_t>(y - reach + row) * kSide + (x - reach);
+      std::uint8_t* to = fine.data() + static_cast<std::ptrdiff_t>(y - reach + row) * side_ + (x - reach);
       for (int column = 0; column < width; ++column) to[column] = std::max(to[column], from[column]);
       from += width;
     }
@@ -69,13 +69,13 @@ void ScoreRaster::draw(std::span<const Eigen::Vector2f> points, double sigma, in
     std::vector<std::uint8_t>& above = levels_[static_cast<std::size_t>(level)];
     above = below;
     const int step = 1 << (level - 1);
-    for (int y = 0; y < kSide; ++y) {
-      std::uint8_t* to = above.data() + static_cast<std::ptrdiff_t>(y) * kSide;
-      const std::uint8_t* near = below.data() + static_cast<std::ptrdiff_t>(y) * kSide;
-      const std::uint8_t* far = y + step < kSide ? near + static_cast<std::ptrdiff_t>(step) * kSide : near;
-      for (int x = 0; x < kSide - step; ++x)
+    for (int y = 0; y < side_; ++y) {
+      std::uint8_t* to = above.data() + static_cast<std::ptrdiff_t>(y) * side_;
+      const std::uint8_t* near = below.data() + static_cast<std::ptrdiff_t>(y) * side_;
+      const std::uint8_t* far = y + step < side_ ? near + static_cast<std::ptrdiff_t>(step) * side_ : near;
+      for (int x = 0; x < side_ - step; ++x)
         to[x] = std::max(std::max(near[x], near[x + step]), std::max(far[x], far[x + step]));
-      for (int x = kSide - step; x < kSide; ++x) to[x] = std::max(near[x], far[x]);
+      for (int x = side_ - step; x < side_; ++x) to[x] = std::max(near[x], far[x]);
     }
   }
 }

@@ -53,7 +53,7 @@ WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const
   if (best.turn < 0) return {};
   const auto is_other = [&](const Place& place) {
     const double d = ScoreRaster::kCell * std::hypot(place.x - best.x, place.y - best.y);
-    return d > kOtherPlace || kTurnStep * std::abs(place.turn - best.turn) > kOtherTurn;
+    return d > kOtherPlace || std::abs(so3::wrap(kTurnStep * (place.turn - best.turn))) > kOtherTurn;
   };
   if (search(static_cast<int>(kRival * best.sum), is_other).turn >= 0)
     return {.match = std::nullopt, .is_ambiguous = true};
@@ -63,6 +63,16 @@ WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const
   const WindowMatch match = refine(at, range.distance);
   if (match.score < kLeastScore) return {};
   return {.match = match};
+}
+
+double WindowMatcher::score(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& at) const {
+  const Eigen::Matrix2d R = rotation(at.z());
+  ShiftedSums<0> sums;
+  for (const Eigen::Vector2f& point : points) {
+    const Eigen::Vector2d p = at.head<2>() + R * point.cast<double>();
+    fine_.add_shifted(fine_.in_cells(p.x()), fine_.in_cells(p.y()), sums);
+  }
+  return static_cast<double>(sums.at(0, 0)) / (255.0 * static_cast<double>(points.size()));
 }
 
 void WindowMatcher::turn_points(const Eigen::Vector3d& prior, const SearchRange& range) {
@@ -77,8 +87,8 @@ void WindowMatcher::turn_points(const Eigen::Vector3d& prior, const SearchRange&
     const Eigen::Matrix2d R = rotation(prior.z() + kTurnStep * turn);
     for (const Eigen::Vector2f& p : points_) {
       const Eigen::Vector2d at = prior.head<2>() + R * p.cast<double>();
-      cells.emplace_back(static_cast<int>(std::floor(ScoreRaster::in_cells(at.x()))),
-                         static_cast<int>(std::floor(ScoreRaster::in_cells(at.y()))));
+      cells.emplace_back(static_cast<int>(std::floor(coarse_.in_cells(at.x()))),
+                         static_cast<int>(std::floor(coarse_.in_cells(at.y()))));
     }
   }
 }
@@ -136,8 +146,8 @@ void WindowMatcher::score_around(const Eigen::Vector3d& at, double turn, std::ve
   for (int part_y = -kMiddle; part_y <= kMiddle; ++part_y) {
     for (int part_x = -kMiddle; part_x <= kMiddle; ++part_x) {
       const Eigen::Vector2d part = ScoreRaster::kCell / kParts * Eigen::Vector2d(part_x, part_y);
-      const float x = ScoreRaster::in_cells(at.x() + part.x());
-      const float y = ScoreRaster::in_cells(at.y() + part.y());
+      const float x = fine_.in_cells(at.x() + part.x());
+      const float y = fine_.in_cells(at.y() + part.y());
       ShiftedSums<kShifts> sums;
       for (const Eigen::Vector2f& p : points_)
         fine_.add_shifted(c * p.x() - s * p.y() + x, s * p.x() + c * p.y() + y, sums);

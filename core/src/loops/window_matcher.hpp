@@ -35,11 +35,18 @@ struct WindowSearch {
 /// 2016), then the moments of the likelihood around the best one. Holds its storage; not thread-safe.
 class WAYMARK_API WindowMatcher {
  public:
+  static constexpr double kReach = 30.0;  ///< of a window [m]
+  /// `reach`: points of the window farther from its middle are left out [m].
+  explicit WindowMatcher(double reach = kReach) : coarse_(reach), fine_(reach) {}
+
   /// The window in which others are searched. Its points lie in its own frame [m].
   void draw(std::span<const Eigen::Vector2f> points);
 
   /// Searches `points`, of which too few match nowhere.
   WindowSearch match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior, const SearchRange& range);
+
+  /// Mean likelihood of points at a pose, 0 … 1; with as narrow a σ as a match is refined with.
+  double score(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& at) const;
 
  private:
   struct Place {

@@ -9,8 +9,6 @@ namespace waymark::particles {
 
 namespace {
 
-constexpr std::size_t kWindowPoints = 180;  // of a scan, for windows
-
 /// The pose with another place in the plane.
 Pose moved(const Pose& pose, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d relative = loops::between(from, loops::planar(pose));
@@ -36,10 +34,7 @@ void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::si
     particle.maps[module]->correspond(*input.observation, mapping_.refinement(slot, input.module).association.get(),
                                       correspondences_);
   }
-  const std::vector<Eigen::Vector2d>& points = correspondences_.points_base;
-  const std::size_t step = 1 + points.size() / kWindowPoints;
-  keyframe.points_base.reserve(1 + points.size() / step);
-  for (std::size_t i = 0; i < points.size(); i += step) keyframe.points_base.emplace_back(points[i].cast<float>());
+  keyframe.points_base = loops::thinned(correspondences_.points_base);
   // What is sampled is what the path cannot take back.
   keyframe.P = settings_.sampling_fraction * pose_covariance(particle.belief, layout());
   keyframe.T_map_base = particle.belief.mean.T_map_base;

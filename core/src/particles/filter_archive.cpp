@@ -18,6 +18,9 @@ void ParticleFilter::restore(const State& state) {
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
   has_changed();
+  if (!relocator_) return;
+  relocator_->begin_anew();
+  last_ = mixture().mean.T_map_base;
 }
 
 namespace {
@@ -41,7 +44,7 @@ void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapMo
 
 template <class Archive>
 void ParticleFilter::serialize(Archive& archive, State& state) const {
-  if (archive.section("particle_filter", 3) < 3) throw DataError("the checkpoint has an older version");
+  if (archive.section("particle_filter", 4) < 4) throw DataError("the checkpoint has an older version");
   std::uint64_t count = state.particles.size();
   archive(count);
   if (count != set_.size()) {
@@ -84,6 +87,13 @@ void ParticleFilter::serialize_rest(Archive& archive) {
     if (!has_loops) loops_.reset();
   }
   if (loops_) loops_->serialize(archive, std::span<const std::shared_ptr<MapModule>>(modules_));
+  bool relocates = relocator_.has_value();
+  archive(relocates);
+  if constexpr (Archive::kReads) {
+    if (relocates && !relocator_) throw DataError("the checkpoint has a search in a map that the configuration lacks");
+    if (!relocates) relocator_.reset();
+  }
+  if (relocator_) archive(*relocator_, last_.p, last_.q);
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
   estimation::serialize_belief(archive, mixture_, layout());
@@ -104,6 +114,7 @@ void ParticleFilter::load(InArchive& in) {
   reported_is_current_ = false;
   resamplings_ = now.resamplings;
   mapping_steps_ = now.mapping_steps;
+  begin_relocation();
   serialize_rest(in);
 }
 

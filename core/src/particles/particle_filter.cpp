@@ -98,6 +98,8 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   }
   if (joint_) joint_->start(set_[0].belief, frame);
   if (loops_) loops_->clear();
+  begin_relocation();
+  last_ = prior.mean.T_map_base;
   // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (!georeference_ && draw && set_.size() > 1) {
     for (std::size_t slot = 0; slot < set_.size(); ++slot) {
@@ -121,6 +123,9 @@ void ParticleFilter::begin_anew(const estimation::NewStart& start) {
   recollection_.past().clear();
   set_.normalize();
   has_changed();
+  if (!relocator_) return;
+  relocator_->begin_anew();
+  last_ = mixture().mean.T_map_base;
 }
 
 bool ParticleFilter::is_sound() const {
@@ -161,6 +166,8 @@ MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const Up
 MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> inputs, std::uint32_t sensor) {
   MappingFailures failures;
   const auto drop = [&](int module) { drop_module(module); };
+  const bool relocates = relocator_ && &at == now_.get();
+  const Pose predicted = relocates ? mixture().mean.T_map_base : Pose{};
   mapping_.refine(set_, at, inputs, stamp(), sensor, failures, drop);
   set_.normalize();
   has_changed();
@@ -168,11 +175,14 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   const std::size_t best = set_.best();
   const bool keeps = loops_ && &at == now_.get() && mapping_.writes(best);
   if (keeps) keep_keyframe(inputs, best);
+  if (relocates) relocate(inputs, best, predicted);
   at.sample(sensor);
   keep_new_anchors();
-  mapping_.insert(set_, at, inputs, failures, drop);
+  // Scans that were taken elsewhere would spoil the map.
+  if (!is_misplaced()) mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
   at.conclude_mapping(sensor);
+  if (relocates) last_ = mixture().mean.T_map_base;
   if (keeps) close_loops();
   return failures;
 }
@@ -278,6 +288,7 @@ void ParticleFilter::resample_if_needed(std::uint32_t sensor) {
 void ParticleFilter::drop_module(int module) {
   const auto index = static_cast<std::size_t>(module);
   modules_[index] = nullptr;
+  if (module == searched_module_) relocator_.reset();
   for (Particle& particle : set_) {
     if (index < particle.maps.size()) particle.maps[index] = nullptr;
   }

@@ -22,6 +22,7 @@
 #include "particles/recollection.hpp"
 #include "particles/update_step.hpp"
 #include "particles/workers.hpp"
+#include "relocation/relocator.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/map_module.hpp"
@@ -134,6 +135,13 @@ class WAYMARK_API ParticleFilter {
   std::optional<ClosedLoop> take_closed_loop() { return std::exchange(closed_loop_, std::nullopt); }
   /// True if places that must be those of before do not look so: the maps may be torn.
   bool fails_to_recognise() const { return loops_ && loops_->fails_to_recognise(); }
+  /// True while what the robot observes does not fit the loaded map where it is believed to be.
+  bool is_misplaced() const { return relocator_ && relocator_->is_lost(); }
+  /// The place where the robot was found by the last mapping step, after it was misplaced: (x, y, yaw) of the base in
+  /// the map.
+  std::optional<relocation::Place> take_place() { return std::exchange(place_, std::nullopt); }
+  /// True once, with the reason: the loaded map cannot be searched.
+  std::string take_relocation_failure() { return std::exchange(relocation_failure_, {}); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
   std::uint64_t mapping_steps() const { return mapping_steps_; }
@@ -166,6 +174,11 @@ class WAYMARK_API ParticleFilter {
   /// maps are drawn again.
   void close_loops();
   std::vector<std::unique_ptr<ParticleMap>> draw_again(const Particle& best) const;
+  /// Prepares the search in a loaded map.
+  void begin_relocation();
+  /// Passes a mapping step to it, before the poses are sampled; `slot`: the best particle, `predicted`: the
+  /// mixture's pose before the step.
+  void relocate(std::span<const MappingInput> inputs, std::size_t slot, const Pose& predicted);
   /// Every particle keeps where it writes what belongs to the anchors that were added.
   void keep_new_anchors();
 
@@ -192,6 +205,11 @@ class WAYMARK_API ParticleFilter {
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
   std::optional<ClosedLoop> closed_loop_;
   bool loops_failure_ = false;
+  std::optional<relocation::Relocator> relocator_;  // where a dense map was loaded
+  int searched_module_ = -1;                        // of that map
+  std::optional<relocation::Place> place_;
+  std::string relocation_failure_;
+  Pose last_;                                              // of the mixture, after the last mapping step
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;

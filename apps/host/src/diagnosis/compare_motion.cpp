@@ -125,9 +125,11 @@ void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
     const double beyond = backwards ? 2.0 : std::max(mounting.scale, 1.0 / mounting.scale) - 1.0 - tolerance;
     const double relative = mounting.scale_sigma / std::min(mounting.scale, 1.0);
     ratio.sigmas = std::max(0.0, beyond) / std::max(relative, 1e-6);
-    ratio.verdict = beyond <= 0.0        ? Ratio::Verdict::agree
-                    : ratio.sigmas > 3.0 ? Ratio::Verdict::differ
-                                         : Ratio::Verdict::unknown;
+    // Where stamps jitter, single motions scatter by more than a mistake: it would shift most of them.
+    const bool is_usual = !backwards && mounting.low_scale < 1.0 && mounting.high_scale > 1.0;
+    ratio.verdict = beyond <= 0.0                     ? Ratio::Verdict::agree
+                    : ratio.sigmas > 3.0 && !is_usual ? Ratio::Verdict::differ
+                                                      : Ratio::Verdict::unknown;
     agreement.observers.push_back(std::move(observer));
     for (auto& row : agreement.ratios) row.emplace_back();
     agreement.ratios.emplace_back(agreement.observers.size());

@@ -138,6 +138,24 @@ std::optional<BlockFit> fit_block(const Rows& rows) {
 
 constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
 
+/// Quartiles of the lengths of single motions by those of the way, along the direction in which the scanner moves.
+void find_quartiles(const Rows& rows, MountingFit& mounting) {
+  constexpr double kLeastWay = 0.05;  // [m]
+  const Complex lever = std::polar(1.0, mounting.angle) * Complex(mounting.lever.x(), mounting.lever.y());
+  std::vector<double> scales;
+  scales.reserve(static_cast<std::size_t>(rows.count / 2));
+  for (Eigen::Index k = 0; k + 1 < rows.count; k += 2) {
+    const Complex w(rows.A(k, 0), rows.A(k + 1, 0));
+    if (std::abs(w) < kLeastWay) continue;
+    const Complex z = Complex(rows.y(k), rows.y(k + 1)) - lever * Complex(rows.A(k, 2), rows.A(k + 1, 2));
+    scales.push_back((z / w * std::polar(1.0, -mounting.angle)).real());
+  }
+  if (scales.empty()) return;
+  std::ranges::sort(scales);
+  mounting.low_scale = scales[scales.size() / 4];
+  mounting.high_scale = scales[scales.size() - 1 - scales.size() / 4];
+}
+
 }  // namespace
 
 MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, double late) {
@@ -178,6 +196,7 @@ MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, d
   mounting.lever_sigma = {fit.sigma(2), fit.sigma(3)};
   mounting.kept = fit.kept;
   mounting.is_known = true;
+  find_quartiles(rows, mounting);
   return mounting;
 }
 

@@ -26,6 +26,13 @@ constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
 constexpr double kCourseSpeed = 0.7;     // [m/s], a slower one has no course
 constexpr std::size_t kRangeEvery = 17;  // of the ranges of a scan, the share that is looked at
 
+/// How many scans the second one of a pair lies after the first. By number, not by stamp: where stamps jitter, the
+/// first one that is late enough by its stamp is one whose stamp is late.
+int scans_of_pair(const WatchedSensor& sensor) {
+  const double interval = sensor.intervals.quantile(0.5);
+  return interval > 0.0 ? std::max(1, static_cast<int>(std::ceil(sensor.pair_step / interval))) : 1;
+}
+
 }  // namespace
 
 Watch::Watch(const Robot& robot) : robot_(robot), datum_(robot.settings.datum), datum_is_given_(datum_.has_value()) {
@@ -147,10 +154,12 @@ void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
   if (sensor.steps.size() >= kMostSteps) return;
   if (sensor.scan_t >= 0.0 && (t - sensor.scan_t > kLongestPair || t <= sensor.scan_t)) sensor.scan_t = -1.0;
   if (sensor.scan_t < 0.0) {
-    if (t >= sensor.next_scan_t && sensor.scans[0].take(scan, sensor.largest_range)) sensor.scan_t = t;
+    if (t < sensor.next_scan_t || !sensor.scans[0].take(scan, sensor.largest_range)) return;
+    sensor.scan_t = t;
+    sensor.scans_since = 0;
     return;
   }
-  if (t - sensor.scan_t < sensor.pair_step) return;
+  if (++sensor.scans_since < scans_of_pair(sensor)) return;
   const double from = sensor.scan_t;
   sensor.scan_t = -1.0;
   sensor.next_scan_t = from + kPairEvery;

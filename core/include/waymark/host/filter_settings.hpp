@@ -39,6 +39,11 @@ struct LoopSettings {
   double least_shift = 0.15;  ///< the maps are drawn again where a loop moves them farther than this [m]
 };
 
+/// The search for a robot that is not where it is believed to be in a loaded map (`relocation:` of the YAML).
+struct RelocationSettings {
+  bool enabled = true;  ///< with a dense map that was loaded, and no absolute sensor that is fused
+};
+
 /// The particle filter's part of the YAML (`filter:`).
 struct ParticleFilterSettings {
   int particles = 1;
@@ -50,6 +55,7 @@ struct ParticleFilterSettings {
   std::size_t path_poses = 200'000;  ///< >= 2; of a longer path the older half loses every second pose
   JointSettings joint;
   LoopSettings loops;
+  RelocationSettings relocation;
   Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
 };
 

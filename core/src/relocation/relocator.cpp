@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relocation/relocator.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "loops/planar.hpp"
+#include "waymark/io/archive.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::relocation {
+
+namespace {
+
+constexpr std::uint8_t kOccupied = 65;  // percent: as map_server has it
+constexpr double kFast = 0.35;          // of the averages, per step
+constexpr double kSlow = 0.01;
+constexpr double kFirst = 0.6;           // the fit that is expected of a map that was not looked at yet
+constexpr int kFirstSteps = 20;          // that this counts for
+constexpr double kMisfit = 0.75;         // of the usual fit: below, the robot is lost
+constexpr double kFits = 0.9;            // above, it is where it is believed to be
+constexpr double kLongestWindow = 12.0;  // [m]
+constexpr double kSearchEvery = 0.4;     // [m]
+constexpr double kSamePlace = 0.5;       // [m]
+constexpr double kSameHeading = 0.15;    // [rad]
+constexpr double kKnownShare = 0.6;      // of the points of a scan
+constexpr std::size_t kLeastPoints = 20;
+constexpr int kMostSteps = 1000;  // as many are counted
+
+/// The middles of the occupied cells, in the map [m].
+std::vector<Eigen::Vector2d> surfaces_of(const GridView& map) {
+  std::vector<Eigen::Vector2d> surfaces;
+  for (int row = 0; row < map.height; ++row) {
+    for (int column = 0; column < map.width; ++column) {
+      const std::uint8_t cell = map.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(map.width) +
+                                          static_cast<std::size_t>(column)];
+      if (cell < kOccupied || cell == GridView::kUnknown) continue;
+      const Eigen::Vector3d p_grid(map.resolution_m * (column + 0.5), map.resolution_m * (row + 0.5), 0.0);
+      surfaces.emplace_back((map.T_map_grid * p_grid).head<2>());
+    }
+  }
+  if (surfaces.empty()) throw Error("a map without occupied cells cannot be searched");
+  return surfaces;
+}
+
+Eigen::AlignedBox2d box_of(const std::vector<Eigen::Vector2d>& points) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : points) box.extend(p);
+  return box;
+}
+
+double half_side(const Eigen::AlignedBox2d& box) {
+  const double half = 0.5 * box.sizes().maxCoeff();
+  if (half > Relocator::kLargestReach) {
+    throw Error(fmt::format("the map is {:.0f} m long; one of up to {:.0f} m is searched", 2.0 * half,
+                            2.0 * Relocator::kLargestReach));
+  }
+  return half;
+}
+
+}  // namespace
+
+Relocator::Relocator(GridView map)
+    : map_(std::move(map)),
+      T_grid_map_(map_.T_map_grid.inverse()),
+      middle_(box_of(surfaces_of(map_)).center()),
+      reach_(half_side(box_of(surfaces_of(map_)))),
+      matcher_(std::numbers::sqrt2 * reach_ + 1.0) {
+  std::vector<Eigen::Vector2f> points;
+  for (const Eigen::Vector2d& p : surfaces_of(map_)) points.emplace_back((p - middle_).cast<float>());
+  matcher_.draw(points);
+  begin_anew();
+}
+
+Eigen::Vector3d Relocator::in_raster(const Eigen::Vector3d& xyyaw) const {
+  return {xyyaw.x() - middle_.x(), xyyaw.y() - middle_.y(), xyyaw.z()};
+}
+
+bool Relocator::is_known(const Eigen::Vector2d& p_map) const {
+  const Eigen::Vector3d p = T_grid_map_ * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0);
+  const auto column = static_cast<int>(std::floor(p.x() / map_.resolution_m));
+  const auto row = static_cast<int>(std::floor(p.y() / map_.resolution_m));
+  // A surface at the rim of the known ground has unknown cells on one side.
+  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, map_.height - 1); ++y) {
+    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, map_.width - 1); ++x) {
+      const std::size_t at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(x);
+      if (map_.cells[at] != GridView::kUnknown) return true;
+    }
+  }
+  return false;
+}
+
+/// Nothing if it is not on ground that the map has.
+std::optional<double> Relocator::fit_of(const Look& look) {
+  if (look.points_base.size() < kLeastPoints) return std::nullopt;
+  std::span<const Eigen::Vector2f> points = look.points_base;
+  if (look.is_written) {
+    scratch_.clear();
+    const Eigen::Matrix2d R = loops::rotation(look.xyyaw.z());
+    for (const Eigen::Vector2f& p : points) {
+      if (is_known(look.xyyaw.head<2>() + R * p.cast<double>())) scratch_.push_back(p);
+    }
+    if (static_cast<double>(scratch_.size()) < kKnownShare * static_cast<double>(points.size())) return std::nullopt;
+    points = scratch_;
+  }
+  return matcher_.score(points, in_raster(look.xyyaw));
+}
+
+void Relocator::begin_anew() {
+  steps_ = 0;
+  if (slow_ == 0.0) slow_ = kFirst;
+  fast_ = slow_;
+  window_.clear();
+  searched_way_ = 0.0;
+}
+
+void Relocator::judge(double fit) {
+  fast_ += kFast * (fit - fast_);
+  if (is_lost_) {
+    if (fast_ > kFits * slow_) is_lost_ = false;
+    return;
+  }
+  if (fast_ < kMisfit * slow_) {
+    is_lost_ = true;
+    return;
+  }
+  steps_ = std::min(steps_ + 1, kMostSteps);
+  slow_ += std::max(kSlow, 1.0 / (kFirstSteps + steps_)) * (fit - slow_);
+}
+
+/// Adds the scan to the window, of which the oldest scans go.
+void Relocator::keep(const Look& look) {
+  Seen seen{Eigen::Vector3d::Zero(), 0.0, {look.points_base.begin(), look.points_base.end()}};
+  if (!window_.empty()) {
+    const Seen& last = window_.back();
+    seen.xyyaw = loops::compose(last.xyyaw, look.moved);
+    seen.way = last.way + look.moved.head<2>().norm() + loops::kArm * std::abs(look.moved.z());
+  }
+  window_.push_back(std::move(seen));
+  while (window_.back().way - window_.front().way > kLongestWindow) window_.erase(window_.begin());
+}
+
+std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
+  searched_way_ = window_.back().way;
+  std::vector<Eigen::Vector2f> points;  // in the axes of the last scan
+  for (const Seen& seen : window_) {
+    const Eigen::Vector3d at = loops::between(window_.back().xyyaw, seen.xyyaw);
+    const Eigen::Matrix2d R = loops::rotation(at.z());
+    for (const Eigen::Vector2f& p : seen.points)
+      points.emplace_back((at.head<2>() + R * p.cast<double>()).cast<float>());
+  }
+  const auto found = matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.005}).match;
+  if (!found || found->score < kMisfit * slow_) return std::nullopt;
+  Place place{found->relation.z, found->relation.P};
+  place.xyyaw.head<2>() += middle_;
+  const Eigen::Vector3d off = loops::difference(place.xyyaw, believed);
+  if (off.head<2>().norm() < kSamePlace && std::abs(off.z()) < kSameHeading) return std::nullopt;
+  return place;
+}
+
+std::optional<Place> Relocator::add(const Look& look) {
+  const std::optional<double> fit = fit_of(look);
+  if (!fit) return std::nullopt;
+  judge(*fit);
+  // The window begins where the misfit does.
+  if (!is_lost_ && *fit > kFits * slow_) {
+    window_.clear();
+    return std::nullopt;
+  }
+  keep(look);
+  if (!is_lost_) return std::nullopt;
+  if (window_.size() > 1 && window_.back().way - searched_way_ < kSearchEvery) return std::nullopt;
+  std::optional<Place> place = search(look.xyyaw);
+  if (place) {
+    is_lost_ = false;
+    begin_anew();
+  }
+  return place;
+}
+
+template <class Archive>
+void Relocator::serialize(Archive& archive) {
+  archive.section("relocation", 1);
+  archive.within(fast_, 0.0, 1.0);
+  archive.within(slow_, 0.0, 1.0);
+  archive.within(steps_, 0, kMostSteps);
+  archive(is_lost_, searched_way_);
+  archive.each(window_, [](auto& each, Seen& seen) {
+    each(seen.xyyaw, seen.way);
+    each.each(seen.points, [](auto& points, Eigen::Vector2f& p) { points(p); });
+  });
+  if constexpr (Archive::kReads) {
+    if (!std::ranges::is_sorted(window_, {}, &Seen::way))
+      throw DataError("the checkpoint has scans of a search that are not in order");
+  }
+}
+template void Relocator::serialize(OutArchive& archive);
+template void Relocator::serialize(InArchive& archive);
+
+}  // namespace waymark::relocation
