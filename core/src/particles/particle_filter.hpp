@@ -139,6 +139,7 @@ class WAYMARK_API ParticleFilter {
   bool is_misplaced() const { return relocator_ && relocator_->is_lost(); }
   /// The place where the robot was found by the last mapping step, after it was misplaced: (x, y, yaw) of the base in
   /// the map.
+  bool has_place() const { return place_.has_value(); }
   std::optional<relocation::Place> take_place() { return std::exchange(place_, std::nullopt); }
   /// True once, with the reason: the loaded map cannot be searched.
   std::string take_relocation_failure() { return std::exchange(relocation_failure_, {}); }

@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint8_t kOccupied = 65;  // percent: as map_server has it
 constexpr double kFast = 0.35;          // of the averages, per step
 constexpr double kSlow = 0.01;
-constexpr double kFirst = 0.6;           // the fit that is expected of a map that was not looked at yet
+constexpr double kFirst = 0.72;          // the fit that is expected of a map that was not looked at yet
 constexpr int kFirstSteps = 20;          // that this counts for
 constexpr double kMisfit = 0.75;         // of the usual fit: below, the robot is lost
 constexpr double kFits = 0.9;            // above, it is where it is believed to be
@@ -123,7 +123,7 @@ void Relocator::begin_anew() {
 void Relocator::judge(double fit) {
   fast_ += kFast * (fit - fast_);
   if (is_lost_) {
-    if (fast_ > kFits * slow_) is_lost_ = false;
+    if (steps_ >= kFirstSteps && fast_ > kFits * slow_) is_lost_ = false;
     return;
   }
   if (fast_ < kMisfit * slow_) {
@@ -160,7 +160,14 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
   Place place{found->relation.z, found->relation.P};
   place.xyyaw.head<2>() += middle_;
   const Eigen::Vector3d off = loops::difference(place.xyyaw, believed);
-  if (off.head<2>().norm() < kSamePlace && std::abs(off.z()) < kSameHeading) return std::nullopt;
+  is_lost_ = false;
+  if (off.head<2>().norm() < kSamePlace && std::abs(off.z()) < kSameHeading) {
+    // The map looks so here.
+    slow_ = std::min(slow_, found->score);
+    fast_ = slow_;
+    return std::nullopt;
+  }
+  begin_anew();
   return place;
 }
 
@@ -176,12 +183,7 @@ std::optional<Place> Relocator::add(const Look& look) {
   keep(look);
   if (!is_lost_) return std::nullopt;
   if (window_.size() > 1 && window_.back().way - searched_way_ < kSearchEvery) return std::nullopt;
-  std::optional<Place> place = search(look.xyyaw);
-  if (place) {
-    is_lost_ = false;
-    begin_anew();
-  }
-  return place;
+  return search(look.xyyaw);
 }
 
 template <class Archive>
