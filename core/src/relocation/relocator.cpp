@@ -22,8 +22,10 @@ constexpr double kFast = 0.35;          // of the averages, per step
 constexpr double kSlow = 0.01;
 constexpr double kFirst = 0.72;          // the fit that is expected of a map that was not looked at yet
 constexpr int kFirstSteps = 20;          // that this counts for
-constexpr double kMisfit = 0.75;         // of the usual fit: below, the robot is lost
+constexpr double kMisfit = 0.8;          // of the usual fit: below, the robot is lost
+constexpr double kDoubt = 0.87;          // below, it is searched for
 constexpr double kFits = 0.9;            // above, it is where it is believed to be
+constexpr double kBetter = 0.05;         // than where it is believed to be
 constexpr double kLongestWindow = 12.0;  // [m]
 constexpr double kSearchEvery = 0.4;     // [m]
 constexpr double kSamePlace = 0.5;       // [m]
@@ -123,15 +125,12 @@ void Relocator::begin_anew() {
 void Relocator::judge(double fit) {
   fast_ += kFast * (fit - fast_);
   if (is_lost_) {
-    if (steps_ >= kFirstSteps && fast_ > kFits * slow_) is_lost_ = false;
-    return;
+    // Before its first steps, what is usual is only assumed.
+    is_lost_ = steps_ < kFirstSteps || fast_ < kFits * slow_;
+  } else if (fast_ > kDoubt * slow_) {
+    steps_ = std::min(steps_ + 1, kMostSteps);
+    slow_ += std::max(kSlow, 1.0 / (kFirstSteps + steps_)) * (fit - slow_);
   }
-  if (fast_ < kMisfit * slow_) {
-    is_lost_ = true;
-    return;
-  }
-  steps_ = std::min(steps_ + 1, kMostSteps);
-  slow_ += std::max(kSlow, 1.0 / (kFirstSteps + steps_)) * (fit - slow_);
 }
 
 /// Adds the scan to the window, of which the oldest scans go.
@@ -156,17 +155,19 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
       points.emplace_back((at.head<2>() + R * p.cast<double>()).cast<float>());
   }
   const auto found = matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.005}).match;
-  if (!found || found->score < kMisfit * slow_) return std::nullopt;
+  const bool is_found = found && found->score > kMisfit * slow_;
+  is_lost_ = is_lost_ || (!is_found && fast_ < kMisfit * slow_);
+  if (!is_found) return std::nullopt;
   Place place{found->relation.z, found->relation.P};
   place.xyyaw.head<2>() += middle_;
   const Eigen::Vector3d off = loops::difference(place.xyyaw, believed);
-  is_lost_ = false;
   if (off.head<2>().norm() < kSamePlace && std::abs(off.z()) < kSameHeading) {
-    // The map looks so here.
-    slow_ = std::min(slow_, found->score);
-    fast_ = slow_;
+    is_lost_ = false;
+    slow_ = std::min(slow_, fast_);  // the map looks so here
     return std::nullopt;
   }
+  if (found->score < fast_ + kBetter) return std::nullopt;
+  is_lost_ = false;
   begin_anew();
   return place;
 }
@@ -178,10 +179,11 @@ std::optional<Place> Relocator::add(const Look& look) {
   // The window begins where the misfit does.
   if (!is_lost_ && *fit > kFits * slow_) {
     window_.clear();
+    searched_way_ = 0.0;
     return std::nullopt;
   }
   keep(look);
-  if (!is_lost_) return std::nullopt;
+  if (!is_lost_ && fast_ > kDoubt * slow_) return std::nullopt;
   if (window_.size() > 1 && window_.back().way - searched_way_ < kSearchEvery) return std::nullopt;
   return search(look.xyyaw);
 }
