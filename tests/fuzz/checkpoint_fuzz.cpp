@@ -61,9 +61,10 @@ void make(const Change& change, std::string& state) {
 
 void run(std::string_view input) {
   constexpr std::size_t kMostChanges = 8;
-  static const std::array<CheckpointRobot, 4> kRobots{
+  static const std::array<CheckpointRobot, 5> kRobots{
       CheckpointRobot(CheckpointRobot::Kind::rollback), CheckpointRobot(CheckpointRobot::Kind::running),
-      CheckpointRobot(CheckpointRobot::Kind::maps), CheckpointRobot(CheckpointRobot::Kind::loops)};
+      CheckpointRobot(CheckpointRobot::Kind::maps), CheckpointRobot(CheckpointRobot::Kind::loops),
+      CheckpointRobot(CheckpointRobot::Kind::misplaced)};
   const Choice choice = choose(input, kRobots.size());
   std::string_view rest = choice.rest.substr(0, kMostChanges * Change::kSize);
   const CheckpointRobot& robot = kRobots[choice.which];

@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kCoarseSigma = 0.25;  // [m]
 constexpr double kFineSigma = 0.12;
-constexpr double kTurnStep = 0.01;  // [rad]
-constexpr std::size_t kMostPoints = 350;
 constexpr std::size_t kLeastPoints = 60;
 constexpr double kLeastCoarseScore = 0.55;
 constexpr double kLeastScore = 0.55;
@@ -44,7 +42,7 @@ void WindowMatcher::draw(std::span<const Eigen::Vector2f> points) {
 WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& prior,
                                   const SearchRange& range) {
   points_.clear();
-  const std::size_t step = 1 + points.size() / kMostPoints;
+  const std::size_t step = 1 + points.size() / settings_.points;
   for (std::size_t i = 0; i < points.size(); i += step) points_.push_back(points[i]);
   if (points_.size() < kLeastPoints) return {.match = std::nullopt, .is_ambiguous = true};
   turn_points(prior, range);
@@ -53,13 +51,13 @@ WindowSearch WindowMatcher::match(std::span<const Eigen::Vector2f> points, const
   if (best.turn < 0) return {};
   const auto is_other = [&](const Place& place) {
     const double d = ScoreRaster::kCell * std::hypot(place.x - best.x, place.y - best.y);
-    return d > kOtherPlace || std::abs(so3::wrap(kTurnStep * (place.turn - best.turn))) > kOtherTurn;
+    return d > kOtherPlace || std::abs(so3::wrap(settings_.turn_step * (place.turn - best.turn))) > kOtherTurn;
   };
   if (search(static_cast<int>(kRival * best.sum), is_other).turn >= 0)
     return {.match = std::nullopt, .is_ambiguous = true};
   const int turns = static_cast<int>(turned_.size()) / 2;
   const Eigen::Vector3d at(prior.x() + ScoreRaster::kCell * best.x, prior.y() + ScoreRaster::kCell * best.y,
-                           so3::wrap(prior.z() + kTurnStep * (best.turn - turns)));
+                           so3::wrap(prior.z() + settings_.turn_step * (best.turn - turns)));
   const WindowMatch match = refine(at, range.distance);
   if (match.score < kLeastScore) return {};
   return {.match = match};
@@ -70,6 +68,7 @@ double WindowMatcher::score(std::span<const Eigen::Vector2f> points, const Eigen
   ShiftedSums<0> sums;
   for (const Eigen::Vector2f& point : points) {
     const Eigen::Vector2d p = at.head<2>() + R * point.cast<double>();
+    if (!(p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < settings_.reach)) continue;
     fine_.add_shifted(fine_.in_cells(p.x()), fine_.in_cells(p.y()), sums);
   }
   return static_cast<double>(sums.at(0, 0)) / (255.0 * static_cast<double>(points.size()));
@@ -77,14 +76,14 @@ double WindowMatcher::score(std::span<const Eigen::Vector2f> points, const Eigen
 
 void WindowMatcher::turn_points(const Eigen::Vector3d& prior, const SearchRange& range) {
   reach_ = std::max(1, static_cast<int>(range.distance / ScoreRaster::kCell));
-  const int turns = static_cast<int>(range.angle / kTurnStep);
+  const int turns = static_cast<int>(range.angle / settings_.turn_step);
   turned_.resize(2 * static_cast<std::size_t>(turns) + 1);
   auto of_turn = turned_.begin();
   for (int turn = -turns; turn <= turns; ++turn) {
     std::vector<Eigen::Vector2i>& cells = *of_turn++;
     cells.clear();
     cells.reserve(points_.size());
-    const Eigen::Matrix2d R = rotation(prior.z() + kTurnStep * turn);
+    const Eigen::Matrix2d R = rotation(prior.z() + settings_.turn_step * turn);
     for (const Eigen::Vector2f& p : points_) {
       const Eigen::Vector2d at = prior.head<2>() + R * p.cast<double>();
       cells.emplace_back(static_cast<int>(std::floor(coarse_.in_cells(at.x()))),

@@ -31,13 +31,19 @@ struct WindowSearch {
   bool is_ambiguous = false;         ///< too few points, or places that look the same: it says nothing
 };
 
+/// How large a window may be, and how finely it is searched.
+struct MatcherSettings {
+  double reach = 30.0;       ///< points of the window farther from its middle are left out [m]
+  double turn_step = 0.01;   ///< of the headings that are tried [rad]
+  std::size_t points = 350;  ///< that are searched, about so many at most
+};
+
 /// Finds how one window of scans lies in another: branch and bound over all places of a range (W. Hess et al., ICRA
 /// 2016), then the moments of the likelihood around the best one. Holds its storage; not thread-safe.
 class WAYMARK_API WindowMatcher {
  public:
-  static constexpr double kReach = 30.0;  ///< of a window [m]
-  /// `reach`: points of the window farther from its middle are left out [m].
-  explicit WindowMatcher(double reach = kReach) : coarse_(reach), fine_(reach) {}
+  explicit WindowMatcher(const MatcherSettings& settings = {})
+      : settings_(settings), coarse_(settings.reach), fine_(settings.reach) {}
 
   /// The window in which others are searched. Its points lie in its own frame [m].
   void draw(std::span<const Eigen::Vector2f> points);
@@ -73,6 +79,7 @@ class WAYMARK_API WindowMatcher {
   static double moments(std::span<const ScoredShift> scores, Eigen::Vector3d& mean, Eigen::Matrix3d& P);
   WindowMatch refine(const Eigen::Vector3d& around, double weak_sigma) const;
 
+  MatcherSettings settings_;
   ScoreRaster coarse_;
   ScoreRaster fine_;
   std::vector<Eigen::Vector2f> points_;               // of the match, thinned

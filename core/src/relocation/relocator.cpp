@@ -28,11 +28,17 @@ constexpr double kFits = 0.9;            // above, it is where it is believed to
 constexpr double kBetter = 0.05;         // than where it is believed to be
 constexpr double kLongestWindow = 12.0;  // [m]
 constexpr double kSearchEvery = 0.4;     // [m]
-constexpr double kSamePlace = 0.5;       // [m]
-constexpr double kSameHeading = 0.15;    // [rad]
-constexpr double kKnownShare = 0.6;      // of the points of a scan
+constexpr double kTurnStep = 0.02;       // [rad]: the whole map is searched, so not as finely as for a loop
+constexpr std::size_t kPoints = 180;
+constexpr double kSamePlace = 0.5;     // [m]
+constexpr double kSameHeading = 0.15;  // [rad]
+constexpr double kKnownShare = 0.6;    // of the points of a scan
 constexpr std::size_t kLeastPoints = 20;
 constexpr int kMostSteps = 1000;  // as many are counted
+
+/// A way within a window, whose numbers are not too large for cells.
+constexpr double kFarthest = 1e4;  // [m]
+bool is_step(const Eigen::Vector3d& xyyaw) { return xyyaw.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kFarthest; }
 
 /// The middles of the occupied cells, in the map [m].
 std::vector<Eigen::Vector2d> surfaces_of(const GridView& map) {
@@ -72,7 +78,7 @@ Relocator::Relocator(GridView map)
       T_grid_map_(map_.T_map_grid.inverse()),
       middle_(box_of(surfaces_of(map_)).center()),
       reach_(half_side(box_of(surfaces_of(map_)))),
-      matcher_(std::numbers::sqrt2 * reach_ + 1.0) {
+      matcher_({.reach = std::numbers::sqrt2 * reach_ + 1.0, .turn_step = kTurnStep, .points = kPoints}) {
   std::vector<Eigen::Vector2f> points;
   for (const Eigen::Vector2d& p : surfaces_of(map_)) points.emplace_back((p - middle_).cast<float>());
   matcher_.draw(points);
@@ -85,6 +91,8 @@ Eigen::Vector3d Relocator::in_raster(const Eigen::Vector3d& xyyaw) const {
 
 bool Relocator::is_known(const Eigen::Vector2d& p_map) const {
   const Eigen::Vector3d p = T_grid_map_ * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0);
+  const double size = map_.resolution_m * std::max(map_.width, map_.height);
+  if (!(p.head<2>().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= size)) return false;
   const auto column = static_cast<int>(std::floor(p.x() / map_.resolution_m));
   const auto row = static_cast<int>(std::floor(p.y() / map_.resolution_m));
   // A surface at the rim of the known ground has unknown cells on one side.
@@ -136,6 +144,7 @@ void Relocator::judge(double fit) {
 /// Adds the scan to the window, of which the oldest scans go.
 void Relocator::keep(const Look& look) {
   Seen seen{Eigen::Vector3d::Zero(), 0.0, {look.points_base.begin(), look.points_base.end()}};
+  if (!is_step(look.moved) || (!window_.empty() && !is_step(2.0 * window_.back().xyyaw))) window_.clear();
   if (!window_.empty()) {
     const Seen& last = window_.back();
     seen.xyyaw = loops::compose(last.xyyaw, look.moved);
@@ -154,7 +163,8 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
     for (const Eigen::Vector2f& p : seen.points)
       points.emplace_back((at.head<2>() + R * p.cast<double>()).cast<float>());
   }
-  const auto found = matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.005}).match;
+  const auto found =
+      matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.5 * kTurnStep}).match;
   const bool is_found = found && found->score > kMisfit * slow_;
   is_lost_ = is_lost_ || (!is_found && fast_ < kMisfit * slow_);
   if (!is_found) return std::nullopt;
@@ -200,8 +210,13 @@ void Relocator::serialize(Archive& archive) {
     each.each(seen.points, [](auto& points, Eigen::Vector2f& p) { points(p); });
   });
   if constexpr (Archive::kReads) {
-    if (!std::ranges::is_sorted(window_, {}, &Seen::way))
-      throw DataError("the checkpoint has scans of a search that are not in order");
+    const auto is_near = [](const Seen& seen) {
+      return is_step(seen.xyyaw) && std::ranges::all_of(seen.points, [](const Eigen::Vector2f& p) {
+               return p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < static_cast<float>(kFarthest);
+             });
+    };
+    if (!std::ranges::is_sorted(window_, {}, &Seen::way) || !std::ranges::all_of(window_, is_near))
+      throw DataError("the checkpoint has scans of a search that do not fit together");
   }
 }
 template void Relocator::serialize(OutArchive& archive);

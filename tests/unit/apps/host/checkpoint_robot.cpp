@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -66,7 +67,7 @@ maps:
 filter: { particles: 3, history_s: 0.5 }
 )";
 
-constexpr const char* kLoops = R"(
+constexpr const char* kGridRobot = R"(
 source:
   plugin: simulator
   duration_s: 30
@@ -82,8 +83,21 @@ sensors:
   - { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0.2, 0, 0.3] } }
 maps: [{ name: floor, plugin: occupancy_grid, inputs: [lidar], resolution_m: 0.2, range_max_m: 7.5 }]
 filter: { particles: 3 }
-loops: { least_way_m: 5, least_shift_m: 0.01 }
 )";
+constexpr const char* kLoops = "loops: { least_way_m: 5, least_shift_m: 0.01 }\n";
+
+/// A map in which nothing looks like what the robot sees.
+void write_map(const TemporaryFolder& folder) {
+  constexpr int kSide = 60;
+  std::string cells;
+  for (int row = 0; row < kSide; ++row) {
+    for (int column = 0; column < kSide; ++column)
+      cells += static_cast<char>((row + 2 * column) % 23 == 0 || row == 2 * column ? 0 : 254);
+  }
+  std::ofstream(folder / "map.pgm", std::ios::binary) << fmt::format("P5\n{0} {0}\n255\n", kSide) << cells;
+  std::ofstream(folder / "map.yaml") << "image: map.pgm\nresolution: 0.2\norigin: [-4, -4, 0]\nnegate: 0\n"
+                                        "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+}
 
 /// Numbers that do harm where they are counts, indices, sizes, times, enums, or parts of a state.
 constexpr std::array<std::uint64_t, 16> kHarmful = {0,
@@ -163,6 +177,7 @@ void damage(std::string& state, Draws& draws) {
 }  // namespace
 
 CheckpointRobot::CheckpointRobot(Kind kind) : kind_(kind), loader_({WAYMARK_PLUGIN_DIR}) {
+  if (kind_ == Kind::misplaced) write_map(folder_);
   const host::Robot robot = host::Robot::load(config(1), loader_);
   while (auto measurement = robot.source->next()) {
     if (robot.assign(*measurement)) log_.push_back(std::move(*measurement));
@@ -179,14 +194,19 @@ std::string CheckpointRobot::state_of(const Fusion& fusion) const {
 }
 
 Config CheckpointRobot::config(int threads) const {
-  if (kind_ == Kind::loops) return Config::parse(kLoops, "robot.yaml", {fmt::format("filter.threads={}", threads)});
+  const std::string set_threads = fmt::format("filter.threads={}", threads);
+  if (kind_ == Kind::loops) return Config::parse(std::string(kGridRobot) + kLoops, "robot.yaml", {set_threads});
+  if (kind_ == Kind::misplaced) {
+    return Config::parse(kGridRobot, "robot.yaml",
+                         {set_threads, fmt::format("maps.floor.load={}", (folder_ / "map.yaml").string())});
+  }
   std::string yaml = kSource;
   if (kind_ == Kind::maps) yaml += kScanners;
   yaml += kRobot;
   if (kind_ == Kind::maps) yaml += kMaps;
   if (kind_ == Kind::rollback) yaml += "filter: { smooth: true, history_s: 1 }\n";
   if (kind_ == Kind::running) yaml += "filter: { history_s: 1, max_latency_s: 0.4 }\n";
-  return Config::parse(yaml, "robot.yaml", {fmt::format("filter.threads={}", threads)});
+  return Config::parse(yaml, "robot.yaml", {set_threads});
 }
 
 std::string CheckpointRobot::saved_again(int threads) const {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/temporary_folder.hpp"
 #include "waymark/config/config.hpp"
 #include "waymark/host/fusion.hpp"
 #include "waymark/interface/measurement.hpp"
@@ -18,10 +19,10 @@ namespace waymark::test {
 /// checkpoint holds what a checkpoint can hold: `maps` has particles with a feature map, an occupancy grid and an
 /// octomap, several sensors with state and late measurements; `rollback` has no maps, but a history and a smoother;
 /// `running` is that of a running robot, which holds the measurements that are needed, and those that wait; `loops` has
-/// a grid alone, with what loops need.
+/// a grid alone, with what loops need; `misplaced` is searched for in a map that was loaded.
 class CheckpointRobot {
  public:
-  enum class Kind { maps, rollback, running, loops };
+  enum class Kind { maps, rollback, running, loops, misplaced };
   explicit CheckpointRobot(Kind kind);
 
   /// What `Fusion::save` wrote, or `save_with_measurements`.
@@ -43,6 +44,7 @@ class CheckpointRobot {
   std::string state_of(const Fusion& fusion) const;
 
   Kind kind_;
+  TemporaryFolder folder_;  // of the map that is loaded
   PluginLoader loader_;
   std::vector<Measurement> log_;
   std::size_t saved_after_ = 0;  // measurements

@@ -47,13 +47,14 @@ TEST_P(Checkpoint, ThatIsDamagedIsRefusedOrDoesNoHarm) {
 }
 
 std::string name_of(const testing::TestParamInfo<CheckpointRobot::Kind>& kind) {
-  constexpr std::array<const char*, 4> kNames{"WithMaps", "WithRollback", "ThatRuns", "WithLoops"};
+  constexpr std::array<const char*, 5> kNames{"WithMaps", "WithRollback", "ThatRuns", "WithLoops", "Misplaced"};
   return kNames.at(static_cast<std::size_t>(kind.param));
 }
 
 INSTANTIATE_TEST_SUITE_P(OfARobot, Checkpoint,
                          testing::Values(CheckpointRobot::Kind::maps, CheckpointRobot::Kind::rollback,
-                                         CheckpointRobot::Kind::running, CheckpointRobot::Kind::loops),
+                                         CheckpointRobot::Kind::running, CheckpointRobot::Kind::loops,
+                                         CheckpointRobot::Kind::misplaced),
                          name_of);
 
 }  // namespace
