@@ -27,6 +27,7 @@ constexpr double kDoubt = 0.87;          // below, it is searched for
 constexpr double kFits = 0.9;            // above, it is where it is believed to be
 constexpr double kBetter = 0.05;         // than where it is believed to be
 constexpr double kLongestWindow = 12.0;  // [m]
+constexpr int kWindows = 3;              // lengths that take turns: the longest, a half and a quarter of it
 constexpr double kSearchEvery = 0.4;     // [m]
 constexpr double kTurnStep = 0.02;       // [rad]: the whole map is searched, so not as finely as for a loop
 constexpr std::size_t kPoints = 180;
@@ -126,8 +127,13 @@ void Relocator::begin_anew() {
   steps_ = 0;
   if (slow_ == 0.0) slow_ = kFirst;
   fast_ = slow_;
+  forget_window();
+}
+
+void Relocator::forget_window() {
   window_.clear();
   searched_way_ = 0.0;
+  searches_ = 0;
 }
 
 void Relocator::judge(double fit) {
@@ -144,7 +150,7 @@ void Relocator::judge(double fit) {
 /// Adds the scan to the window, of which the oldest scans go.
 void Relocator::keep(const Look& look) {
   Seen seen{Eigen::Vector3d::Zero(), 0.0, {look.points_base.begin(), look.points_base.end()}};
-  if (!is_step(look.moved) || (!window_.empty() && !is_step(2.0 * window_.back().xyyaw))) window_.clear();
+  if (!is_step(look.moved) || (!window_.empty() && !is_step(2.0 * window_.back().xyyaw))) forget_window();
   if (!window_.empty()) {
     const Seen& last = window_.back();
     seen.xyyaw = loops::compose(last.xyyaw, look.moved);
@@ -156,8 +162,12 @@ void Relocator::keep(const Look& look) {
 
 std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
   searched_way_ = window_.back().way;
+  // A long window shows more, but dead reckoning may have bent it.
+  const double longest = kLongestWindow / (1 << searches_);
+  searches_ = (searches_ + 1) % kWindows;
   std::vector<Eigen::Vector2f> points;  // in the axes of the last scan
   for (const Seen& seen : window_) {
+    if (window_.back().way - seen.way > longest) continue;
     const Eigen::Vector3d at = loops::between(window_.back().xyyaw, seen.xyyaw);
     const Eigen::Matrix2d R = loops::rotation(at.z());
     for (const Eigen::Vector2f& p : seen.points)
@@ -188,8 +198,7 @@ std::optional<Place> Relocator::add(const Look& look) {
   judge(*fit);
   // The window begins where the misfit does.
   if (!is_lost_ && *fit > kFits * slow_) {
-    window_.clear();
-    searched_way_ = 0.0;
+    forget_window();
     return std::nullopt;
   }
   keep(look);
@@ -205,6 +214,7 @@ void Relocator::serialize(Archive& archive) {
   archive.within(slow_, 0.0, 1.0);
   archive.within(steps_, 0, kMostSteps);
   archive(is_lost_, searched_way_);
+  archive.within(searches_, 0, kWindows - 1);
   archive.each(window_, [](auto& each, Seen& seen) {
     each(seen.xyyaw, seen.way);
     each.each(seen.points, [](auto& points, Eigen::Vector2f& p) { points(p); });

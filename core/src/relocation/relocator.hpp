@@ -66,6 +66,7 @@ class WAYMARK_API Relocator {
   bool is_known(const Eigen::Vector2d& p_map) const;
   void judge(double fit);
   void keep(const Look& look);
+  void forget_window();
   std::optional<Place> search(const Eigen::Vector3d& believed);
   Eigen::Vector3d in_raster(const Eigen::Vector3d& xyyaw) const;
 
@@ -79,6 +80,7 @@ class WAYMARK_API Relocator {
   int steps_ = 0;  // since the pose was set, up to as many as the averages need
   bool is_lost_ = false;
   std::vector<Seen> window_;
+  int searches_ = 0;           // of the window, modulo their lengths
   double searched_way_ = 0.0;  // of the window, at the last search
   std::vector<Eigen::Vector2f> scratch_;
 };
