@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <new>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/command/map_edit.hpp"
+#include "apps/waymark/command/map_errors.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 #include "apps/waymark/maps/conversion.hpp"
 #include "apps/waymark/maps/octree_file.hpp"
@@ -191,16 +191,6 @@ void write_grid(const GridView& grid, const fs::path& out) {
                grid.resolution_m);
 }
 
-/// Runs `what`; what it throws about the content of a file names the file.
-template <class What>
-auto about(const fs::path& file, const What& what) {
-  try {
-    return what();
-  } catch (const Error& error) {
-    throw Error(fmt::format("{}: {}", file.string(), error.what()));
-  }
-}
-
 void convert(ConvertOptions options) {
   const map_formats::MapLayer layer = layer_of(options);
   options.in = layer.file;
@@ -262,16 +252,6 @@ void draw(DrawOptions options) {
   const maps::Picture picture = about(options.in, [&] { return maps::picture_of(*loaded.tree, options.view, path); });
   maps::write_png(picture, options.out);
   print_output("{}: {} x {} pixels\n", options.out.string(), picture.width, picture.height);
-}
-
-/// Runs a command on `file`; a map that does not fit into memory is an Error.
-template <class Command>
-void run_on(const fs::path& file, const Command& command) {
-  try {
-    command();
-  } catch (const std::bad_alloc&) {
-    throw Error(fmt::format("{}: the map needs more memory than there is", file.string()));
-  }
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <new>
 #include <numbers>
 #include <string>
 #include <system_error>
@@ -16,6 +15,7 @@
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/map_errors.hpp"
 #include "apps/waymark/maps/map_edits.hpp"
 #include "waymark/base/error.hpp"
 
@@ -54,18 +54,6 @@ void write_map(maps::LayeredMap map, const fs::path& out) {
   print_output("{}\n", fmt::join(names, ", "));
 }
 
-/// Runs `what`; what it throws about the content of a file names the file.
-template <class What>
-void about_map(const fs::path& file, const What& what) {
-  try {
-    what();
-  } catch (const Error& error) {
-    throw Error(fmt::format("{}: {}", file.string(), error.what()));
-  } catch (const std::bad_alloc&) {
-    throw Error(fmt::format("{}: the map needs more memory than there is", file.string()));
-  }
-}
-
 void crop_map(const EditOptions& options) {
   maps::Box box{options.box_m[0], options.box_m[1], options.box_m[2], options.box_m[3]};
   if (!(box.west < box.east && box.south < box.north))
@@ -77,7 +65,7 @@ void crop_map(const EditOptions& options) {
   }
   maps::LayeredMap map = maps::read_layered_map(options.in);
   require_elsewhere(options.in, options.out, map.is_manifest, "crop");
-  about_map(options.in, [&] { maps::crop(map, box); });
+  run_on(options.in, [&] { about(options.in, [&] { maps::crop(map, box); }); });
   write_map(std::move(map), options.out);
 }
 
@@ -86,7 +74,7 @@ void merge_maps(const EditOptions& options) {
   const maps::LayeredMap other = maps::read_layered_map(options.other);
   require_elsewhere(options.in, options.out, map.is_manifest, "merge");
   require_elsewhere(options.other, options.out, map.is_manifest, "merge");
-  about_map(options.other, [&] { maps::merge(map, other, options.same_landmark_m); });
+  run_on(options.other, [&] { about(options.other, [&] { maps::merge(map, other, options.same_landmark_m); }); });
   write_map(std::move(map), options.out);
 }
 
@@ -108,7 +96,7 @@ void georeference_map(const EditOptions& options) {
     if (map.datum) {
       if (!options.pose.empty())
         throw UsageError("map georeference: --pose is for a map without a datum; this one lies where its datum says");
-      about_map(options.in, [&] { T_to_from = maps::between(datum, *map.datum); });
+      run_on(options.in, [&] { about(options.in, [&] { T_to_from = maps::between(datum, *map.datum); }); });
     }
     map.datum = datum;
   } else {
