@@ -201,6 +201,8 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
   }
   using enum Health::State;
   if (searching_) return {lost, "position and heading are found anew", true};
+  if (misplaced_ && several_places_)
+    return {lost, "what the robot sees does not single out a place of the loaded map", true};
   if (misplaced_) return {lost, "what the robot sees does not fit the loaded map where it is believed to be", true};
   if (began_anew_ && clock_ - *began_anew_ < kAfterReacquisition)
     return {lost, "position and heading began anew", true};

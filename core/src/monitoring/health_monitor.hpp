@@ -63,8 +63,12 @@ class WAYMARK_API HealthMonitor {
   void mistimed(std::size_t sensor);
   /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
   void dropped(std::size_t sensor, Time stamp);
-  /// What the robot sees does not fit the loaded map where it is believed to be, or does so again.
-  void misplaced(bool is_misplaced) { misplaced_ = is_misplaced; }
+  /// What the robot sees does not fit the loaded map where it is believed to be, or does so again; `several_places`: it
+  /// looks like more than one other place.
+  void misplaced(bool is_misplaced, bool several_places) {
+    misplaced_ = is_misplaced;
+    several_places_ = several_places;
+  }
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The covariance was inflated to re-acquire a sensor.
@@ -82,7 +86,7 @@ class WAYMARK_API HealthMonitor {
   template <class Archive>
   void serialize(Archive& archive) {
     if (archive.section("health", 6) < 6) throw DataError("the checkpoint has an older version");
-    archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_, misplaced_);
+    archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_, misplaced_, several_places_);
     archive(times_.ok_s, times_.degraded_s, times_.lost_s);
     for (Track& track : sensors_) archive(track);
     serialize_state(archive, health_.state, Health::State::lost);
@@ -154,6 +158,7 @@ class WAYMARK_API HealthMonitor {
   std::optional<Time> began_anew_;  // the filter, after its pose was lost
   bool searching_ = false;          // the pose is lost; not on a checkpoint, which repeats a search
   bool misplaced_ = false;
+  bool several_places_ = false;
   Health health_;
   SettledState<Health::State> settled_;
   HealthTimes times_;

@@ -173,8 +173,10 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
     for (const Eigen::Vector2f& p : seen.points)
       points.emplace_back((at.head<2>() + R * p.cast<double>()).cast<float>());
   }
-  const auto found =
-      matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.5 * kTurnStep}).match;
+  const loops::WindowSearch result =
+      matcher_.match(points, Eigen::Vector3d::Zero(), {reach_, std::numbers::pi - 0.5 * kTurnStep});
+  const std::optional<loops::WindowMatch>& found = result.match;
+  is_ambiguous_ = result.is_ambiguous;
   const bool is_found = found && found->score > kMisfit * slow_;
   is_lost_ = is_lost_ || (!is_found && fast_ < kMisfit * slow_);
   if (!is_found) return std::nullopt;
@@ -213,7 +215,7 @@ void Relocator::serialize(Archive& archive) {
   archive.within(fast_, 0.0, 1.0);
   archive.within(slow_, 0.0, 1.0);
   archive.within(steps_, 0, kMostSteps);
-  archive(is_lost_, searched_way_);
+  archive(is_lost_, is_ambiguous_, searched_way_);
   archive.within(searches_, 0, kWindows - 1);
   archive.each(window_, [](auto& each, Seen& seen) {
     each(seen.xyyaw, seen.way);

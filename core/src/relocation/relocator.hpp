@@ -43,6 +43,8 @@ class WAYMARK_API Relocator {
   std::optional<Place> add(const Look& look);
   /// True while what the robot sees does not fit the map where it is believed to be.
   bool is_lost() const { return is_lost_; }
+  /// True if at the last search several places looked like what the robot sees.
+  bool is_ambiguous() const { return is_ambiguous_; }
   /// The pose was set anew: how well it fits is not known, and what was seen before does not count.
   void begin_anew();
 
@@ -79,6 +81,7 @@ class WAYMARK_API Relocator {
   double slow_ = 0.0;
   int steps_ = 0;  // since the pose was set, up to as many as the averages need
   bool is_lost_ = false;
+  bool is_ambiguous_ = false;
   std::vector<Seen> window_;
   int searches_ = 0;           // of the window, modulo their lengths
   double searched_way_ = 0.0;  // of the window, at the last search

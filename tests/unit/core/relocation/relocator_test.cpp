@@ -152,6 +152,7 @@ TEST(Relocator, DoesNotChooseBetweenRoomsThatLookAlike) {
   drive.carry({8.0, 0.0, 0.1});
   for (int i = 0; i < 8; ++i) EXPECT_FALSE(drive.step(room)) << i;
   EXPECT_TRUE(drive.relocator.is_lost());
+  EXPECT_TRUE(drive.relocator.is_ambiguous());
 }
 
 TEST(Relocator, NewGroundIsNoMisfitWhereTheMapIsGoneOnWith) {
