@@ -60,7 +60,7 @@ void Committed::count(const Measurement& m, Fate fate) {
 }
 
 void Committed::update_health(Time now) {
-  health.misplaced(filter.is_misplaced(), filter.has_several_places());
+  health.place(filter.placement());
   const Belief& belief = filter.reported();
   const auto& pose = filter.layout().pose_indices();
   const Eigen::Matrix2d P{{belief.P(pose[0], pose[0]), belief.P(pose[0], pose[1])},

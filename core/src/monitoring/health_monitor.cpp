@@ -201,9 +201,10 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
   }
   using enum Health::State;
   if (searching_) return {lost, "position and heading are found anew", true};
-  if (misplaced_ && several_places_)
+  if (placement_ == Placement::misplaced)
+    return {lost, "what the robot sees does not fit the loaded map where it is believed to be", true};
+  if (placement_ == Placement::ambiguous)
     return {lost, "what the robot sees does not single out a place of the loaded map", true};
-  if (misplaced_) return {lost, "what the robot sees does not fit the loaded map where it is believed to be", true};
   if (began_anew_ && clock_ - *began_anew_ < kAfterReacquisition)
     return {lost, "position and heading began anew", true};
   if (reacquired_ && clock_ - *reacquired_ < kAfterReacquisition)
@@ -214,6 +215,8 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
     return {lost, "the position is too uncertain"};
   if (position_sigma > settings_.lost_sigma && has_map)
     return {degraded, "in new places: the position against the start is uncertain"};
+  if (placement_ == Placement::doubtful)
+    return {degraded, "what the robot sees fits the loaded map worse than usual", true};
   if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
   if (worst == sensors_.size()) return {};
   const SensorHealth& worst_health = health_.sensors[worst];

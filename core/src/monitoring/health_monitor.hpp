@@ -33,6 +33,14 @@ struct UpdateResult {
   bool is_continuous = false;  ///< the sensor states that it follows its last accepted measurements
 };
 
+/// What the robot sees, against the loaded map where the robot is believed to be.
+enum class Placement {
+  fits,       ///< or there is no such map
+  doubtful,   ///< it fits worse than usual
+  misplaced,  ///< it does not fit
+  ambiguous,  ///< nor does it single out another place
+};
+
 /// Assesses sensors and pose by the results of their measurements (docs/math/time.md: NIS, gate rates), in stamp order.
 /// Its clock stands while nothing at all is measured, so that a pause of the log is no silence of a sensor. Copyable:
 /// it is rolled back with the filter.
@@ -63,12 +71,7 @@ class WAYMARK_API HealthMonitor {
   void mistimed(std::size_t sensor);
   /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
   void dropped(std::size_t sensor, Time stamp);
-  /// What the robot sees does not fit the loaded map where it is believed to be, or does so again; `several_places`: it
-  /// looks like more than one other place.
-  void misplaced(bool is_misplaced, bool several_places) {
-    misplaced_ = is_misplaced;
-    several_places_ = several_places;
-  }
+  void place(Placement placement) { placement_ = placement; }
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The covariance was inflated to re-acquire a sensor.
@@ -86,7 +89,8 @@ class WAYMARK_API HealthMonitor {
   template <class Archive>
   void serialize(Archive& archive) {
     if (archive.section("health", 6) < 6) throw DataError("the checkpoint has an older version");
-    archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_, misplaced_, several_places_);
+    archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_);
+    serialize_state(archive, placement_, Placement::ambiguous);
     archive(times_.ok_s, times_.degraded_s, times_.lost_s);
     for (Track& track : sensors_) archive(track);
     serialize_state(archive, health_.state, Health::State::lost);
@@ -157,8 +161,7 @@ class WAYMARK_API HealthMonitor {
   std::optional<Time> reacquired_;
   std::optional<Time> began_anew_;  // the filter, after its pose was lost
   bool searching_ = false;          // the pose is lost; not on a checkpoint, which repeats a search
-  bool misplaced_ = false;
-  bool several_places_ = false;
+  Placement placement_ = Placement::fits;
   Health health_;
   SettledState<Health::State> settled_;
   HealthTimes times_;

@@ -15,6 +15,7 @@
 #include "estimation/process_model.hpp"
 #include "joint/joint_belief.hpp"
 #include "loops/loop_closer.hpp"
+#include "monitoring/health_monitor.hpp"
 #include "particles/instant.hpp"
 #include "particles/mapping_step.hpp"
 #include "particles/mixture_moments.hpp"
@@ -137,8 +138,8 @@ class WAYMARK_API ParticleFilter {
   bool fails_to_recognise() const { return loops_ && loops_->fails_to_recognise(); }
   /// True while what the robot observes does not fit the loaded map where it is believed to be.
   bool is_misplaced() const { return relocator_ && relocator_->is_lost(); }
-  /// True if, meanwhile, it looks like several places of the map.
-  bool has_several_places() const { return is_misplaced() && relocator_->is_ambiguous(); }
+  /// What the robot observes, against the loaded map.
+  monitoring::Placement placement() const;
   /// The place where the robot was found by the last mapping step, after it was misplaced: (x, y, yaw) of the base in
   /// the map.
   bool has_place() const { return place_.has_value(); }

@@ -25,6 +25,13 @@ void ParticleFilter::begin_relocation() {
   }
 }
 
+monitoring::Placement ParticleFilter::placement() const {
+  using enum monitoring::Placement;
+  if (!relocator_) return fits;
+  if (relocator_->is_lost()) return relocator_->is_ambiguous() ? ambiguous : misplaced;
+  return relocator_->is_doubtful() ? doubtful : fits;
+}
+
 void ParticleFilter::relocate(std::span<const MappingInput> inputs, std::size_t slot, const Pose& predicted) {
   const Particle& particle = set_[slot];
   correspondences_.landmarks.clear();

@@ -136,12 +136,14 @@ void Relocator::forget_window() {
   searches_ = 0;
 }
 
+bool Relocator::is_doubtful() const { return fast_ < kDoubt * slow_; }
+
 void Relocator::judge(double fit) {
   fast_ += kFast * (fit - fast_);
   if (is_lost_) {
     // Before its first steps, what is usual is only assumed.
     is_lost_ = steps_ < kFirstSteps || fast_ < kFits * slow_;
-  } else if (fast_ > kDoubt * slow_) {
+  } else if (!is_doubtful()) {
     steps_ = std::min(steps_ + 1, kMostSteps);
     slow_ += std::max(kSlow, 1.0 / (kFirstSteps + steps_)) * (fit - slow_);
   }
@@ -204,7 +206,7 @@ std::optional<Place> Relocator::add(const Look& look) {
     return std::nullopt;
   }
   keep(look);
-  if (!is_lost_ && fast_ > kDoubt * slow_) return std::nullopt;
+  if (!is_lost_ && !is_doubtful()) return std::nullopt;
   if (window_.size() > 1 && window_.back().way - searched_way_ < kSearchEvery) return std::nullopt;
   return search(look.xyyaw);
 }

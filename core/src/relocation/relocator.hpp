@@ -43,6 +43,8 @@ class WAYMARK_API Relocator {
   std::optional<Place> add(const Look& look);
   /// True while what the robot sees does not fit the map where it is believed to be.
   bool is_lost() const { return is_lost_; }
+  /// True while it fits worse than usual.
+  bool is_doubtful() const;
   /// True if at the last search several places looked like what the robot sees.
   bool is_ambiguous() const { return is_ambiguous_; }
   /// The pose was set anew: how well it fits is not known, and what was seen before does not count.
