@@ -147,7 +147,8 @@ class Robot(_Maps):
 
         The values are copied. They are processed by `step`, `play` or a loop over the robot, in order of arrival over
         all sensors; so feed every sensor up to a time before you process that time. DataError names the row that is
-        invalid; nothing of that block is added then.
+        invalid; nothing of that block is added then. The newest measurement is committed with the next one, or at the end
+        (`front` contains it).
         """
         if np.ndim(stamps_ns) == 0:
             columns = {name: value if isinstance(value, str) or (np.ndim(value) == 0 and not isinstance(value, bytes))
