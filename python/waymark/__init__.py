@@ -8,7 +8,8 @@
 All arrays are copies, but for `Grid.cells`, which is handed over without one. The GIL is released while the filter works.
 """
 from waymark._waymark import (FATES, PROGRAM, ConfigError, DataError, Error, PluginError, Snapshot, payloads)
+from waymark._evaluation import Score, evaluate, score
 from waymark._robot import Grid, Result, Robot, RunError, run
 
-__all__ = ["FATES", "PROGRAM", "ConfigError", "DataError", "Error", "Grid", "PluginError", "Result", "Robot", "RunError",
-           "Snapshot", "payloads", "run"]
+__all__ = ["FATES", "PROGRAM", "ConfigError", "DataError", "Error", "Grid", "PluginError", "Result", "Robot", "RunError", "Score",
+           "Snapshot", "evaluate", "payloads", "run", "score"]
