@@ -8,6 +8,7 @@
 
 #include "payload_columns.hpp"
 #include "python_robot.hpp"
+#include "python_state.hpp"
 #include "waymark/base/error.hpp"
 
 namespace py = pybind11;
@@ -148,6 +149,9 @@ PYBIND11_MODULE(_waymark, module) {
   add_errors(module);
   add_rows(module);
   add_snapshot(module);
+  add_state(module);
+  add_config(module);
+  add_factories(module);
   add_robot(module);
   module.def("payloads", &payloads);
   module.attr("PLUGIN_FOLDER") = WAYMARK_PLUGIN_FOLDER;

@@ -7,9 +7,12 @@
 
 All arrays are copies, but for `Grid.cells`, which is handed over without one. The GIL is released while the filter works.
 """
-from waymark._waymark import (FATES, PROGRAM, ConfigError, DataError, Error, PluginError, Snapshot, payloads)
+from waymark._waymark import (FATES, PROGRAM, Config, ConfigError, DataError, Error, PluginError, Prediction, Snapshot, State,
+                              Updates, payloads)
 from waymark._evaluation import Score, evaluate, score
 from waymark._robot import Grid, Result, Robot, RunError, run
+from waymark._sensors import NumericalUpdate, Sensor, Update, sensor
 
-__all__ = ["FATES", "PROGRAM", "ConfigError", "DataError", "Error", "Grid", "PluginError", "Result", "Robot", "RunError", "Score",
-           "Snapshot", "evaluate", "payloads", "run", "score"]
+__all__ = ["FATES", "PROGRAM", "Config", "ConfigError", "DataError", "Error", "Grid", "NumericalUpdate", "PluginError",
+           "Prediction", "Result", "Robot", "RunError", "Score", "Sensor", "Snapshot", "State", "Update", "Updates", "evaluate",
+           "payloads", "run", "score", "sensor"]
