@@ -24,6 +24,8 @@ void throw_as_host_error(py::error_already_set& error) {
   std::string text = py::cast<std::string>(py::str(error.value()));
   if (error.matches(native.attr("ConfigError"))) throw ConfigError(text);
   if (error.matches(native.attr("DataError"))) throw DataError(text);
+  // For the loop of the run, which ends it: here it came in the middle of a step.
+  if (error.matches(PyExc_KeyboardInterrupt)) PyErr_SetInterrupt();
   text = py::cast<std::string>(error.type().attr("__name__")) + ": " + text;
   // Where it happened: the last frame.
   py::object trace = error.trace();

@@ -185,36 +185,42 @@ class PythonSensor final : public Sensor {
   bool takes_outcomes_ = false;
 };
 
-/// The class of a YAML's entry, `class: beacon_range`, as it was registered with `waymark.sensor`.
 Sensor* make_sensor(const Config& config, const Rig& rig) {
   const std::string name = config.text({"class", "name under which the class was registered with `waymark.sensor`"});
-  return with_gil([&]() -> Sensor* {
-    const py::object cls = py::module_::import("waymark._sensors").attr("registered")("sensor", name);
-    if (cls.is_none()) {
-      config.fail("class", "\"" + name + "\" is no registered sensor; there are: " +
-                               py::cast<std::string>(py::module_::import("waymark._sensors").attr("names")("sensor")));
-    }
-    const int place = rig.find(config.text("name"));
-    py::object T_base_sensor = py::none();
-    if (place >= 0) {
-      if (const auto& mounting = rig.mountings()[static_cast<std::size_t>(place)].T_base_sensor) {
-        Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
-        T.topLeftCorner<3, 3>() = mounting->q.toRotationMatrix();
-        T.topRightCorner<3, 1>() = mounting->p;
-        T_base_sensor = py::cast(T);
-      }
-    }
-    // Before the constructor runs, which may need it.
-    const py::object sensor = cls.attr("__new__")(cls);
-    sensor.attr("T_base_sensor") = T_base_sensor;
-    sensor.attr("__init__")(config);
-    return new PythonSensor(sensor);
-  });
+  const std::string own = config.text("name");
+  return with_gil([&]() -> Sensor* { return new PythonSensor(make_registered("sensor", name, own, config, rig)); });
 }
 
 }  // namespace
 
+py::object make_registered(const char* kind, const std::string& name, const std::string& sensor, const Config& config,
+                           const Rig& rig) {
+  const py::module_ registry = py::module_::import("waymark._sensors");
+  const py::object cls = registry.attr("registered")(kind, name);
+  if (cls.is_none()) {
+    config.fail("class", "\"" + name + "\" is no registered " + kind +
+                             "; there are: " + py::cast<std::string>(registry.attr("names")(kind)));
+  }
+  const int place = rig.find(sensor);
+  py::object T_base_sensor = py::none();
+  if (place >= 0) {
+    if (const auto& mounting = rig.mountings()[static_cast<std::size_t>(place)].T_base_sensor) {
+      Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+      T.topLeftCorner<3, 3>() = mounting->q.toRotationMatrix();
+      T.topRightCorner<3, 1>() = mounting->p;
+      T_base_sensor = py::cast(T);
+    }
+  }
+  // Before the constructor runs, which may need it.
+  py::object object = cls.attr("__new__")(cls);
+  object.attr("T_base_sensor") = T_base_sensor;
+  object.attr("__init__")(config);
+  return object;
+}
+
 void add_factories(py::module_& module) {
+  module.attr("_make_map_module") =
+      py::capsule(reinterpret_cast<void*>(&make_map_module), "waymark._waymark._make_map_module");
   module.attr("_make_sensor") = py::capsule(reinterpret_cast<void*>(&make_sensor), "waymark._waymark._make_sensor");
 }
 

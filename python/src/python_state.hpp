@@ -9,6 +9,9 @@
 #include <vector>
 
 #include "python_call.hpp"
+#include "waymark/config/config.hpp"
+#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/rig.hpp"
 #include "waymark/interface/sensor.hpp"
 
 namespace waymark::python {
@@ -47,6 +50,12 @@ void read_linearization(const pybind11::handle& returned, int block_size, Linear
 /// Adds State, Prediction, Updates and Config to the module.
 void add_state(pybind11::module_& module);
 void add_config(pybind11::module_& module);
+
+/// An object of the class that was registered as `name`, built from its entry of the YAML. `sensor`: whose mounting it
+/// gets. Throws ConfigError if there is no such class. The GIL is held.
+pybind11::object make_registered(const char* kind, const std::string& name, const std::string& sensor,
+                                 const Config& config, const Rig& rig);
+MapModule* make_map_module(const Config& config, const Rig& rig);
 
 /// Adds the capsules with which the plugins `python_sensor` and `python_map` make their objects.
 void add_factories(pybind11::module_& module);

@@ -11,8 +11,8 @@ from waymark._waymark import (FATES, PROGRAM, Config, ConfigError, DataError, Er
                               Updates, payloads)
 from waymark._evaluation import Score, evaluate, score
 from waymark._robot import Grid, Result, Robot, RunError, run
-from waymark._sensors import NumericalUpdate, Sensor, Update, sensor
+from waymark._sensors import MapModule, NumericalUpdate, ParticleMap, Sensor, Update, map_module, sensor
 
-__all__ = ["FATES", "PROGRAM", "Config", "ConfigError", "DataError", "Error", "Grid", "NumericalUpdate", "PluginError",
-           "Prediction", "Result", "Robot", "RunError", "Score", "Sensor", "Snapshot", "State", "Update", "Updates", "evaluate",
-           "payloads", "run", "score", "sensor"]
+__all__ = ["FATES", "PROGRAM", "Config", "ConfigError", "DataError", "Error", "Grid", "MapModule", "NumericalUpdate",
+           "ParticleMap", "PluginError", "Prediction", "Result", "Robot", "RunError", "Score", "Sensor", "Snapshot", "State",
+           "Update", "Updates", "evaluate", "map_module", "payloads", "run", "score", "sensor"]

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors written in Python: the base class, the register, and updates with numerical Jacobians."""
+"""Sensors and map modules written in Python: the base classes, the register, and updates with numerical Jacobians."""
+import copy
+
 import numpy as np
 
-_REGISTERED = {"sensor": {}}
+_REGISTERED = {"sensor": {}, "map_module": {}}
 
 
 def registered(kind, name):
@@ -48,14 +50,23 @@ class Sensor:
         """Reads what `save` wrote; it may be damaged."""
 
 
-def sensor(name):
-    """Registers a class as `plugin: python_sensor, class: NAME` of a YAML. A second class of the name replaces the first."""
+def _register(kind, base, name):
     def register(cls):
-        if not issubclass(cls, Sensor):
-            raise TypeError(f"{cls.__name__} is no waymark.Sensor")
-        _REGISTERED["sensor"][name] = cls
+        if not issubclass(cls, base):
+            raise TypeError(f"{cls.__name__} is no waymark.{base.__name__}")
+        _REGISTERED[kind][name] = cls
         return cls
     return register
+
+
+def sensor(name):
+    """Registers a class as `plugin: python_sensor, class: NAME` of a YAML. A second class of the name replaces the first."""
+    return _register("sensor", Sensor, name)
+
+
+def map_module(name):
+    """Registers a class as `plugin: python_map, class: NAME` of a YAML. A second class of the name replaces the first."""
+    return _register("map_module", MapModule, name)
 
 
 class Update:
@@ -93,3 +104,59 @@ class NumericalUpdate(Update):
         if size > 12:
             model["block"] = H[:, 12:]
         return model
+
+
+class MapModule:
+    """Base class of a map module in Python: one object for all particles. Its constructor takes the entry of the YAML; the
+    mounting of the first input is in `self.T_base_sensor` (4, 4)."""
+    T_base_sensor = None
+
+    def __init__(self, config):
+        pass
+
+    def create_map(self):
+        """The initial map of a particle, a ParticleMap."""
+        raise NotImplementedError
+
+    def extract(self, measurement, companions, motion):
+        """Turns a measurement into an observation, any object, which all particles read; None: it is not used. `companions`:
+        measurements of the other inputs by name, None where there is no recent one; `motion`: a State with the mean pose
+        and twist."""
+        raise NotImplementedError
+
+    def load_map(self, state):
+        """A map from what `ParticleMap.save` wrote."""
+        raise NotImplementedError("load_map: this map has no checkpoints")
+
+
+class ParticleMap:
+    """Base class of one particle's map."""
+
+    def refine(self, pose, P, start, observation):
+        """Matches an observation at the prior: `pose` (State) with the covariance P of (x, y, yaw); `start`: a draw from it,
+        for a search. Returns None (it tells nothing) or a dictionary: information (3, 3), gradient (3), log_evidence, and if
+        needed writes, failed, association. Called for every particle and from many threads: it changes nothing."""
+        raise NotImplementedError
+
+    def insert(self, pose, P, observation, association):
+        """Writes the observation into this map, at the sampled pose with the covariance that sampling kept."""
+        raise NotImplementedError
+
+    def clone(self):
+        """A copy that shares nothing that `insert` changes."""
+        return copy.deepcopy(self)
+
+    def landmarks(self):
+        """Landmarks as dictionaries: id, position (2), covariance (2, 2), radius_m, existence, sightings, confirmed."""
+        return ()
+
+    def figures(self):
+        return {}
+
+    def grid(self):
+        """The map from above as a waymark.Grid, or None."""
+        return None
+
+    def save(self):
+        """The map on a checkpoint, as bytes."""
+        raise NotImplementedError("save: this map has no checkpoints")
