@@ -97,6 +97,8 @@ void add_robot(py::module_& module) {
       .def("_step", &PythonRobot::step)
       .def("_play", &PythonRobot::play)
       .def("_finish", &PythonRobot::finish)
+      .def("_suspend", &PythonRobot::suspend)
+      .def("_resume", &PythonRobot::resume)
       .def("_feed", &PythonRobot::feed)
       .def("_front", &PythonRobot::front)
       .def("_grid", &PythonRobot::grid)

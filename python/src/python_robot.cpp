@@ -186,18 +186,33 @@ void PythonRobot::play() {
   raise_interrupt();
 }
 
-void PythonRobot::finish() {
+template <class End>
+void PythonRobot::end_by(const End& end) {
   const Turn turn(*this);
   if (result_) return;
   {
     const py::gil_scoped_release released;
     stop_ = false;  // a step that ended is no interruption
     is_stepping_ = true;
-    result_ = session_->finish();
+    result_ = end();
     is_stepping_ = false;
     stop_ = false;
   }
   is_interrupted_ = false;
+}
+
+void PythonRobot::finish() {
+  end_by([this] { return session_->finish(); });
+}
+
+void PythonRobot::suspend(const std::filesystem::path& checkpoint) {
+  end_by([&] { return session_->suspend(checkpoint); });
+}
+
+void PythonRobot::resume(const std::filesystem::path& checkpoint) {
+  const Turn turn(*this);
+  const py::gil_scoped_release released;
+  session_->resume(checkpoint);
 }
 
 std::size_t PythonRobot::feed(const std::string& sensor, const py::object& stamps, const py::object& arrivals,

@@ -66,6 +66,10 @@ class PythonRobot {
                    const std::string& payload, const pybind11::dict& columns);
   /// Commits what is buffered and ends the sinks. Does nothing at its second call.
   void finish();
+  /// The same, but what is buffered is not committed: the checkpoint has the state, and `resume` goes on from it.
+  void suspend(const std::filesystem::path& checkpoint);
+  /// Goes on from a checkpoint; before anything was read. A robot that is fed has been fed the same measurements again.
+  void resume(const std::filesystem::path& checkpoint);
   bool is_finished() const { return result_.has_value(); }
   bool is_fed() const { return fed_ != nullptr; }
   std::uint64_t waiting() const;  ///< measurements that were fed and not read yet
@@ -95,6 +99,8 @@ class PythonRobot {
   void observe(const Snapshot& snapshot);
   MapDescription describe(const std::string& map, MapDetail detail) const;
   void read_on();
+  template <class End>
+  void end_by(const End& end);
   void raise_interrupt();
 
   std::vector<TrajectoryRow> rows_;

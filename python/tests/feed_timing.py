@@ -68,7 +68,7 @@ def main():
         worst = max(worst, np.median(more))
         what = f"Python, blocks of {block}" + ("" if record else ", record=False")
         print(f"{what:34} {spread(values)}, beyond C++ {spread(more)}; in feed {spread(feeds[block, record])}")
-    return options.most_us is not None and worst > options.most_us
+    return int(options.most_us is not None and worst > options.most_us)
 
 
 if __name__ == "__main__":

@@ -105,6 +105,17 @@ class Steps(unittest.TestCase):
         count = sum(1 for _ in robot)
         self.assertEqual(count, sum(s["measurements"] for s in robot.report["sensors"].values()))
 
+    def test_go_on_from_a_checkpoint(self):
+        whole = waymark.run(QUICKSTART, set=SHORT, seed=3)
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "half.ckpt"
+            first = waymark.Robot(QUICKSTART, set=SHORT, seed=3, until_s=20).play().suspend(file)
+            robot = waymark.Robot(QUICKSTART, set=SHORT, seed=3).resume(file)
+            second = robot.play().finish()
+        self.assertGreater(len(second.trajectory), 100)
+        self.assertEqual(first.trajectory.tobytes() + second.trajectory.tobytes(), whole.trajectory.tobytes())
+        self.assertEqual(second.path.tobytes(), whole.path.tobytes())
+
     def test_dense_map(self):
         robot = waymark.Robot(support.ROOT / "config" / "indoor.yaml", until_s=15)
         robot.play()

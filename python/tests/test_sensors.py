@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Sensors written in Python, in the YAML of a robot."""
+import tempfile
 import unittest
 
 import numpy as np
@@ -150,6 +151,21 @@ class PythonSensors(unittest.TestCase):
             robot.play().finish()
             ends.append(robot.trajectory[-1].position)
         np.testing.assert_array_equal(*ends)
+
+    def test_save_their_state_on_a_checkpoint(self):
+        stamps, _, ranges = circle()
+
+        def fed(part, robot):
+            robot.feed("wheels", stamps[part], v_x_mps=1.1, w_z_radps=0.2)
+            robot.feed("radio", stamps[part], range_m=ranges[part], beacon=np.tile(np.arange(3), (len(stamps[part]), 1)))
+            return robot
+
+        whole = fed(slice(None), waymark.Robot(yaml=yaml("test_counting"))).play().finish().trajectory
+        with tempfile.TemporaryDirectory() as folder:
+            file = folder + "/half.ckpt"
+            fed(slice(0, 300), waymark.Robot(yaml=yaml("test_counting"))).play().suspend(file)
+            second = fed(slice(None), waymark.Robot(yaml=yaml("test_counting"))).resume(file).play().finish().trajectory
+        self.assertEqual(whole[-len(second):].tobytes(), second.tobytes())
 
     def test_run_in_many_threads_with_the_same_bytes(self):
         landmark_yaml = (support.ROOT / "config" / "quickstart.yaml").read_text()

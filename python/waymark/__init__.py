@@ -16,3 +16,7 @@ from waymark._sensors import MapModule, NumericalUpdate, ParticleMap, Sensor, Up
 __all__ = ["FATES", "PROGRAM", "Config", "ConfigError", "DataError", "Error", "Grid", "MapModule", "NumericalUpdate",
            "ParticleMap", "PluginError", "Prediction", "Result", "Robot", "RunError", "Score", "Sensor", "Snapshot", "State",
            "Update", "Updates", "evaluate", "map_module", "payloads", "run", "score", "sensor"]
+
+for _public in __all__:
+    if isinstance(globals()[_public], type):
+        globals()[_public].__module__ = "waymark"

@@ -135,6 +135,18 @@ class Robot(_Maps):
         self._native._finish()
         return Result._of(self, check)
 
+    def suspend(self, checkpoint, check=True):
+        """Ends the run here with a checkpoint, as `waymark run --save`; buffered measurements are not committed. Returns the
+        Result up to here."""
+        self._native._suspend(os.fspath(checkpoint))
+        return Result._of(self, check)
+
+    def resume(self, checkpoint):
+        """Goes on from a checkpoint of the same configuration and log, before anything else was read. A robot that is fed
+        must have been fed the measurements of the first part again. `trajectory` has the rows from here on."""
+        self._native._resume(os.fspath(checkpoint))
+        return self
+
     def feed(self, sensor, stamps_ns, *, payload="", arrivals_ns=None, **columns):
         """Adds measurements of one sensor: a block (arrays), or a single one (numbers). Returns how many.
 
