@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// The module waymark._waymark: what the package waymark is made of.
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "payload_columns.hpp"
+#include "python_robot.hpp"
+#include "python_state.hpp"
+#include "waymark/base/error.hpp"
+
+namespace py = pybind11;
+
+namespace waymark::python {
+namespace {
+
+constexpr const char* kFates[] = {"fused",        "gated",    "mapped",  "skipped", "held_out", "late",
+                                  "before_start", "unusable", "ignored", "paired",  "mistimed"};
+static_assert(std::size(kFates) == static_cast<std::size_t>(last_of(Fate{})) + 1);
+
+void add_errors(py::module_& module) {
+  const auto error = py::register_exception<Error>(module, "Error");
+  py::register_exception<ConfigError>(module, "ConfigError", error);
+  py::register_exception<DataError>(module, "DataError", error);
+  py::register_exception<PluginError>(module, "PluginError", error);
+}
+
+void add_rows(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(PoseRow, stamp_ns, position, orientation, yaw);
+  PYBIND11_NUMPY_DTYPE(TrajectoryRow, stamp_ns, position, orientation, yaw, covariance, velocity, angular_rate,
+                       effective_sample_size, sensor, fate);
+  PYBIND11_NUMPY_DTYPE(SmoothedRow, stamp_ns, position, orientation, yaw, covariance);
+  PYBIND11_NUMPY_DTYPE(ParticleRow, position, orientation, yaw, weight);
+  PYBIND11_NUMPY_DTYPE(LandmarkRow, id, birth, position, radius_m, covariance, conditional_covariance, existence,
+                       sightings, confirmed);
+  PYBIND11_NUMPY_DTYPE(SightingRow, stamp_ns, position_base, landmark, is_first);
+  module.attr("FATES") = py::tuple(py::cast(std::vector<std::string>(std::begin(kFates), std::end(kFates))));
+}
+
+py::object belief_or_none(const StepRecord& r, const py::object& value) { return r.started ? value : py::none(); }
+
+void add_snapshot(py::module_& module) {
+  py::class_<StepRecord>(module, "Snapshot")
+      .def_property_readonly("stamp_ns", [](const StepRecord& r) { return nanoseconds(r.stamp); })
+      .def_property_readonly("measurement_stamp_ns",
+                             [](const StepRecord& r) { return nanoseconds(r.measurement_stamp); })
+      .def_property_readonly("arrival_ns", [](const StepRecord& r) { return nanoseconds(r.arrival); })
+      .def_readonly("sequence", &StepRecord::sequence)
+      .def_readonly("sensor", &StepRecord::sensor)
+      .def_property_readonly("fate", [](const StepRecord& r) { return kFates[static_cast<int>(r.fate)]; })
+      .def_readonly("started", &StepRecord::started)
+      .def_property_readonly("health", [](const StepRecord& r) { return to_string(r.health); })
+      .def_readonly("health_reason", &StepRecord::health_reason)
+      .def_property_readonly(
+          "position", [](const StepRecord& r) { return belief_or_none(r, py::cast(r.belief.mean.T_map_base.p)); })
+      .def_property_readonly("orientation",
+                             [](const StepRecord& r) {
+                               PoseRow row{};
+                               set_pose(row, r.belief.mean.T_map_base);
+                               return belief_or_none(r, py::array_t<double>(4, row.orientation));
+                             })
+      .def_property_readonly(
+          "yaw", [](const StepRecord& r) { return belief_or_none(r, py::float_(r.belief.mean.T_map_base.yaw())); })
+      .def_property_readonly("velocity",
+                             [](const StepRecord& r) { return belief_or_none(r, py::cast(r.belief.mean.v_base)); })
+      .def_property_readonly("angular_rate",
+                             [](const StepRecord& r) { return belief_or_none(r, py::cast(r.belief.mean.w_base)); })
+      .def_property_readonly(
+          "block",
+          [](const StepRecord& r) { return belief_or_none(r, py::cast(Eigen::VectorXd(r.belief.mean.block))); })
+      .def_property_readonly(
+          "covariance", [](const StepRecord& r) { return belief_or_none(r, py::cast(Eigen::MatrixXd(r.belief.P))); })
+      .def_property_readonly("pose_covariance",
+                             [](const StepRecord& r) { return belief_or_none(r, py::cast(r.pose_covariance)); })
+      .def_property_readonly("effective_sample_size",
+                             [](const StepRecord& r) { return belief_or_none(r, py::float_(r.effective_sample_size)); })
+      .def_property_readonly("datum", [](const StepRecord& r) -> py::object {
+        if (!r.datum) return py::none();
+        return py::make_tuple(r.datum->latitude_deg, r.datum->longitude_deg, r.datum->height_m);
+      });
+}
+
+void add_robot(py::module_& module) {
+  py::class_<PythonRobot>(module, "Robot")
+      .def(py::init([](std::filesystem::path config, std::string yaml, std::vector<std::string> overrides,
+                       std::optional<std::filesystem::path> out, std::string name, std::optional<double> until_s,
+                       std::optional<bool> feed, bool record, bool allow_outside,
+                       std::vector<std::filesystem::path> plugin_folders) {
+             return std::make_unique<PythonRobot>(RobotOptions{std::move(config), std::move(yaml), std::move(overrides),
+                                                               std::move(out), std::move(name), until_s, feed, record,
+                                                               allow_outside, std::move(plugin_folders)});
+           }),
+           py::kw_only(), py::arg("config"), py::arg("yaml"), py::arg("overrides"), py::arg("out"), py::arg("name"),
+           py::arg("until_s"), py::arg("feed"), py::arg("record"), py::arg("allow_outside"), py::arg("plugin_folders"))
+      .def("_step", &PythonRobot::step)
+      .def("_play", &PythonRobot::play)
+      .def("_finish", &PythonRobot::finish)
+      .def("_suspend", &PythonRobot::suspend)
+      .def("_resume", &PythonRobot::resume)
+      .def("_feed", &PythonRobot::feed)
+      .def("_front", &PythonRobot::front)
+      .def("_grid", &PythonRobot::grid)
+      .def("_report", &PythonRobot::report)
+      .def("_trajectory", &PythonRobot::trajectory)
+      .def("_particles", &PythonRobot::particles)
+      .def("_path", &PythonRobot::path)
+      .def("_reference", &PythonRobot::reference)
+      .def("_smoothed", &PythonRobot::smoothed)
+      .def("_landmarks", &PythonRobot::landmarks)
+      .def("_sightings", &PythonRobot::sightings)
+      .def("_figures", &PythonRobot::figures)
+      .def("_files", &PythonRobot::files)
+      .def_property_readonly("is_finished", &PythonRobot::is_finished)
+      .def_property_readonly("is_fed", &PythonRobot::is_fed)
+      .def_property_readonly("waiting", &PythonRobot::waiting)
+      .def_property_readonly("started", &PythonRobot::started)
+      .def_property_readonly("config", &PythonRobot::config)
+      .def_property_readonly("sensor_names", &PythonRobot::sensor_names)
+      .def_property_readonly("map_names", &PythonRobot::map_names)
+      .def_property_readonly("state_names", &PythonRobot::state_names);
+}
+
+/// Names, units and meanings of the fields of each core payload.
+py::dict payloads() {
+  py::dict out;
+  const auto add = [&]<class T>(const T&) {
+    py::dict fields;
+    T payload;
+    for (const FieldSpec& spec : fields_of(payload)) {
+      if (spec.kind == FieldSpec::Kind::list) continue;
+      for (const std::string_view name : spec.info.names) {
+        if (!name.empty()) {
+          fields[py::str(name.data(), name.size())] =
+              py::make_tuple(std::string(spec.info.unit), std::string(spec.info.meaning), spec.info.required);
+        }
+      }
+    }
+    out[py::str(std::string(short_type_name(T::kType)))] = fields;
+  };
+  std::apply([&](const auto&... one) { (add(one), ...); }, CorePayloads());
+  return out;
+}
+
+}  // namespace
+}  // namespace waymark::python
+
+PYBIND11_MODULE(_waymark, module) {
+  using namespace waymark::python;
+  add_errors(module);
+  add_rows(module);
+  add_snapshot(module);
+  add_state(module);
+  add_config(module);
+  add_factories(module);
+  add_robot(module);
+  module.def("payloads", &payloads);
+  module.attr("PLUGIN_FOLDER") = WAYMARK_PLUGIN_FOLDER;
+  module.attr("PROGRAM") = WAYMARK_PROGRAM;
+}

@@ -1,0 +1,477 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "python_robot.hpp"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "payload_columns.hpp"
+#include "waymark/base/error.hpp"
+
+namespace py = pybind11;
+
+namespace waymark::python {
+namespace {
+
+/// How often a run looks for Ctrl-C.
+constexpr std::chrono::milliseconds kSignalsEvery{100};
+
+bool was_taken_in(Fate fate) {
+  return fate == Fate::fused || fate == Fate::gated || fate == Fate::mapped || fate == Fate::skipped ||
+         fate == Fate::held_out;
+}
+
+StepRecord record_of(const Snapshot& snapshot) {
+  StepRecord record;
+  const Measurement& measurement = snapshot.measurement();
+  record.measurement_stamp = measurement.stamp;
+  record.arrival = measurement.arrival;
+  record.sequence = measurement.sequence;
+  record.sensor = measurement.sensor;
+  record.fate = snapshot.fate();
+  record.started = snapshot.started();
+  record.health = snapshot.health().state;
+  record.health_reason = snapshot.health().reason;
+  if (!record.started) return record;
+  record.stamp = snapshot.stamp();
+  record.belief = snapshot.belief();
+  record.pose_covariance = pose_covariance(record.belief, snapshot.layout());
+  record.effective_sample_size = snapshot.effective_sample_size();
+  record.datum = snapshot.datum();
+  return record;
+}
+
+TrajectoryRow row_of(const Snapshot& snapshot) {
+  TrajectoryRow row{};
+  const Belief& belief = snapshot.belief();
+  row.stamp_ns = nanoseconds(snapshot.stamp());
+  set_pose(row, belief.mean.T_map_base);
+  set_matrix(row.covariance, pose_covariance(belief, snapshot.layout()));
+  for (int i = 0; i < 3; ++i) {
+    row.velocity[i] = belief.mean.v_base(i);
+    row.angular_rate[i] = belief.mean.w_base(i);
+  }
+  row.effective_sample_size = snapshot.effective_sample_size();
+  row.sensor = static_cast<std::int32_t>(snapshot.measurement().sensor);
+  row.fate = static_cast<std::int32_t>(snapshot.fate());
+  return row;
+}
+
+/// With the folders of the Python package before that of the running program, which is the interpreter.
+PluginLoader loader_of(const Config& yaml, const std::vector<std::filesystem::path>& more) {
+  std::vector<std::filesystem::path> folders = host::plugin_loader(yaml).folders();
+  folders.insert(folders.end() - 1, more.begin(), more.end());
+  return PluginLoader(std::move(folders));
+}
+
+/// One int64 for every measurement.
+std::vector<std::int64_t> stamps_of(const py::object& given, const std::string& sensor, const char* name) {
+  const auto fail = [&](const std::string& what) {
+    throw py::type_error("feed \"" + sensor + "\": " + name + ": " + what + "; expected int64 nanoseconds");
+  };
+  const auto array = py::array::ensure(given);
+  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')) {
+    PyErr_Clear();
+    fail(array ? "an array of " + py::cast<std::string>(py::str(array.dtype())) : "no array");
+  }
+  if (array.ndim() > 1) fail("an array of " + std::to_string(array.ndim()) + " dimensions");
+  const auto numbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);
+  return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+template <class Row>
+py::object as_array(const std::vector<Row>& rows) {
+  return py::array_t<Row>(static_cast<py::ssize_t>(rows.size()), rows.data());
+}
+
+}  // namespace
+
+/// The robot is in use by one call; another one, from another thread or from within, is refused.
+class PythonRobot::Turn {
+ public:
+  explicit Turn(const PythonRobot& robot) : robot_(robot) {
+    if (robot_.is_used_.exchange(true)) throw std::runtime_error("the robot is in use by another call");
+  }
+  ~Turn() { robot_.is_used_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  const PythonRobot& robot_;
+};
+
+PythonRobot::PythonRobot(RobotOptions options) : records_(options.records) {
+  const py::gil_scoped_release released;
+  const Config yaml = options.config.empty() ? Config::parse(options.yaml, "yaml", options.overrides)
+                                             : Config::load(options.config, options.overrides);
+  if (options.allows_outside) yaml.permit_outside();
+  const PluginLoader loader = loader_of(yaml, options.plugin_folders);
+  const bool is_fed = options.is_fed.value_or(!yaml.has("source") && !yaml.has("sources"));
+  host::Robot robot = is_fed ? host::Robot::live(yaml, loader) : host::Robot::load(yaml, loader);
+  if (is_fed) {
+    std::vector<std::string> names;
+    names.reserve(robot.sensors.size());
+    for (const SensorSlot& slot : robot.sensors) {
+      robot.sensor_of_channel.push_back(slot.enabled ? static_cast<int>(names.size()) : -1);
+      names.push_back(slot.name);
+    }
+    fed_ = std::make_shared<FedSource>(std::move(names));
+    robot.source = fed_;
+  } else if (robot.source->is_live()) {
+    throw ConfigError(yaml.place() +
+                      ": its source is of a running robot; `waymark run` serves it, or feed its "
+                      "measurements (feed=True)");
+  }
+  host::SessionOptions session{.name = options.name, .until_s = options.until_s, .stop = &stop_};
+  if (options.out) {
+    std::filesystem::create_directories(*options.out);
+    session.out = *options.out;
+  } else {
+    robot.sinks.clear();
+    robot.report = nullptr;
+  }
+  session.observer = [this](const Snapshot& snapshot, double) { observe(snapshot); };
+  session_ = std::make_unique<host::Session>(std::move(robot), std::move(session));
+}
+
+void PythonRobot::observe(const Snapshot& snapshot) {
+  if (records_ && snapshot.started() && was_taken_in(snapshot.fate())) rows_.push_back(row_of(snapshot));
+  if (is_stepping_) {
+    steps_.push_back(record_of(snapshot));
+    stop_ = true;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (now - signals_checked_ < kSignalsEvery) return;
+  signals_checked_ = now;
+  const py::gil_scoped_acquire held;
+  if (PyErr_CheckSignals() == 0) return;
+  PyErr_Clear();
+  is_interrupted_ = true;
+  stop_ = true;
+}
+
+void PythonRobot::raise_interrupt() {
+  if (!std::exchange(is_interrupted_, false)) return;
+  PyErr_SetNone(PyExc_KeyboardInterrupt);
+  throw py::error_already_set();
+}
+
+void PythonRobot::read_on() {
+  const py::gil_scoped_release released;
+  stop_ = false;
+  session_->play();
+}
+
+std::optional<StepRecord> PythonRobot::step() {
+  const Turn turn(*this);
+  if (steps_.empty() && !result_) {
+    is_stepping_ = true;
+    read_on();
+    is_stepping_ = false;
+    raise_interrupt();
+  }
+  if (steps_.empty()) return std::nullopt;
+  StepRecord record = std::move(steps_.front());
+  steps_.pop_front();
+  return record;
+}
+
+void PythonRobot::play() {
+  const Turn turn(*this);
+  if (result_) return;
+  steps_.clear();
+  read_on();
+  raise_interrupt();
+}
+
+template <class End>
+void PythonRobot::end_by(const End& end) {
+  const Turn turn(*this);
+  if (result_) return;
+  {
+    const py::gil_scoped_release released;
+    stop_ = false;  // a step that ended is no interruption
+    is_stepping_ = true;
+    result_ = end();
+    is_stepping_ = false;
+    stop_ = false;
+  }
+  is_interrupted_ = false;
+}
+
+void PythonRobot::finish() {
+  end_by([this] { return session_->finish(); });
+}
+
+void PythonRobot::suspend(const std::filesystem::path& checkpoint) {
+  end_by([&] { return session_->suspend(checkpoint); });
+}
+
+void PythonRobot::resume(const std::filesystem::path& checkpoint) {
+  const Turn turn(*this);
+  const py::gil_scoped_release released;
+  session_->resume(checkpoint);
+}
+
+std::size_t PythonRobot::feed(const std::string& sensor, const py::object& stamps, const py::object& arrivals,
+                              const std::string& payload, const py::dict& columns) {
+  const Turn turn(*this);
+  const auto fail = [&](const std::string& what) { throw DataError("feed \"" + sensor + "\": " + what); };
+  if (!fed_) fail("the robot reads its measurements from its source; build it with feed=True");
+  if (result_) fail("the robot is finished");
+  const int index = session_->robot().rig.find(sensor);
+  if (index < 0) fail("is not a sensor of the configuration");
+  const auto place = static_cast<std::size_t>(index);
+  const std::vector<std::int64_t> valid_at = stamps_of(stamps, sensor, "stamps_ns");
+  const std::vector<std::int64_t> arrived_at =
+      arrivals.is_none() ? valid_at : stamps_of(arrivals, sensor, "arrivals_ns");
+  if (arrived_at.size() != valid_at.size())
+    fail(std::to_string(arrived_at.size()) + " arrivals for " + std::to_string(valid_at.size()) + " stamps");
+  const PayloadColumns values(sensor, payload, columns, valid_at.size());
+  const std::string& wanted = session_->robot().rig.mountings()[place].payload;
+  if (!wanted.empty() && wanted != values.type())
+    fail("the sensor takes " + wanted + ", not " + std::string(values.type()));
+
+  const py::gil_scoped_release released;
+  std::vector<Measurement> block;
+  block.reserve(valid_at.size());
+  Time last = fed_->last_arrival(place).value_or(Time::min());
+  for (std::size_t row = 0; row < valid_at.size(); ++row) {
+    Measurement measurement;
+    measurement.stamp = Time(Duration(valid_at[row]));
+    measurement.arrival = Time(Duration(arrived_at[row]));
+    measurement.sensor = static_cast<std::uint32_t>(index);
+    if (!is_stamp(measurement.stamp) || !is_stamp(measurement.arrival))
+      fail("row " + std::to_string(row) + ": a stamp further than 146 years from the epoch");
+    if (measurement.arrival < last) {
+      fail("row " + std::to_string(row) + ": arrives at " + format_time(measurement.arrival) + " s, before the row " +
+           "that precedes it (" + format_time(last) +
+           " s); measurements are fed in order of arrival, give arrivals_ns");
+    }
+    last = measurement.arrival;
+    std::shared_ptr<Payload> made = values.make(row);
+    if (const std::string problem = made->problem(); !problem.empty())
+      fail("row " + std::to_string(row) + ": " + problem);
+    measurement.payload = std::move(made);
+    block.push_back(std::move(measurement));
+  }
+  fed_->add(place, std::move(block));
+  return valid_at.size();
+}
+
+StepRecord PythonRobot::front(std::int64_t at_ns) const {
+  const Turn turn(*this);
+  const py::gil_scoped_release released;
+  StepRecord record;
+  record.stamp = Time(Duration(at_ns));
+  record.belief = session_->fusion().front(record.stamp);
+  record.pose_covariance = pose_covariance(record.belief, session_->fusion().layout());
+  record.effective_sample_size = std::numeric_limits<double>::quiet_NaN();
+  record.started = true;
+  record.health = session_->fusion().health().state;
+  record.health_reason = session_->fusion().health().reason;
+  record.datum = session_->fusion().datum();
+  return record;
+}
+
+std::vector<std::string> PythonRobot::sensor_names() const {
+  std::vector<std::string> names;
+  for (const SensorSlot& slot : session_->robot().sensors) names.push_back(slot.name);
+  return names;
+}
+
+std::vector<std::string> PythonRobot::map_names() const {
+  std::vector<std::string> names;
+  for (const MapSlot& slot : session_->robot().maps) names.push_back(slot.name);
+  return names;
+}
+
+std::vector<std::string> PythonRobot::state_names() const {
+  static constexpr const char* kCore[kCoreStates] = {"x",   "y",   "z",   "roll",    "pitch",   "yaw",
+                                                     "v_x", "v_y", "v_z", "omega_x", "omega_y", "omega_z"};
+  const StateLayout& layout = session_->fusion().layout();
+  std::vector<std::string> names;
+  for (int i = 0; i < kCoreStates; ++i) {
+    if (layout.active(i) >= 0) names.emplace_back(kCore[i]);
+  }
+  for (const StateLayout::Owner& owner : layout.owners()) {
+    for (const BlockState& state : owner.block) names.push_back(owner.name + "." + state.name);
+  }
+  return names;
+}
+
+py::object PythonRobot::trajectory() const {
+  const Turn turn(*this);
+  return as_array(rows_);
+}
+
+std::uint64_t PythonRobot::waiting() const {
+  const Turn turn(*this);
+  return fed_ ? fed_->waiting() : 0;
+}
+
+bool PythonRobot::started() const {
+  const Turn turn(*this);
+  return session_->fusion().started();
+}
+
+RunReport PythonRobot::run_report() const {
+  const Turn turn(*this);
+  return result_ ? result_->report : session_->fusion().report();
+}
+
+py::object PythonRobot::particles() const {
+  const Turn turn(*this);
+  std::vector<ParticleRow> rows;
+  {
+    const py::gil_scoped_release released;
+    session_->fusion().visit_last([&](const Snapshot& last) {
+      if (!last.started()) return;
+      for (const ParticleView& particle : last.particles()) {
+        ParticleRow row{};
+        set_pose(row, particle.T_map_base);
+        row.weight = particle.weight;
+        rows.push_back(row);
+      }
+    });
+  }
+  return as_array(rows);
+}
+
+py::object PythonRobot::path() const {
+  const Turn turn(*this);
+  std::vector<PoseRow> rows;
+  {
+    const py::gil_scoped_release released;
+    session_->fusion().visit_last([&](const Snapshot& last) {
+      if (!last.started()) return;
+      for (const StampedPose& pose : last.best_path()) {
+        PoseRow row{nanoseconds(pose.stamp), {}, {}, 0.0};
+        set_pose(row, pose.T_map_base);
+        rows.push_back(row);
+      }
+    });
+  }
+  return as_array(rows);
+}
+
+py::object PythonRobot::reference() const {
+  const Turn turn(*this);
+  std::vector<PoseRow> rows;
+  {
+    const py::gil_scoped_release released;
+    if (const auto truth = session_->robot().source->reference()) {
+      for (const Reference::Point& point : truth->trajectory) {
+        PoseRow row{nanoseconds(point.stamp), {}, {}, 0.0};
+        set_pose(row, point.T_map_base);
+        if (!point.has_yaw) row.yaw = std::numeric_limits<double>::quiet_NaN();
+        rows.push_back(row);
+      }
+    }
+  }
+  return as_array(rows);
+}
+
+py::object PythonRobot::smoothed() const {
+  const Turn turn(*this);
+  std::vector<SmoothedRow> rows;
+  if (result_) {
+    for (const SmoothedPose& pose : result_->report.smoothed) {
+      SmoothedRow row{};
+      row.stamp_ns = nanoseconds(pose.stamp);
+      set_pose(row, pose.T_map_base);
+      set_matrix(row.covariance, pose.P);
+      rows.push_back(row);
+    }
+  }
+  return as_array(rows);
+}
+
+MapDescription PythonRobot::describe(const std::string& map, MapDetail detail) const {
+  const py::gil_scoped_release released;
+  const std::vector<MapSlot>& maps = session_->robot().maps;
+  if (std::ranges::find(maps, map, &MapSlot::name) == maps.end()) {
+    std::string names;
+    for (const MapSlot& slot : maps) names += (names.empty() ? "" : ", ") + slot.name;
+    throw Error("there is no map \"" + map + "\"" + (names.empty() ? "; the robot has none" : "; there is " + names));
+  }
+  MapDescription found;
+  session_->fusion().visit_last([&](const Snapshot& last) {
+    if (!last.started()) return;
+    for (MapDescription& description : last.best_maps(detail)) {
+      if (description.module == map) found = std::move(description);
+    }
+  });
+  return found;
+}
+
+py::object PythonRobot::landmarks(const std::string& map) const {
+  const Turn turn(*this);
+  const MapDescription description = describe(map, MapDetail::summary);
+  std::vector<LandmarkRow> rows;
+  rows.reserve(description.landmarks.size());
+  for (const LandmarkView& view : description.landmarks) {
+    LandmarkRow row{};
+    row.id = view.id;
+    row.birth = view.birth;
+    for (int i = 0; i < 2; ++i) row.position[i] = view.p_map(i);
+    row.radius_m = view.radius_m;
+    set_matrix(row.covariance, view.P);
+    set_matrix(row.conditional_covariance, view.P_conditional);
+    row.existence = view.existence;
+    row.sightings = view.sightings;
+    row.confirmed = view.confirmed;
+    rows.push_back(row);
+  }
+  return as_array(rows);
+}
+
+py::object PythonRobot::sightings(const std::string& map) const {
+  const Turn turn(*this);
+  const MapDescription description = describe(map, MapDetail::summary);
+  std::vector<SightingRow> rows;
+  rows.reserve(description.sightings.size());
+  for (const Sighting& sighting : description.sightings) {
+    rows.push_back({nanoseconds(sighting.stamp),
+                    {sighting.p_base.x(), sighting.p_base.y()},
+                    sighting.landmark,
+                    sighting.is_first});
+  }
+  return as_array(rows);
+}
+
+py::object PythonRobot::grid(const std::string& map, bool is_mixture) const {
+  const Turn turn(*this);
+  MapDescription description = describe(map, is_mixture ? MapDetail::with_mixtures : MapDetail::with_grids);
+  std::optional<GridView>& view = is_mixture ? description.mixture : description.grid;
+  if (!view) return py::none();
+  py::dict out;
+  const Pose& pose = view->T_map_grid;
+  out["position"] = py::cast(std::vector<double>{pose.p.x(), pose.p.y(), pose.p.z()});
+  out["yaw"] = pose.yaw();
+  out["resolution_m"] = view->resolution_m;
+  // Without a copy: the array owns the cells.
+  auto* cells = new std::vector<std::uint8_t>(std::move(view->cells));
+  const py::capsule owner(cells, [](void* p) { delete static_cast<std::vector<std::uint8_t>*>(p); });
+  out["cells"] = py::array_t<std::uint8_t>({view->height, view->width}, cells->data(), owner);
+  return out;
+}
+
+py::dict PythonRobot::figures(const std::string& map) const {
+  const Turn turn(*this);
+  py::dict out;
+  for (const MapFigure& figure : describe(map, MapDetail::summary).figures) out[py::str(figure.name)] = figure.value;
+  return out;
+}
+
+py::dict PythonRobot::files(const std::string& map) const {
+  const Turn turn(*this);
+  py::dict out;
+  for (const MapFile& file : describe(map, MapDetail::with_files).files)
+    out[py::str(file.extension)] = py::bytes(file.content);
+  return out;
+}
+
+}  // namespace waymark::python
