@@ -15,3 +15,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/waymark-config-version.cm
 install(FILES ${PROJECT_BINARY_DIR}/waymark-config.cmake ${PROJECT_BINARY_DIR}/waymark-config-version.cmake
               ${CMAKE_CURRENT_LIST_DIR}/waymark_add_plugin.cmake ${CMAKE_CURRENT_LIST_DIR}/waymark_add_check.cmake
         DESTINATION ${package_dir})
+
+# Licence, pages, shipped configurations, and the example projects for plugins and hosts.
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md
+        DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN update_keys EXCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/consumer/project/ DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark/examples/plugins)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/consumer/host/ DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark/examples/host)
