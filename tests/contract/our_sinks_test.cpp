@@ -25,7 +25,9 @@ TEST_P(OurSinks, KeepTheContract) {
     return PluginLoader({WAYMARK_PLUGIN_DIR}).create<Sink>(GetParam().plugin, config, rig);
   };
   testing::SinkSetting setting;
-  setting.run_config = "datum: { latitude_deg: 49, longitude_deg: 8 }\n";
+  setting.run_config =
+      "source: { plugin: scripted }\ndatum: { latitude_deg: 49, longitude_deg: 8 }\n"
+      "sensors: [{ name: wheels }, { name: gps }, { name: lidar }, { name: other }]\n";
   EXPECT_EQ(testing::to_text(testing::check_sink(make, GetParam().yaml, setting)), "");
 }
 

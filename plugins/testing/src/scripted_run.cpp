@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "findings.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::testing {
@@ -13,6 +12,17 @@ namespace waymark::testing {
 namespace {
 
 constexpr std::size_t kSensors = 4;
+
+/// A payload that no plugin knows.
+struct Unheard : PayloadOf<Unheard> {
+  static constexpr std::string_view kType = "waymark_testing/Unheard@1";
+  double loudness_db = 0.0;
+
+  template <class Visitor>
+  static void fields(Visitor&& field) {
+    field(&Unheard::loudness_db, {.names = {"loudness_db"}, .unit = "dB", .meaning = "loudness"});
+  }
+};
 
 Time time_of(std::size_t step) { return Time(std::chrono::milliseconds(100'000 + 100 * static_cast<int>(step))); }
 
@@ -49,7 +59,7 @@ std::shared_ptr<const Payload> payload_of(std::size_t step) {
       return scan;
     }
     default:
-      return std::make_shared<ForeignPayload>();
+      return std::make_shared<Unheard>();
   }
 }
 
@@ -71,7 +81,7 @@ const Rig& ScriptedRun::rig() {
   static const Rig rig({{"wheels", std::string(BodyTwist::kType), {}},
                         {"gps", std::string(GnssFix::kType), {}},
                         {"lidar", std::string(LaserScan::kType), Pose::planar(0.2, 0.0, 0.1)},
-                        {"other", std::string(ForeignPayload::kType), {}}});
+                        {"other", std::string(Unheard::kType), {}}});
   return rig;
 }
 

@@ -144,6 +144,7 @@ class Check {
     sink->start(info(out));
     std::atomic<bool> has_bad_event = false;
     std::atomic<bool> has_thrown = false;
+    std::atomic<bool> was_called = false;
     {
       const std::jthread other([&](const std::stop_token& stop) {
         try {
@@ -151,10 +152,11 @@ class Check {
             sink->front(front.belief());
             for (const std::string& event : sink->take_events())
               if (event.empty() || event.find('\n') != std::string::npos) has_bad_event = true;
+            was_called = true;
             std::this_thread::yield();
           }
         } catch (...) {
-          has_thrown = true;
+          has_thrown = was_called = true;
         }
       });
       for (std::size_t k = 0; k < ScriptedRun::kSteps; ++k) {
@@ -166,6 +168,7 @@ class Check {
           sink->write(snapshot);
         }
       }
+      while (!was_called) std::this_thread::yield();
     }
     findings_.require(!has_thrown, "front or take_events threw");
     findings_.require(!has_bad_event, "take_events gives a text that is empty or has several lines");

@@ -23,8 +23,8 @@ struct SinkSetting {
 
 /// Runs sinks, each in an output folder of its own, through a script of snapshots, the same in every run: not yet
 /// started, every `Fate`, late ones, a pose that is lost, with and without datum, maps, radii and grids; a rig of
-/// "wheels" (BodyTwist), "gps" (GnssFix), "lidar" (LaserScan) and "other", whose payload is one that no plugin knows.
-/// It checks
+/// "wheels" (BodyTwist), "gps" (GnssFix), "lidar" (LaserScan) and "other", whose payload no plugin knows, but which
+/// registers its fields. It checks
 /// - the keys, as `check_keys` does; a constructor writes nothing;
 /// - no call throws, in planar and in spatial motion, with `finish` for a last snapshot, for none and for an
 /// interrupted
