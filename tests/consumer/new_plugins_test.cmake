@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Has the command that is installed in PREFIX write a project of every kind, builds each as its author would, without a build type,
 # runs its own check and its robot; and tries what must be refused.
+cmake_minimum_required(VERSION 3.25) # a script has no policies but these
 function(step what)
   message(STATUS "${what}")
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
@@ -39,13 +40,14 @@ foreach(kind IN ITEMS sensor map-module source sink)
   step("new ${kind}" ${waymark} new ${kind} ${name} --into ${folder})
   set(code 0)
   foreach(file IN ITEMS CMakeLists.txt ${name}.cpp check_${name}.cpp robot.yaml)
-    file(STRINGS ${folder}/${file} lines)
     string(FIND "${printed}" "${folder}/${file}\n" place)
     if(place EQUAL -1)
       message(FATAL_ERROR "${file} is not listed in: ${printed}")
     endif()
-    file(STRINGS ${folder}/${file} lines REGEX "^ *[^ ]")
-    list(FILTER lines EXCLUDE REGEX "^ *(//|#([^i]|$))")
+    file(READ ${folder}/${file} text)
+    string(REGEX REPLACE "[][;]" "_" text "\n${text}") # which lists of CMake take for their own
+    string(REGEX REPLACE "\n *(//|# )[^\n]*" "" text "${text}")
+    string(REGEX MATCHALL "\n *[^ \n]" lines "${text}")
     list(LENGTH lines count)
     math(EXPR code "${code} + ${count}")
   endforeach()

@@ -70,14 +70,16 @@ class Bench {
     return {belief_, layout_, belief_.mean.block.data(), setting_.datum ? &*setting_.datum : nullptr, false};
   }
 
-  /// True if all updates that the sensor gives for measurement k at the setting's state are finite; those of a
-  /// refused measurement are.
+  /// True if all updates that the sensor gives for measurement k are finite at a random state; those of a refused
+  /// measurement are.
   bool gives_finite_updates(Sensor& sensor, std::size_t k) {
     bool finite = true;
+    Random random({.seed = setting_.seed, .slot = 1, .stamp = static_cast<std::int64_t>(k), .sensor = 0});
+    const NavState state = random_state(random, setting_, layout_);
     run(sensor, k, k + 1, [&](std::size_t, const UpdateList& updates) {
       Linearization out;
       for (std::size_t u = 0; u < updates.size(); ++u) {
-        const DenseModel model = evaluate(updates[u], belief_.mean, layout_, out);
+        const DenseModel model = evaluate(updates[u], state, layout_, out);
         finite = finite && model.residual.allFinite() && model.R.allFinite() && model.H.allFinite();
       }
     });
