@@ -69,7 +69,7 @@ foreach(kind IN ITEMS sensor map-module source sink)
 endforeach()
 set(ENV{WAYMARK_PLUGIN_PATH} "")
 
-foreach(name IN ITEMS "Wheels" "2d" "a-b" "a__b" "a_" "a/b" "../a" "")
+foreach(name IN ITEMS "Wheels" "2d" "a-b" "a__b" "a_" "a/b" "../a")
   refused("the name \"${name}\"" "is no name for a plugin" ${waymark} new sensor "${name}" --into ${WORK_DIR}/bad)
 endforeach()
 refused("a name that is taken" "there is already a plugin \"odometry\"" ${waymark} new sensor odometry --into ${WORK_DIR}/bad)
