@@ -63,6 +63,7 @@ int run_command(int argc, char** argv) {
   command::add_paper_command(app, exit_code);
   command::add_sweep_command(app, exit_code);
   command::add_schema_command(app, exit_code);
+  command::add_new_command(app, exit_code);
   command::add_help_command(app, exit_code);
   try {
     app.parse(argc, argv);

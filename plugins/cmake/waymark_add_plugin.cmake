@@ -3,7 +3,13 @@
 # descriptor. The files share one `WAYMARK_PLUGIN(...)` line between them. Installs to lib/waymark/plugins.
 # Files after PARTS are compiled once, as the object library waymark_<name>_parts, for the plugin and for tests that reach
 # behind the plugin's interface. What they need is linked to the parts (PUBLIC); the plugin has it from them.
+# Without a build type this is a Release build: without optimisation Eigen is several times as slow.
 function(waymark_add_plugin name)
+  get_property(has_configurations GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
+  if(NOT CMAKE_BUILD_TYPE AND NOT has_configurations)
+    message(STATUS "waymark: no build type is given, so this is a Release build (-DCMAKE_BUILD_TYPE=... for another)")
+    set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
+  endif()
   cmake_parse_arguments(PARSE_ARGV 1 plugin "" "" PARTS)
   set(target waymark_plugin_${name})
   set(parts waymark_${name}_parts)

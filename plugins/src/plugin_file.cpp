@@ -160,13 +160,16 @@ std::optional<std::uint32_t> abi_of_symbol(Bytes& bytes, const Header& header, c
   return std::nullopt;
 }
 
-PluginRecord read(const std::filesystem::path& file) {
+void require_file(const std::filesystem::path& file) {
   if (const auto link = dangling_link(file); !link.empty()) throw PluginError(link);
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (error) throw PluginError(error.message());
   if (!std::filesystem::is_regular_file(status)) throw PluginError("is not a file");
+}
 
+PluginRecord read(const std::filesystem::path& file) {
+  require_file(file);
   Bytes bytes(file);
   const Header header = read_header(bytes);
   const auto sections = bytes.read_table<Section>(header.e_shoff, header.e_shnum);
@@ -198,6 +201,17 @@ bool is_complete(const char (&field)[N]) {
 PluginRecord read_plugin_record(const std::filesystem::path& file) {
   try {
     return read(file);
+  } catch (const PluginError& error) {
+    throw PluginError(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+std::optional<std::uint32_t> read_symbol_abi(const std::filesystem::path& file) {
+  try {
+    require_file(file);
+    Bytes bytes(file);
+    const Header header = read_header(bytes);
+    return abi_of_symbol(bytes, header, bytes.read_table<Section>(header.e_shoff, header.e_shnum));
   } catch (const PluginError& error) {
     throw PluginError(fmt::format("{}: {}", file.string(), error.what()));
   }

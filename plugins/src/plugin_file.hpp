@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -15,6 +17,10 @@ namespace waymark {
 /// its symbol. Throws PluginError, whose text starts with the file, if the
 /// file is missing, is not a whole library for this machine, or holds no record.
 PluginRecord read_plugin_record(const std::filesystem::path& file);
+
+/// The ABI that the exported symbol `waymark_plugin` begins with, read as above; nothing if there is no such symbol.
+/// Throws as above.
+std::optional<std::uint32_t> read_symbol_abi(const std::filesystem::path& file);
 
 /// Why a library with this record does not fit this program (another ABI, build key or Eigen alignment, or no complete
 /// record), or an empty text.

@@ -10,6 +10,7 @@
 
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/plugin_inspection.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {
@@ -211,6 +212,53 @@ TEST(PluginList, IsSortedByNameAndSkipsMissingFolders) {
   const auto infos = PluginLoader({"/nonexistent/plugins", kFolder}).list();
   EXPECT_GE(infos.size(), 13u);
   EXPECT_TRUE(std::is_sorted(infos.begin(), infos.end(), [](const auto& a, const auto& b) { return a.name < b.name; }));
+}
+
+std::string problem_of(std::string_view name) { return inspect_plugin(file_of(name)).problem; }
+
+TEST(PluginInspection, ShowsTheWholeDescriptorOfAPluginThatFits) {
+  const PluginInspection found = inspect_plugin(file_of("throws_at_1000"));
+  EXPECT_EQ(found.problem, "");
+  EXPECT_EQ(found.kind, "sensor");
+  EXPECT_EQ(found.name, "throws_at_1000");
+  EXPECT_EQ(found.version, "1.0.0");
+  EXPECT_EQ(found.abi, kPluginAbi);
+  EXPECT_EQ(found.build_key, kBuildKey);
+  EXPECT_EQ(found.eigen_max_align, EIGEN_MAX_ALIGN_BYTES);
+}
+
+// These end the program, or leave a trace, as soon as they are loaded.
+TEST(PluginInspection, RunsNothingOfTheLibrary) {
+  EXPECT_EQ(problem_of("static_initializer"), "");
+  EXPECT_EQ(std::getenv("WAYMARK_STATIC_INITIALIZER"), nullptr);
+  EXPECT_EQ(problem_of("exits_at_load"), "");
+}
+
+TEST(PluginInspection, SaysWhyThePluginWouldBeRefused) {
+  const PluginInspection other_abi = inspect_plugin(file_of("wrong_abi"));
+  EXPECT_EQ(other_abi.abi, 999u);
+  EXPECT_EQ(other_abi.name, "") << "the rest may have another layout";
+  EXPECT_THAT(other_abi.problem, HasSubstr("built for plugin ABI 999"));
+  EXPECT_THAT(problem_of("old_abi"), HasSubstr("built for plugin ABI 9,"));
+  EXPECT_THAT(problem_of("without_record"), HasSubstr("its descriptor is incomplete"));
+  EXPECT_THAT(problem_of("incomplete"), HasSubstr("its descriptor is incomplete"));
+  EXPECT_THAT(problem_of("wrong_build_key"), HasSubstr("built with \"cxxabi=1\""));
+  EXPECT_THAT(problem_of("wrong_alignment"), HasSubstr("an Eigen alignment of 4096 bytes"));
+  EXPECT_THAT(problem_of("wrong_name"), HasSubstr("calls itself \"another_name\""));
+  EXPECT_THAT(problem_of("without_symbol"), HasSubstr("does not export \"waymark_plugin\""));
+  EXPECT_EQ(inspect_plugin(file_of("wrong_kind")).kind, "sink") << "which is a kind, if not the one that was asked for";
+}
+
+TEST(PluginInspection, RefusesWhatIsNoPlugin) {
+  for (const char* name : {"no_symbol", "not_a_library", "that_is_not_there"}) {
+    EXPECT_THROW(problem_of(name), PluginError) << name;
+  }
+}
+
+TEST(PluginInspection, NamesAFileThatNoSearchFinds) {
+  const test::TemporaryFolder folder;
+  std::filesystem::copy(file_of("throws_at_1000"), folder / "renamed.so");
+  EXPECT_THAT(inspect_plugin(folder / "renamed.so").problem, HasSubstr("not called waymark_throws_at_1000.so"));
 }
 
 TEST(SearchPath, YamlBeforeEnvironmentBeforeInstallation) {

@@ -11,6 +11,13 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
 step("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/install)
+foreach(file IN ITEMS doc/waymark/LICENSE doc/waymark/docs/write_a_sensor.md waymark/config/quickstart.yaml
+                      waymark/examples/plugins/beacon_range.cpp waymark/examples/host/run_robot.cpp man/man1/waymark.1)
+  if(NOT EXISTS ${WORK_DIR}/install/share/${file})
+    message(FATAL_ERROR "share/${file} is not installed")
+  endif()
+endforeach()
+step("check an installed configuration" ${WORK_DIR}/install/bin/waymark check ${WORK_DIR}/install/share/waymark/config/quickstart.yaml)
 step(
   "configure"
   ${CMAKE_COMMAND}
@@ -86,6 +93,7 @@ quoted(check_dock_map.cpp write_a_map_module.md)
 quoted(circle.cpp write_a_source_or_sink.md)
 quoted(check_circle.cpp write_a_source_or_sink.md)
 quoted(distance.cpp write_a_source_or_sink.md)
+quoted(check_distance.cpp write_a_source_or_sink.md)
 quoted(robot.yaml write_a_source_or_sink.md)
 quoted(../host/CMakeLists.txt write_a_host.md)
 quoted(../host/run_robot.cpp write_a_host.md)

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <stdexcept>
 
 #include "our_plugins.hpp"
 #include "waymark/testing/sensor_contract.hpp"
@@ -36,6 +37,8 @@ enum class Fault {
   reads_too_little,
   random_process,
   swallows_foreign_payload,
+  asserts_finite_values,
+  smooths_over_all,
   throws_int,
   unnamed_state,
   twin_names,
@@ -81,7 +84,7 @@ class BeaconUpdate final : public Update {
 class Beacon final : public Sensor {
  public:
   explicit Beacon(Fault fault) : fault_(fault), count_(std::make_shared<int>(0)) {}
-  Beacon(const Beacon& other) : Sensor(other), fault_(other.fault_), count_(other.count_) {
+  Beacon(const Beacon& other) : Sensor(other), fault_(other.fault_), count_(other.count_), smooth_(other.smooth_) {
     if (fault_ != Fault::shared_state)
       count_ = std::make_shared<int>(fault_ == Fault::forgetful_clone ? 0 : *other.count_);
   }
@@ -97,9 +100,12 @@ class Beacon final : public Sensor {
     if (fault_ == Fault::throws_int) throw 42;
     if (fault_ == Fault::swallows_foreign_payload && measurement.payload->type() != WheelSpeeds::kType) return;
     const auto& wheels = measurement.as<WheelSpeeds>();  // stands for range and bearing
+    if (fault_ == Fault::asserts_finite_values && !std::isfinite(wheels.left_mps)) throw std::logic_error("impossible");
+    smooth_ += 0.5 * (wheels.left_mps - smooth_);
     ++*count_;
     if (fault_ == Fault::random_process) *count_ += static_cast<int>(draws_++ % 7);
-    out.emplace<BeaconUpdate>(wheels.left_mps, wheels.right_mps, 0.1 * *count_, fault_);
+    out.emplace<BeaconUpdate>(fault_ == Fault::smooths_over_all ? smooth_ : wheels.left_mps, wheels.right_mps,
+                              0.1 * *count_, fault_);
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Beacon>(*this); }
@@ -121,6 +127,7 @@ class Beacon final : public Sensor {
  private:
   Fault fault_;
   std::shared_ptr<int> count_;
+  double smooth_ = 0.0;
   static inline std::atomic<unsigned> draws_ = 0;
 };
 
@@ -170,6 +177,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{Fault::reads_too_little, "load does not read all that save wrote"},
         Case{Fault::random_process, "process is not deterministic"},
         Case{Fault::swallows_foreign_payload, "process does not refuse a foreign payload"},
+        Case{Fault::asserts_finite_values,
+             "process of a value that is not finite (left_mps = nan, measurement 6) threw"},
+        Case{Fault::smooths_over_all, "a value that is not finite stays in the sensor: left_mps = nan, measurement 6"},
         Case{Fault::throws_int, "the check threw: something that is not a std::exception"},
         Case{Fault::unnamed_state, "a state of the block has no name"},
         Case{Fault::twin_names, "two states of the block have one name"},

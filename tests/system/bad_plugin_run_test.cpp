@@ -113,6 +113,24 @@ TEST(PluginsCommand, ListsBadPluginsAndSaysWhatIsWrong) {
                             {"plugin \"wrong_abi\" does not fit", "ABI 999"}));
 }
 
+TEST(PluginsInspect, PrintsTheDescriptorAndEndsWithAnErrorIfItWouldBeRefused) {
+  const std::string folder = WAYMARK_BAD_PLUGIN_DIR;
+  const Outcome good = waymark({"plugins", "inspect", folder + "/waymark_throws_at_1000.so"});
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  for (const char* line : {"kind       sensor\n", "name       throws_at_1000\n", "version    1.0.0\n",
+                           "build key  cxxabi=", "alignment  ", "fits       yes"})
+    EXPECT_THAT(good.out, HasSubstr(line));
+  const Outcome other = waymark({"plugins", "inspect", folder + "/waymark_wrong_build_key.so"});
+  EXPECT_TRUE(reports_error(other, 1, {"waymark_wrong_build_key.so", "rebuild the plugin"}));
+  EXPECT_THAT(other.out, HasSubstr("build key  cxxabi=1; this program has cxxabi="));
+  const Outcome abi = waymark({"plugins", "inspect", folder + "/waymark_wrong_abi.so"});
+  EXPECT_TRUE(reports_error(abi, 1, {"waymark_wrong_abi.so", "ABI 999"}));
+  EXPECT_THAT(abi.out, HasSubstr("ABI        999; this program has "));
+  EXPECT_TRUE(reports_error(waymark({"plugins", "inspect", folder + "/waymark_not_a_library.so"}), 1,
+                            {"waymark_not_a_library.so", "invalid ELF header"}));
+  EXPECT_TRUE(reports_error(waymark({"plugins", "inspect"}), 2, {"file is required", "waymark help plugins inspect"}));
+}
+
 TEST(PluginInService, ThrowsAtMeasurement1000AndTheRunGoesOnWithoutIt) {
   SmallRobot robot;
   add_sensor(robot, "throws_at_1000");

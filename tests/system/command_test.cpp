@@ -30,7 +30,7 @@ TEST_P(Subcommand, ShowsAnExampleInItsHelp) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Command, Subcommand,
-                         testing::Values("run", "check", "plugins", "evaluate", "sweep", "schema", "help"));
+                         testing::Values("run", "check", "plugins", "evaluate", "sweep", "schema", "new", "help"));
 
 TEST(Command, HelpNamesEverySubcommand) {
   const Outcome outcome = waymark({"--help"});

@@ -29,6 +29,7 @@ void add_import_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
 void add_sweep_command(CLI::App& app, int& exit_code);
 void add_schema_command(CLI::App& app, int& exit_code);
+void add_new_command(CLI::App& app, int& exit_code);
 /// The last one: it describes the others.
 void add_help_command(CLI::App& app, int& exit_code);
 

@@ -14,6 +14,7 @@
 #include "waymark/host/reference.hpp"
 #include "waymark/interface/payload_description.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/plugin_inspection.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::command {
@@ -114,6 +115,43 @@ void print_reference(const PluginLoader& loader, const std::string& name, bool m
     print_output("payloads: {}; waymark plugins PAYLOAD lists the fields of one\n", names_of_payloads());
 }
 
+/// One line of what a file says about itself, with this program's value where it differs.
+void print_compared(const char* what, const std::string& value, const std::string& ours) {
+  print_output("{:<10} {}\n", what,
+               value == ours ? value + " (as this program)" : value + "; this program has " + ours);
+}
+
+/// Prints all that a plugin's file says. Throws PluginError if the loader would refuse it.
+void inspect(const std::string& file) {
+  const PluginInspection found = inspect_plugin(file);
+  print_output("{:<10} {}\n", "file", found.file.string());
+  if (found.abi == kPluginAbi) {
+    print_output("{:<10} {}\n{:<10} {}\n{:<10} {}\n", "kind", found.kind, "name", found.name, "version", found.version);
+  }
+  print_compared("ABI", std::to_string(found.abi), std::to_string(kPluginAbi));
+  if (found.abi == kPluginAbi) {
+    print_compared("build key", found.build_key, kBuildKey);
+    print_compared("alignment", fmt::format("{} bytes", found.eigen_max_align),
+                   fmt::format("{} bytes", EIGEN_MAX_ALIGN_BYTES));
+  }
+  if (!found.problem.empty()) throw PluginError(fmt::format("{}: {}", found.file.string(), found.problem));
+  print_output("{:<10} yes; nothing of it was run\n", "fits");
+}
+
+void add_inspect_command(CLI::App& plugins, int& exit_code) {
+  auto file = std::make_shared<std::string>();
+  CLI::App* command = plugins.add_subcommand(
+      "inspect", "Print what a plugin's file says about itself and whether it fits, without running any of it");
+  command->footer(
+      "Example:\n  waymark plugins inspect build/waymark_wheel_slip.so\n\n"
+      "Ends with 1 if the file would be refused, and says why.");
+  command->add_option("file", *file, "the shared library")->required();
+  command->callback([file, &exit_code] {
+    inspect(*file);
+    exit_code = kSuccess;
+  });
+}
+
 }  // namespace
 
 void add_plugins_command(CLI::App& app, int& exit_code) {
@@ -121,13 +159,15 @@ void add_plugins_command(CLI::App& app, int& exit_code) {
   auto name = std::make_shared<std::string>();
   auto markdown = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("plugins", "List the plugins that are found, and where; or the keys of one");
-  command->footer("Example:\n  waymark plugins dgps");
+  command->footer("Example:\n  waymark plugins dgps\n  waymark plugins inspect build/waymark_wheel_slip.so");
   command->add_option(
       "name", *name,
       "a plugin whose keys are listed, or a payload and its fields; \"robot\": the keys outside of plugins");
   command->add_option("--path", *folders, "folders to look in before the usual ones");
   command->add_flag("--markdown", *markdown, "the keys as a table");
-  command->callback([folders, name, markdown, &exit_code] {
+  add_inspect_command(*command, exit_code);
+  command->callback([command, folders, name, markdown, &exit_code] {
+    if (!command->get_subcommands().empty()) return;  // which has done its work
     const PluginLoader loader(PluginLoader::standard_search_path({folders->begin(), folders->end()}));
     if (name->empty()) {
       list_plugins(loader);

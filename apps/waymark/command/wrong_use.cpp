@@ -66,7 +66,9 @@ std::string wrong_use(const CLI::App& app, const CLI::ParseError& error) {
   std::string path;
   for (const CLI::App* of = &command; of->get_parent() != nullptr; of = of->get_parent())
     path.insert(0, ' ' + of->get_name());
-  if (subcommands.empty()) return fmt::format("{} (see waymark help{})", what, path);
+  // Of those that work without a subcommand, too, the help says more than a list.
+  if (subcommands.empty() || command.get_require_subcommand_min() == 0)
+    return fmt::format("{} (see waymark help{})", what, path);
   return fmt::format("{} (subcommands are {}; each has a --help of its own)", what, fmt::join(subcommands, ", "));
 }
 

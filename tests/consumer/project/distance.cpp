@@ -11,7 +11,8 @@ namespace {
 
 class Distance : public Sink {
  public:
-  explicit Distance(const Config& config) : name_(config.text({"file", "name in the output folder"}, "distance.csv")) {}
+  explicit Distance(const Config& config)
+      : name_(config.output({"file", "name in the output folder"}, "distance.csv")) {}
 
   void start(const RunInfo& info) override {
     file_.emplace(info.out_dir / name_);

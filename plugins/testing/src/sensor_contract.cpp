@@ -7,6 +7,7 @@
 #include <set>
 
 #include "findings.hpp"
+#include "payload_numbers.hpp"
 #include "update_check.hpp"
 #include "waymark/math/gaussian.hpp"
 
@@ -67,6 +68,22 @@ class Bench {
 
   Prediction prediction() const {
     return {belief_, layout_, belief_.mean.block.data(), setting_.datum ? &*setting_.datum : nullptr, false};
+  }
+
+  /// True if all updates that the sensor gives for measurement k are finite at a random state; those of a refused
+  /// measurement are.
+  bool gives_finite_updates(Sensor& sensor, std::size_t k) {
+    bool finite = true;
+    Random random({.seed = setting_.seed, .slot = 1, .stamp = static_cast<std::int64_t>(k), .sensor = 0});
+    const NavState state = random_state(random, setting_, layout_);
+    run(sensor, k, k + 1, [&](std::size_t, const UpdateList& updates) {
+      Linearization out;
+      for (std::size_t u = 0; u < updates.size(); ++u) {
+        const DenseModel model = evaluate(updates[u], state, layout_, out);
+        finite = finite && model.residual.allFinite() && model.R.allFinite() && model.H.allFinite();
+      }
+    });
+    return finite;
   }
 
  private:
@@ -170,6 +187,37 @@ void check_saving(Bench& bench, const Sensor& pristine, const std::vector<Record
   }
 }
 
+/// Puts NaN and infinity in the place of each number of one payload.
+void check_bad_values(Bench& bench, const Sensor& pristine, std::span<const Measurement> measurements,
+                      Findings& findings) {
+  constexpr std::size_t kMostNumbers = 64;
+  constexpr std::size_t kNext = 8;
+  const std::size_t k = measurements.size() / 2;
+  if (k == 0) return;
+  const std::size_t end = std::min(k + 1 + kNext, measurements.size());
+  const std::size_t count = std::min(count_numbers(*measurements[k].payload), kMostNumbers);
+  for (std::size_t n = 0; n < count; ++n) {
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+      const auto sensor = pristine.clone();
+      bench.run(*sensor, 0, k);
+      const NumberInPlace number(*measurements[k].payload, n, bad);
+      const std::string where = fmt::format("{} = {}, measurement {}", number.name(), bad, k);
+      findings.part("process of a value that is not finite (" + where + ")", [&] {
+        const bool finite = bench.gives_finite_updates(*sensor, k);
+        findings.require(finite || !measurements[k].payload->problem().empty(),
+                         "an update is not finite where a value of the payload is not known", where);
+      });
+      number.restore();
+      findings.part("process after a value that is not finite (" + where + ")", [&] {
+        for (std::size_t next = k + 1; next < end; ++next) {
+          findings.require(bench.gives_finite_updates(*sensor, next), "a value that is not finite stays in the sensor",
+                           where);
+        }
+      });
+    }
+  }
+}
+
 void check_start_hints(const Sensor& sensor, std::span<const Measurement> measurements, const SensorSetting& setting,
                        Findings& findings) {
   for (const Measurement& measurement : measurements) {
@@ -227,6 +275,7 @@ Violations check_sensor(const Sensor& sensor, std::span<const Measurement> measu
     if (expected.empty()) return;
     findings.part("clone", [&] { check_clones(bench, *pristine, expected, findings); });
     findings.part("save or load", [&] { check_saving(bench, *pristine, expected, findings); });
+    findings.part("values that are not finite", [&] { check_bad_values(bench, *pristine, measurements, findings); });
     findings.part("start_hint", [&] { check_start_hints(sensor, measurements, setting, findings); });
     findings.part("observed_motion", [&] { check_observed_motion(sensor, measurements, setting, findings); });
     findings.require(refuses_foreign_payload(measurements.front(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -12,5 +13,9 @@ using Violations = std::vector<std::string>;
 
 /// One violation per line, for messages of any test framework.
 std::string to_text(const Violations& violations);
+
+/// For the `main` of a check without a test framework: prints all violations on standard error, and returns the exit
+/// code, 0 if there are none and 1 otherwise.
+int report(std::initializer_list<Violations> checks);
 
 }  // namespace waymark::testing

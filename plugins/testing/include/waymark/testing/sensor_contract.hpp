@@ -28,7 +28,10 @@ struct SensorSetting {
 /// - `linearize`: same input, same bytes, whatever `out` held before and from several threads at once;
 /// - `process` and `outcome`: the same on every clone; a clone takes the state along and shares nothing that changes;
 /// - `save` and `load`: the loaded sensor, fresh or used, continues identically; a stream that ends early is refused;
-/// - a foreign payload is refused with DataError, the start hint is finite.
+/// - a foreign payload is refused with DataError, the start hint is finite;
+/// - NaN and infinity in each number that the payload registers: DataError, no update, or a finite one; where the
+/// payload itself counts as bad (`Payload::problem`: no source passes it on), also an update that is not finite, which
+/// the host rejects. The next good measurements give finite updates again. The payloads are changed meanwhile.
 Violations check_sensor(const Sensor& sensor, std::span<const Measurement> measurements, StateLayout::Motion motion,
                         const SensorSetting& setting = {});
 

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+# waymark_add_check(name files...): a program check_<name> that runs the contract kit on a plugin, as the test check_<name> of ctest.
+function(waymark_add_check name)
+  add_executable(check_${name} ${ARGN})
+  target_link_libraries(check_${name} PRIVATE waymark::plugin waymark::testing)
+  add_test(NAME check_${name} COMMAND check_${name})
+endfunction()

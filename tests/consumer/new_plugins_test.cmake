@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+# Has the command that is installed in PREFIX write a project of every kind, builds each as its author would, without a build type,
+# runs its own check and its robot; and tries what must be refused.
+cmake_minimum_required(VERSION 3.25) # a script has no policies but these
+function(step what)
+  message(STATUS "${what}")
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${what}: failed (${result}): ${ARGN}\n${printed}")
+  endif()
+  set(printed "${printed}" PARENT_SCOPE)
+endfunction()
+
+# refused(what expected command...): the command fails, and says so.
+function(refused what expected)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
+  string(REGEX REPLACE "[ \n]+" " " printed "${printed}") # CMake wraps its messages
+  string(FIND "${printed}" "${expected}" place)
+  if(result EQUAL 0 OR place EQUAL -1)
+    message(FATAL_ERROR "${what}: ended with ${result}, \"${expected}\" is expected in: ${printed}")
+  endif()
+endfunction()
+
+set(waymark ${PREFIX}/bin/waymark)
+set(configure -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_PREFIX_PATH=${PREFIX})
+if(LAUNCHER)
+  list(APPEND configure -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+endif()
+file(REMOVE_RECURSE ${WORK_DIR})
+file(MAKE_DIRECTORY ${WORK_DIR})
+
+# Code lines of all files together: neither blank nor only a comment.
+set(most_sensor 59)
+set(most_map-module 99)
+set(most_source 59)
+set(most_sink 59)
+foreach(kind IN ITEMS sensor map-module source sink)
+  string(MAKE_C_IDENTIFIER "my_${kind}" name)
+  set(folder ${WORK_DIR}/${name})
+  step("new ${kind}" ${waymark} new ${kind} ${name} --into ${folder})
+  set(code 0)
+  foreach(file IN ITEMS CMakeLists.txt ${name}.cpp check_${name}.cpp robot.yaml)
+    string(FIND "${printed}" "${folder}/${file}\n" place)
+    if(place EQUAL -1)
+      message(FATAL_ERROR "${file} is not listed in: ${printed}")
+    endif()
+    file(READ ${folder}/${file} text)
+    string(REGEX REPLACE "[][;]" "_" text "\n${text}") # which lists of CMake take for their own
+    string(REGEX REPLACE "\n *(//|# )[^\n]*" "" text "${text}")
+    string(REGEX MATCHALL "\n *[^ \n]" lines "${text}")
+    list(LENGTH lines count)
+    math(EXPR code "${code} + ${count}")
+  endforeach()
+  message(STATUS "${kind}: ${code} lines of code")
+  if(code GREATER most_${kind})
+    message(FATAL_ERROR "${kind}: ${code} lines of code; at most ${most_${kind}} are expected")
+  endif()
+  step("configure ${kind}" ${CMAKE_COMMAND} -S ${folder} -B ${folder}/build ${configure})
+  string(FIND "${printed}" "so this is a Release build" place)
+  file(STRINGS ${folder}/build/CMakeCache.txt build_type REGEX "^CMAKE_BUILD_TYPE:STRING=Release$")
+  if(place EQUAL -1 OR NOT build_type)
+    message(FATAL_ERROR "${kind}: without a build type it is no Release build: ${printed}")
+  endif()
+  step("build ${kind}" ${CMAKE_COMMAND} --build ${folder}/build)
+  step("contract kit on ${kind}" ${CMAKE_CTEST_COMMAND} --test-dir ${folder}/build --no-tests=error --output-on-failure)
+  set(ENV{WAYMARK_PLUGIN_PATH} ${folder}/build)
+  step("run ${kind}" ${waymark} run ${folder}/robot.yaml --out ${WORK_DIR}/out/${name} --quiet)
+  step("inspect ${kind}" ${waymark} plugins inspect ${folder}/build/waymark_${name}.so)
+endforeach()
+set(ENV{WAYMARK_PLUGIN_PATH} "")
+
+foreach(name IN ITEMS "Wheels" "2d" "a-b" "a__b" "a_" "a/b" "../a")
+  refused("the name \"${name}\"" "is no name for a plugin" ${waymark} new sensor "${name}" --into ${WORK_DIR}/bad)
+endforeach()
+refused("a name that is taken" "there is already a plugin \"odometry\"" ${waymark} new sensor odometry --into ${WORK_DIR}/bad)
+refused("a kind that there is not" "sensor,map-module,source,sink" ${waymark} new filter abc --into ${WORK_DIR}/bad)
+refused("a project that is there" "nothing was written" ${waymark} new sink my_sink --into ${WORK_DIR}/my_sink)
+if(EXISTS ${WORK_DIR}/bad)
+  message(FATAL_ERROR "what was refused has been written")
+endif()
+
+# What find_package says about components.
+file(WRITE ${WORK_DIR}/nonsense/CMakeLists.txt
+     "cmake_minimum_required(VERSION 3.25)\nproject(nonsense LANGUAGES CXX)\nfind_package(waymark 0.1 REQUIRED COMPONENTS nonsense)\n")
+refused("a component that there is not" "waymark has no component \"nonsense\"; the only one is \"testing\"" ${CMAKE_COMMAND} -S
+        ${WORK_DIR}/nonsense -B ${WORK_DIR}/nonsense/build ${configure})
