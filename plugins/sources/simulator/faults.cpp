@@ -31,6 +31,9 @@ void spoil(Payload& payload) {
     imu.m_sensor.setConstant(kNaN);
   } else if (payload.type() == CompassHeading::kType) {
     static_cast<CompassHeading&>(payload).heading_rad = kNaN;
+  } else if (payload.type() == RadarTargets::kType) {
+    for (RadarTargets::One& one : static_cast<RadarTargets&>(payload).targets)
+      one.range_m = one.azimuth_rad = one.elevation_rad = one.radial_mps = kNaN;
   }
 }
 

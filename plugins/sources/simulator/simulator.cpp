@@ -19,8 +19,10 @@
 #include "simulated_inertial.hpp"
 #include "simulated_lidar.hpp"
 #include "simulated_lidar_3d.hpp"
+#include "simulated_radar.hpp"
 #include "simulated_wheels.hpp"
 #include "surfaces_file.hpp"
+#include "traffic.hpp"
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/source.hpp"
 #include "world.hpp"
@@ -59,10 +61,11 @@ class Simulator : public Source {
   Simulator(const Config& config, const Rig& rig)
       : duration_(from_seconds(config.number_in({"duration_s", "s", "length of the log"}, 0.1, 36000.0))),
         truth_(read_truth(config, duration_)),
-        magnetism_(config.child_or_empty({"magnetism", "the magnetic field"}), truth_.world, truth_.seed) {
+        magnetism_(config.child_or_empty({"magnetism", "the magnetic field"}), truth_.world, truth_.seed),
+        traffic_(config.child_or_empty({"traffic", "things that drive about; only radars see them"}), truth_.seed) {
     add_sensors(config, rig);
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass, radars is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
@@ -134,6 +137,13 @@ class Simulator : public Source {
     if (const auto compass = given({"compass", "heading (`CompassHeading`), at `base_T_sensor` of its `sensor`"})) {
       sensors_.push_back(std::make_unique<SimulatedCompass>(*compass, rig, magnetism_));
     }
+    const std::vector<Config> radars = config.items_or_empty(
+        {"radars", "radars with Doppler (`RadarTargets`), each at `base_T_sensor` of its `sensor`"});
+    if (radars.size() > SimulatedRadar::kMost) {
+      config.fail("radars", fmt::format("{} radars; at most {} are expected", radars.size(), SimulatedRadar::kMost));
+    }
+    for (std::size_t i = 0; i < radars.size(); ++i)
+      sensors_.push_back(std::make_unique<SimulatedRadar>(radars[i], rig, traffic_, i));
   }
 
   static Truth read_truth(const Config& config, Duration duration) {
@@ -164,6 +174,7 @@ class Simulator : public Source {
   Duration duration_;
   Truth truth_;
   Magnetism magnetism_;
+  Traffic traffic_;
   std::vector<std::unique_ptr<SimulatedSensor>> sensors_;
   std::vector<Channel> channels_;
   std::shared_ptr<const Reference> reference_;

@@ -36,7 +36,11 @@ enum class Draw : std::uint32_t {
   outliers,
   drift,
   doppler,
-  clouds
+  clouds,
+  radar,
+  false_alarms,
+  traffic,
+  traffic_echoes
 };
 
 /// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.

@@ -28,7 +28,8 @@ Rig full_rig() {
                .T_base_sensor = T_base_camera,
                .intrinsics = Intrinsics{160, 120, 130.0, 130.0, 80.0, 60.0, {-0.1, 0.0, 0.0, 0.0, 0.0}}},
               {.name = "imu", .payload = "", .T_base_sensor = Pose{}},
-              {.name = "compass", .payload = "", .T_base_sensor = Pose{}}});
+              {.name = "compass", .payload = "", .T_base_sensor = Pose{}},
+              {.name = "radar", .payload = "", .T_base_sensor = Pose{so3::from_rpy(0.0, 0.0, 0.4), {0.4, 0.1, 0.3}}}});
 }
 
 const std::string kWorld =
@@ -43,7 +44,9 @@ const std::vector<std::string> kSensors = {
     ", lidar_3d: { sensor: lidar_3d, beams: 60, step_deg: 6, rings: 4 }",
     ", camera: { sensor: camera, rate_hz: 3 }",
     ", imu: { sensor: imu, rate_hz: 50 }",
-    ", compass: { sensor: compass }"};
+    ", compass: { sensor: compass }",
+    ", traffic: { count: 3, area_m: [-5, -5, 17, 13] }, radars: [{ sensor: radar, rays: 20, false_alarms_per_scan: 3 "
+    "}]"};
 
 std::string all_sensors() {
   std::string all;
@@ -77,6 +80,9 @@ std::vector<std::uint64_t> bits_of(const Measurement& m) {
     add3(m.as<ImuSample>().w_sensor);
     add3(m.as<ImuSample>().f_sensor);
     add3(m.as<ImuSample>().m_sensor);
+  } else if (type == RadarTargets::kType) {
+    for (const RadarTargets::One& one : m.as<RadarTargets>().targets)
+      add3({one.range_m, one.azimuth_rad, one.radial_mps});
   } else {
     add(m.as<CompassHeading>().heading_rad);
   }
@@ -149,7 +155,12 @@ TEST(SimulatorTogether, ReadsEveryKeyOfItsReadme) {
       "         gyroscope_noise_radps_per_sqrt_hz: 1e-4, gyroscope_bias_sigma_radps: 1e-3,"
       "         gyroscope_bias_walk_radps_per_sqrt_s: 1e-5, accelerometer_noise_mps2_per_sqrt_hz: 1e-3,"
       "         accelerometer_bias_sigma_mps2: 0.01, accelerometer_bias_walk_mps2_per_sqrt_s: 1e-4 },"
-      "  compass: { sensor: compass, rate_hz: 10, delay_s: 0, sigma_deg: 1, offset_deg: 2 } }");
+      "  compass: { sensor: compass, rate_hz: 10, delay_s: 0, sigma_deg: 1, offset_deg: 2 },"
+      "  traffic: { count: 2, area_m: [-9, -9, 9, 9], speed_mps: [1, 2] },"
+      "  radars: [{ sensor: radar, rate_hz: 10, range_max_m: 30, view_deg: 90, rise_deg: 20, rays: 50,"
+      "             range_sigma_m: 0.1, azimuth_sigma_deg: 0.2, elevation_sigma_deg: 0.5, radial_sigma_mps: 0.1,"
+      "             radial_max_mps: 30, false_alarms_per_scan: 2, targets_per_thing: 3, multipath_probability: 0.1,"
+      "             delay_s: 0.01 }] }");
   PluginLoader({WAYMARK_PLUGIN_DIR}).create<Source>("simulator", config, full_rig());
   EXPECT_NO_THROW(config.reject_unread());
 }
