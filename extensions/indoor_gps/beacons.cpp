@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace waymark::indoor_gps {
@@ -15,18 +16,18 @@ std::vector<Beacon> read_beacons(const Config& config) {
   const auto items = config.items({"beacons", "the beacons whose places are known"});
   beacons.reserve(items.size());
   for (const Config& item : items) {
-    const auto number = static_cast<int>(
-        item.integer_in({"number", "number of the beacon, as the ranges give it"}, 0, 1'000'000'000, -1));
-    if (number < 0) item.fail("number", "required key is missing: the number of the beacon");
+    const auto number = item.integer({"number", "number of the beacon, as the ranges give it"});
     const auto place = item.numbers({"map_p_beacon_m", "m",
                                      "its place in the map: [x, y, z], or [x, y] if its ranges are distances in the "
                                      "plane"});
+    if (number < 0 || number > std::numeric_limits<int>::max())
+      item.fail("number", std::to_string(number) + " is no number of a beacon; expected 0 or more");
     if (place.size() != 2 && place.size() != 3)
       item.fail("map_p_beacon_m", std::to_string(place.size()) + " numbers; expected [x, y] or [x, y, z]");
     if (std::ranges::find(beacons, number, &Beacon::number) != beacons.end())
       item.fail("number", "two beacons have the number " + std::to_string(number));
     const bool has_height = place.size() == 3;
-    beacons.push_back({number, {place[0], place[1], has_height ? place[2] : 0.0}, has_height});
+    beacons.push_back({static_cast<int>(number), {place[0], place[1], has_height ? place[2] : 0.0}, has_height});
   }
   if (beacons.empty()) config.fail("beacons", "the list is empty; expected at least one beacon");
   return beacons;
@@ -38,7 +39,7 @@ bool per_beacon(const Config& config, const Config::Key& key) {
 
 }  // namespace
 
-Beacons::Beacons(const Config& config) : beacons_(read_beacons(config)) {
+Beacons::Beacons(const Config& config) {
   scale_.initial = config.positive({"scale", "measured range per true distance, at the start"}, 1.0);
   scale_.sigma =
       config.non_negative({"scale_sigma", "the scale as a state: its first σ; 0, and no walk: a constant"}, 0.0);
@@ -49,6 +50,7 @@ Beacons::Beacons(const Config& config) : beacons_(read_beacons(config)) {
       {"offset_sigma_m", "m", "the offset as a state: its first σ; 0, and no walk: a constant"}, 0.0);
   offset_.walk_per_sqrt_s = config.non_negative({"offset_walk_m_per_sqrt_s", "m/√s", "random walk of the offset"}, 0.0);
   offset_.per_beacon = per_beacon(config, {"offset_of", "one offset for all beacons, or one of each"});
+  beacons_ = read_beacons(config);
   block_size_ = states_of(scale_) + states_of(offset_);
   if (block_size_ > kMaxBlockStates) {
     config.fail("beacons", "scales and offsets are " + std::to_string(block_size_) + " states; at most " +

@@ -36,7 +36,6 @@ class IndoorGps final : public Sensor {
  public:
   explicit IndoorGps(const Config& config)
       : name_(config.has("name") ? config.text("name") : ""),
-        beacons_(std::make_shared<Beacons>(config)),
         arm_(read_antenna(config)),
         sigma_(config.positive({"sigma_m", "m", "noise of a range, or of a difference of ranges"})),
         use_reported_sigma_(
@@ -49,7 +48,8 @@ class IndoorGps final : public Sensor {
             {"start_window_s", "s", "the start is found from ranges to three beacons or more within this time"}, 1.0)),
         start_speed_(config.non_negative(
             {"start_speed_mps", "m/s", "how fast the robot may drive meanwhile: noise of a range by its age"}, 1.0)),
-        start_height_(config.number({"start_height_m", "m", "height of the base in the map meanwhile"}, 0.0)) {}
+        start_height_(config.number({"start_height_m", "m", "height of the base in the map meanwhile"}, 0.0)),
+        beacons_(std::make_shared<Beacons>(config)) {}
 
   StateBlock block() const override { return beacons_->block(); }
   SensorTraits traits() const override { return {.is_motion_source = false, .is_absolute = true}; }
@@ -173,7 +173,6 @@ class IndoorGps final : public Sensor {
   }
 
   std::string name_;
-  std::shared_ptr<const Beacons> beacons_;
   Eigen::Vector3d arm_;
   double sigma_;
   bool use_reported_sigma_;
@@ -181,6 +180,7 @@ class IndoorGps final : public Sensor {
   double start_window_s_;
   double start_speed_;
   double start_height_;
+  std::shared_ptr<const Beacons> beacons_;
   // `start_hint` is const and changes nothing that is saved, but one range alone gives no position: the ranges of the
   // last second before the start, which a checkpoint from before the start does not have.
   mutable std::vector<WaitingRange> waiting_;

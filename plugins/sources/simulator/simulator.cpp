@@ -14,6 +14,7 @@
 #include "layout.hpp"
 #include "magnetism.hpp"
 #include "placing.hpp"
+#include "simulated_beacons.hpp"
 #include "simulated_camera.hpp"
 #include "simulated_gps.hpp"
 #include "simulated_inertial.hpp"
@@ -62,7 +63,7 @@ class Simulator : public Source {
         magnetism_(config.child_or_empty({"magnetism", "the magnetic field"}), truth_.world, truth_.seed) {
     add_sensors(config, rig);
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass is expected");
+      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass, beacons is expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
@@ -133,6 +134,9 @@ class Simulator : public Source {
     }
     if (const auto compass = given({"compass", "heading (`CompassHeading`), at `base_T_sensor` of its `sensor`"})) {
       sensors_.push_back(std::make_unique<SimulatedCompass>(*compass, rig, magnetism_));
+    }
+    if (const auto beacons = given({"beacons", "ranges to radio beacons (`Ranges`)"})) {
+      sensors_.push_back(std::make_unique<SimulatedBeacons>(*beacons));
     }
   }
 

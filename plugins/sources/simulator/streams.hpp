@@ -36,7 +36,8 @@ enum class Draw : std::uint32_t {
   outliers,
   drift,
   doppler,
-  clouds
+  clouds,
+  ranges
 };
 
 /// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.
