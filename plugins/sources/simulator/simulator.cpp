@@ -14,6 +14,7 @@
 #include "layout.hpp"
 #include "magnetism.hpp"
 #include "placing.hpp"
+#include "simulated_beacons.hpp"
 #include "simulated_camera.hpp"
 #include "simulated_gps.hpp"
 #include "simulated_inertial.hpp"
@@ -65,7 +66,9 @@ class Simulator : public Source {
         traffic_(config.child_or_empty({"traffic", "things that drive about; only radars see them"}), truth_.seed) {
     add_sensors(config, rig);
     if (sensors_.empty()) {
-      config.fail("no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass, radars is expected");
+      config.fail(
+          "no sensor: at least one of wheels, gps, lidar, lidar_3d, camera, imu, compass, radars, beacons is "
+          "expected");
     }
     for (const auto& sensor : sensors_) channels_.push_back(sensor->channel());
     reference_ = make_reference();
@@ -144,6 +147,9 @@ class Simulator : public Source {
     }
     for (std::size_t i = 0; i < radars.size(); ++i)
       sensors_.push_back(std::make_unique<SimulatedRadar>(radars[i], rig, traffic_, i));
+    if (const auto beacons = given({"beacons", "ranges to radio beacons (`Ranges`)"})) {
+      sensors_.push_back(std::make_unique<SimulatedBeacons>(*beacons));
+    }
   }
 
   static Truth read_truth(const Config& config, Duration duration) {

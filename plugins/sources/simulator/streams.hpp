@@ -40,7 +40,8 @@ enum class Draw : std::uint32_t {
   radar,
   false_alarms,
   traffic,
-  traffic_echoes
+  traffic_echoes,
+  ranges
 };
 
 /// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.
