@@ -197,8 +197,9 @@ Config CheckpointRobot::config(int threads) const {
   const std::string set_threads = fmt::format("filter.threads={}", threads);
   if (kind_ == Kind::loops) return Config::parse(std::string(kGridRobot) + kLoops, "robot.yaml", {set_threads});
   if (kind_ == Kind::misplaced) {
-    return Config::parse(kGridRobot, "robot.yaml",
-                         {set_threads, fmt::format("maps.floor.load={}", (folder_ / "map.yaml").string())});
+    return Config::parse(
+        kGridRobot, "robot.yaml",
+        {set_threads, "maps.floor.mode=localize", fmt::format("maps.floor.load={}", (folder_ / "map.yaml").string())});
   }
   std::string yaml = kSource;
   if (kind_ == Kind::maps) yaml += kScanners;
