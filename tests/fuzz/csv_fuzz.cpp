@@ -40,6 +40,8 @@ constexpr std::array kFiles{
     "right_kmh: 3 }",
     "payload: LaserScan, records: { skip_bytes: 3, fields: [f8, u1, 4 u2] }, time: 0, columns: { ranges_m: { first: 2, "
     "count: 4, scale: 0.001 } }, scan: { start_deg: -90, step_deg: 1 }",
+    "payload: Ranges, time: 0, columns: { beacon: 1, range_m: 2, reference: 3 }, group_by_time: true",
+    "payload: RadarTargets, time: 0, columns: { range_cm: 1, azimuth_deg: 2, radial_mps: 3 }, group_by_time: true",
 };
 
 void run(std::string_view input) {
