@@ -2,6 +2,7 @@
 // Runs the contract kit on the sensor, with and without its states, in the plane and in space.
 #include <cstdio>
 
+#include "checks.hpp"
 #include "drawn_scan.hpp"
 #include "radar.cpp"
 #include "waymark/testing/sensor_contract.hpp"
@@ -38,11 +39,41 @@ int check(const char* keys, StateLayout::Motion motion, double elevation_max_rad
   return found.empty() ? 0 : 1;
 }
 
+/// What the sensor makes of single scans.
+int check_behaviour() {
+  radar::Checks checks;
+  const Rig rig({{"front", "", Pose::planar(3.5, 0.7, 0.4)}});
+  radar::Radar sensor(Config::parse("{ name: front, rear_axle: {} }"), rig);
+  const StateLayout layout(StateLayout::Motion::planar, {});
+  Belief belief;
+  belief.P = ErrorMatrix::Identity(layout.size(), layout.size());
+  const Prediction prediction{belief, layout, nullptr, nullptr, false};
+  const std::vector<Measurement> measurements = scans(0.0);
+  UpdateList updates;
+
+  sensor.process(measurements[4], prediction, updates);
+  checks.expect(updates.size() == 2, "a velocity and the rear axle");
+  checks.expect(updates.motion() == UpdateList::Motion::moving, "the robot moves");
+  checks.expect(updates.degraded_reason().empty(), "nothing is degraded");
+  // The radar's velocity, turned into the base; the axle tells how much of it is rotation.
+  const Eigen::Vector3d v = so3::from_rpy(0.0, 0.0, 0.4) * Eigen::Vector3d(3.4, 0.5, 0.0);
+  const auto seen = sensor.observed_motion(measurements[4], nullptr);
+  checks.expect(seen.has_value(), "a scan states the motion");
+  checks.near(seen ? seen->yaw_rate_radps : 0.0, v.y() / 3.5, 0.03, "yaw rate by one scan");
+  checks.near(seen ? seen->speed_mps : 0.0, v.x() + v.y() / 3.5 * 0.7, 0.05, "speed by one scan");
+
+  updates.clear();
+  sensor.process(measurements[5], prediction, updates);
+  checks.expect(updates.size() == 0 && !updates.degraded_reason().empty(), "too few targets degrade the sensor");
+  checks.expect(!sensor.observed_motion(measurements[5], nullptr), "and state nothing");
+  return checks.result();
+}
+
 }  // namespace
 
 int main() {
   using Motion = StateLayout::Motion;
-  return check("{ name: front }", Motion::planar, 0.0) +
+  return check_behaviour() + check("{ name: front }", Motion::planar, 0.0) +
          check(
              "{ name: front, mounting_yaw_sigma_deg: 0.2, speed_scale_sigma: 0.001, rear_axle: { slip_rad_s2_per_m: "
              "0.005, slip_sigma_rad_s2_per_m: 0.002 } }",

@@ -42,7 +42,18 @@ void add_rows(py::module_& module) {
 py::object belief_or_none(const StepRecord& r, const py::object& value) { return r.started ? value : py::none(); }
 
 void add_snapshot(py::module_& module) {
-  py::class_<StepRecord>(module, "Snapshot")
+  py::class_<StepRecord>(
+      module, "Snapshot",
+      "The belief after one measurement. stamp_ns is the time of the belief; measurement_stamp_ns, arrival_ns, "
+      "sequence, "
+      "sensor (index) and fate (a word of FATES) are those of the measurement. health: \"ok\", \"degraded\" or "
+      "\"lost\", "
+      "and health_reason.\n\n"
+      "The belief, None until the filter has started: position in the map [m], orientation (x, y, z, w), yaw [rad], "
+      "velocity [m/s] and angular_rate [rad/s] in the base frame, block (the sensors' own states), covariance (of the "
+      "error states, in the order of Robot.state_names), pose_covariance (of x, y, yaw), effective_sample_size, and "
+      "datum "
+      "(latitude, longitude [deg], height [m]). All arrays are copies.")
       .def_property_readonly("stamp_ns", [](const StepRecord& r) { return nanoseconds(r.stamp); })
       .def_property_readonly("measurement_stamp_ns",
                              [](const StepRecord& r) { return nanoseconds(r.measurement_stamp); })
@@ -155,7 +166,8 @@ PYBIND11_MODULE(_waymark, module) {
   add_config(module);
   add_factories(module);
   add_robot(module);
-  module.def("payloads", &payloads);
+  module.def("payloads", &payloads,
+             "The payloads of core, by name: the fields, by name, as (unit, meaning, whether it must be given).");
   module.attr("PLUGIN_FOLDER") = WAYMARK_PLUGIN_FOLDER;
   module.attr("PROGRAM") = WAYMARK_PROGRAM;
 }

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -94,7 +95,20 @@ class PythonRobot {
   pybind11::dict report() const;
 
  private:
-  class Turn;
+  /// The robot is in use by one call; another one, from another thread or from within, is refused.
+  class Turn {
+   public:
+    explicit Turn(const PythonRobot& robot) : robot_(robot) {
+      if (robot_.is_used_.exchange(true)) throw std::runtime_error("the robot is in use by another call");
+    }
+    ~Turn() { robot_.is_used_ = false; }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    const PythonRobot& robot_;
+  };
+
   RunReport run_report() const;
   void observe(const Snapshot& snapshot);
   MapDescription describe(const std::string& map, MapDetail detail) const;

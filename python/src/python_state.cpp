@@ -108,7 +108,13 @@ void read_linearization(const py::handle& returned, int block_size, Linearizatio
 }
 
 void add_state(py::module_& module) {
-  py::class_<PythonState>(module, "State")
+  py::class_<PythonState>(
+      module, "State",
+      "A state at which a model is evaluated: position of the base in the map [m], R (rotation from base to map), yaw "
+      "[rad], velocity [m/s] and angular_rate [rad/s] in the base frame, block (the sensor's own states).\n\n"
+      "moved(delta): the state moved by a small error: position and rotation vector in the map frame, velocity and "
+      "rate in "
+      "the base frame (12 numbers), then the block.")
       .def_property_readonly("position", [](const PythonState& s) { return s.nav.T_map_base.p; })
       .def_property_readonly("R", [](const PythonState& s) { return s.nav.T_map_base.q.toRotationMatrix(); })
       .def_property_readonly("yaw", [](const PythonState& s) { return s.nav.T_map_base.yaw(); })
@@ -116,7 +122,11 @@ void add_state(py::module_& module) {
       .def_property_readonly("angular_rate", [](const PythonState& s) { return s.nav.w_base; })
       .def_property_readonly("block", [](const PythonState& s) { return Eigen::VectorXd(s.block); })
       .def("moved", &PythonState::moved, py::arg("delta"));
-  py::class_<PythonPrediction>(module, "Prediction")
+  py::class_<PythonPrediction>(module, "Prediction",
+                               "The mixture predicted to a measurement's stamp: state (State), covariance of the error "
+                               "states, pose_covariance of "
+                               "(x, y, yaw), planar, standing (the host detects standstill), datum (latitude, "
+                               "longitude [deg], height [m]; None).")
       .def_readonly("state", &PythonPrediction::state)
       .def_property_readonly("covariance", [](const PythonPrediction& p) { return p.covariance; })
       .def_property_readonly("pose_covariance", [](const PythonPrediction& p) { return p.pose_covariance; })
@@ -126,7 +136,12 @@ void add_state(py::module_& module) {
         if (!p.datum) return py::none();
         return py::make_tuple(p.datum->latitude_deg, p.datum->longitude_deg, p.datum->height_m);
       });
-  py::class_<PythonUpdates>(module, "Updates")
+  py::class_<PythonUpdates>(
+      module, "Updates",
+      "What Sensor.process fills. add(update): at most four. report_motion(moving): a motion source says it with every "
+      "measurement. reset_twist(velocity_sigma, rate_sigma): the measurement alone determines the twist from now on. "
+      "report_degraded(reason): a fixed text. report_continuous(): the measurement follows the last ones without a "
+      "jump.")
       .def(
           "add",
           [](PythonUpdates& out, py::object update) {
@@ -162,7 +177,11 @@ void add_config(py::module_& module) {
             py::arg("meaning") = "");
   };
   using Text = const std::string&;
-  py::class_<Config> config(module, "Config");
+  py::class_<Config> config(module, "Config",
+                            "An entry of the YAML. number, positive, integer, boolean, text and numbers read a key; "
+                            "without a default it must be "
+                            "there. A key that is never read is an error of the YAML. fail(name, message) raises "
+                            "ConfigError at the key's place.");
   arguments(config, "number", [key](const Config& c, Text name, std::optional<double> otherwise, Text unit, Text what) {
     return otherwise ? c.number(key(name, unit, what), *otherwise) : c.number(key(name, unit, what));
   });

@@ -187,8 +187,8 @@ class Threads(unittest.TestCase):
 
     def test_ctrl_c_ends_a_run_and_keeps_what_there_is(self):
         robot = waymark.Robot(QUICKSTART, set={"source.duration_s": 3000})
-        signal.setitimer(signal.ITIMER_REAL, 0.5)
         before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_REAL, 1.0)
         try:
             with self.assertRaises(KeyboardInterrupt):
                 robot.play()
