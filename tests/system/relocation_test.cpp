@@ -3,7 +3,7 @@
 // A robot that starts elsewhere in a loaded map than its YAML has it: it is noticed, and found.
 #include <gmock/gmock.h>
 
-#include <cmath>
+#include <Eigen/Core>
 #include <sstream>
 
 #include "tests/system/outputs.hpp"
