@@ -22,7 +22,7 @@ class ExampleValues final : public FieldEditor {
         for (double& axis : numbers->subspan(1)) axis = 0.0;
       }
     } else if (auto* const* integer = std::get_if<int*>(&slot)) {
-      **integer = 7;
+      **integer = next_integer_++;
     } else if (auto* const* flag = std::get_if<bool*>(&slot)) {
       **flag = true;
     } else if (const auto* word = std::get_if<WordSlot>(&slot)) {
@@ -40,6 +40,7 @@ class ExampleValues final : public FieldEditor {
  private:
   double next() { return value_ += 0.25; }
   double value_ = 0.0;
+  int next_integer_ = 7;
 };
 
 inline std::shared_ptr<Payload> example_of(std::string_view payload_type) {
