@@ -13,6 +13,8 @@ namespace {
 
 /// A range that is rather an outlier says nothing about the pose and changes no map.
 constexpr double kTrusted = 0.5;
+/// After so many of them in a row it is the place that is wrong: the beacon is looked for anew.
+constexpr int kLostAfter = 5;
 
 double pose_variance(const PredictedRange& seen, const Antenna& antenna, const Eigen::Matrix3d& pose_P) {
   const Eigen::RowVector3d G = seen.by_antenna * antenna.by_pose;
@@ -84,14 +86,22 @@ void BeaconMap::add(const RangeSet::One& range, const Antenna& antenna, const Ei
     Content& content = content_.write();
     const Survey& survey = content.survey;
     content.beacons.emplace_back(
-        Beacon{range.beacon, -1, 1,
+        Beacon{range.beacon, -1, 1, 0,
                Ring(range.range_m, range.sigma_m, antenna, pose_P, survey.scale(), survey.scale_variance())});
     return;
   }
-  if (predict(known->read(), range, antenna, pose_P).trust < kTrusted) return;
+  const bool trusted = predict(known->read(), range, antenna, pose_P).trust >= kTrusted;
   const auto place = static_cast<std::size_t>(known - content_->beacons.data());
   Content& content = content_.write();
   Beacon& beacon = content.beacons[place].write();
+  beacon.misses = trusted ? 0 : beacon.misses + 1;
+  if (!trusted) {
+    if (beacon.misses < kLostAfter) return;
+    const Survey& survey = content.survey;
+    beacon = {range.beacon, -1, 1, 0,
+              Ring(range.range_m, range.sigma_m, antenna, pose_P, survey.scale(), survey.scale_variance())};
+    return;
+  }
   ++beacon.sightings;
   if (beacon.index < 0) {
     beacon.ring.update(range.range_m, range.sigma_m, antenna, pose_P);

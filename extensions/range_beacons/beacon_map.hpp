@@ -29,11 +29,12 @@ class BeaconMap final : public ParticleMap {
     int number = -1;
     int index = -1;  ///< in the survey; negative: it is a ring
     std::int32_t sightings = 0;
+    std::int32_t misses = 0;  ///< ranges in a row that do not fit
     Ring ring;
 
     template <class Archive>
     void serialize(Archive& archive) {
-      archive(number, index, sightings, ring);
+      archive(number, index, sightings, misses, ring);
     }
   };
   struct Content {

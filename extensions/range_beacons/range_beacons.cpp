@@ -32,7 +32,7 @@ class RangeBeacons final : public MapModule {
     settings_.range_max_m = config.positive({"range_max_m", "m", "such ranges are anywhere up to this one"}, 200.0);
     settings_.settled = config.number_in(
         {"settled_share", "a ring of places becomes one Gaussian when its σ is this share of the beacon's distance"},
-        0.01, 1.0, 0.2);
+        0.01, 1.0, 0.1);
   }
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<BeaconMap>(settings_); }
