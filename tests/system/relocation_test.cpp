@@ -58,7 +58,7 @@ TEST_F(Relocation, FindsARobotThatStartsElsewhere) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("the robot was found in the loaded map"));
   EXPECT_LT(end_error("found"), 0.1);
-  EXPECT_THAT(read_text(folder_ / "found/diagnostics.json"), HasSubstr("what the robot sees does not fit"));
+  EXPECT_THAT(read_text(folder_ / "found/diagnostics.json"), HasSubstr("position and heading began anew"));
 
   outcome = drive_again("astray", "relocation.enabled=false");
   EXPECT_THAT(outcome.err, Not(HasSubstr("was found")));

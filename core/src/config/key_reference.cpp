@@ -98,7 +98,7 @@ class Explorer {
   }
 
  private:
-  static constexpr int kMostTrials = 20'000;
+  static constexpr int kMostTrials = 50'000;
   static constexpr int kMostRequired = 50;
 
   /// Runs the reader, and again with every required key that was missing.

@@ -33,7 +33,8 @@ constexpr double kTurnStep = 0.02;       // [rad]: the whole map is searched, so
 constexpr std::size_t kPoints = 180;
 constexpr double kSamePlace = 0.5;     // [m]
 constexpr double kSameHeading = 0.15;  // [rad]
-constexpr double kKnownShare = 0.6;    // of the points of a scan
+constexpr double kLeastShare = 0.4;    // of the points of a scan, which the map says something about
+constexpr double kBehind = 0.3;        // [m], a surface that a point lies behind is nearer by this
 constexpr std::size_t kLeastPoints = 20;
 constexpr int kMostSteps = 1000;  // as many are counted
 
@@ -90,37 +91,47 @@ Eigen::Vector3d Relocator::in_raster(const Eigen::Vector3d& xyyaw) const {
   return {xyyaw.x() - middle_.x(), xyyaw.y() - middle_.y(), xyyaw.z()};
 }
 
-bool Relocator::is_known(const Eigen::Vector2d& p_map) const {
-  const Eigen::Vector3d p = T_grid_map_ * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0);
-  const double size = map_.resolution_m * std::max(map_.width, map_.height);
-  if (!(p.head<2>().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= size)) return false;
-  const auto column = static_cast<int>(std::floor(p.x() / map_.resolution_m));
-  const auto row = static_cast<int>(std::floor(p.y() / map_.resolution_m));
+std::uint8_t Relocator::cell_at(const Eigen::Vector2d& p_grid) const {
+  const double column = p_grid.x() / map_.resolution_m;
+  const double row = p_grid.y() / map_.resolution_m;
+  if (!(column >= 0.0 && row >= 0.0 && column < map_.width && row < map_.height)) return GridView::kUnknown;
+  return map_
+      .cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(column)];
+}
+
+/// False if the point lies on ground that the map does not know, and no surface is before it.
+bool Relocator::says_something(const Eigen::Vector2d& from_grid, const Eigen::Vector2d& to_grid) const {
+  const double cell = map_.resolution_m;
   // A surface at the rim of the known ground has unknown cells on one side.
-  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, map_.height - 1); ++y) {
-    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, map_.width - 1); ++x) {
-      const std::size_t at =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(x);
-      if (map_.cells[at] != GridView::kUnknown) return true;
+  for (const double y : {-cell, 0.0, cell}) {
+    for (const double x : {-cell, 0.0, cell}) {
+      if (cell_at(to_grid + Eigen::Vector2d(x, y)) != GridView::kUnknown) return true;
     }
+  }
+  const Eigen::Vector2d ray = to_grid - from_grid;
+  const double length = ray.norm();
+  if (!(length < kFarthest)) return false;
+  for (double s = 0.5 * cell; s < length - kBehind; s += 0.5 * cell) {
+    const std::uint8_t value = cell_at(from_grid + s / length * ray);
+    if (value >= kOccupied && value != GridView::kUnknown) return true;
   }
   return false;
 }
 
 /// Nothing if it is not on ground that the map has.
 std::optional<double> Relocator::fit_of(const Look& look) {
-  if (look.points_base.size() < kLeastPoints) return std::nullopt;
-  std::span<const Eigen::Vector2f> points = look.points_base;
-  if (look.is_written) {
-    scratch_.clear();
-    const Eigen::Matrix2d R = loops::rotation(look.xyyaw.z());
-    for (const Eigen::Vector2f& p : points) {
-      if (is_known(look.xyyaw.head<2>() + R * p.cast<double>())) scratch_.push_back(p);
-    }
-    if (static_cast<double>(scratch_.size()) < kKnownShare * static_cast<double>(points.size())) return std::nullopt;
-    points = scratch_;
+  const auto grid = [&](const Eigen::Vector2d& p_map) -> Eigen::Vector2d {
+    return (T_grid_map_ * Eigen::Vector3d(p_map.x(), p_map.y(), 0.0)).head<2>();
+  };
+  const Eigen::Matrix2d R = loops::rotation(look.xyyaw.z());
+  const Eigen::Vector2d from = grid(look.xyyaw.head<2>());
+  scratch_.clear();
+  for (const Eigen::Vector2f& p : look.points_base) {
+    if (says_something(from, grid(look.xyyaw.head<2>() + R * p.cast<double>()))) scratch_.push_back(p);
   }
-  return matcher_.score(points, in_raster(look.xyyaw));
+  const auto least = kLeastShare * static_cast<double>(look.points_base.size());
+  if (scratch_.size() < kLeastPoints || static_cast<double>(scratch_.size()) < least) return std::nullopt;
+  return matcher_.score(scratch_, in_raster(look.xyyaw));
 }
 
 void Relocator::begin_anew() {

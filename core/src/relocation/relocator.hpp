@@ -67,7 +67,8 @@ class WAYMARK_API Relocator {
   };
 
   std::optional<double> fit_of(const Look& look);
-  bool is_known(const Eigen::Vector2d& p_map) const;
+  std::uint8_t cell_at(const Eigen::Vector2d& p_grid) const;
+  bool says_something(const Eigen::Vector2d& from_grid, const Eigen::Vector2d& to_grid) const;
   void judge(double fit);
   void keep(const Look& look);
   void forget_window();
