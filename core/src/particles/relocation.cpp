@@ -45,7 +45,7 @@ void ParticleFilter::relocate(std::span<const MappingInput> inputs, std::size_t 
   if (correspondences_.points_base.empty()) return;
   const std::vector<Eigen::Vector2f> points = loops::thinned(correspondences_.points_base);
   place_ = relocator_->add({loops::between(loops::planar(last_), loops::planar(predicted)),
-                            loops::planar(particle.belief.mean.T_map_base), points});
+                            loops::planar(particle.belief.mean.T_map_base), points, mapping_.writes(slot)});
 }
 
 }  // namespace waymark::particles

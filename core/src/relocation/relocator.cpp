@@ -127,7 +127,8 @@ std::optional<double> Relocator::fit_of(const Look& look) {
   const Eigen::Vector2d from = grid(look.xyyaw.head<2>());
   scratch_.clear();
   for (const Eigen::Vector2f& p : look.points_base) {
-    if (says_something(from, grid(look.xyyaw.head<2>() + R * p.cast<double>()))) scratch_.push_back(p);
+    if (!look.is_written || says_something(from, grid(look.xyyaw.head<2>() + R * p.cast<double>())))
+      scratch_.push_back(p);
   }
   const auto least = kLeastShare * static_cast<double>(look.points_base.size());
   if (scratch_.size() < kLeastPoints || static_cast<double>(scratch_.size()) < least) return std::nullopt;
@@ -208,12 +209,14 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
 }
 
 std::optional<Place> Relocator::add(const Look& look) {
-  const std::optional<double> fit = fit_of(look);
-  if (!fit) return std::nullopt;
-  judge(*fit);
-  // The window begins where the misfit does.
-  if (!is_lost_ && *fit > kFits * slow_) {
-    forget_window();
+  if (const std::optional<double> fit = fit_of(look)) {
+    judge(*fit);
+    // The window begins where the misfit does.
+    if (!is_lost_ && *fit > kFits * slow_) {
+      forget_window();
+      return std::nullopt;
+    }
+  } else if (window_.empty()) {
     return std::nullopt;
   }
   keep(look);
