@@ -102,7 +102,7 @@ void CommittedSteps::note_misplaced(const Measurement& m, bool was_misplaced) {
                     fmt::format("{}: its scans do not fit the loaded map where the robot is believed to be; it is "
                                 "searched for in the whole map",
                                 committed_.record(m).slot.name));
-  } else if (was_misplaced && !is_misplaced && !committed_.filter.has_place()) {
+  } else if (was_misplaced && !is_misplaced && committed_.filter.relocates() && !committed_.filter.has_place()) {
     committed_.note(m.stamp, fmt::format("{}: its scans fit the loaded map again", committed_.record(m).slot.name));
   }
 }

@@ -45,11 +45,13 @@ bool triggers(const MapSlot& map, std::size_t sensor) { return map.inputs.front(
 }  // namespace
 
 /// Past beliefs are needed with maps only; without maps the host rolls back.
-/// Loops are closed where nothing else bounds the drift: an absolute sensor is not in their graph.
+/// Loops are closed where nothing else bounds the drift: an absolute sensor is not in their graph. Nor is a robot
+/// searched for in a map against what an absolute sensor says.
 ParticleFilterSettings filter_settings(const FusionSettings& settings, const std::vector<SensorSlot>& sensors,
                                        const std::vector<MapSlot>& maps) {
   ParticleFilterSettings filter = settings.filter;
   filter.loops.enabled = settings.filter.loops.enabled && !has_absolute(sensors, true);
+  filter.relocation.enabled = settings.filter.relocation.enabled && !has_absolute(sensors, true);
   filter.history = maps.empty() ? Duration::zero() : settings.history;
   return filter;
 }

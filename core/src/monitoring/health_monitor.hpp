@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "monitoring/settled_state.hpp"
+#include "relocation/placement.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/host/fusion_settings.hpp"
@@ -33,13 +34,7 @@ struct UpdateResult {
   bool is_continuous = false;  ///< the sensor states that it follows its last accepted measurements
 };
 
-/// What the robot sees, against the loaded map where the robot is believed to be.
-enum class Placement {
-  fits,       ///< or there is no such map
-  doubtful,   ///< it fits worse than usual
-  misplaced,  ///< it does not fit
-  ambiguous,  ///< nor does it single out another place
-};
+using relocation::Placement;
 
 /// Assesses sensors and pose by the results of their measurements (docs/math/time.md: NIS, gate rates), in stamp order.
 /// Its clock stands while nothing at all is measured, so that a pause of the log is no silence of a sensor. Copyable:

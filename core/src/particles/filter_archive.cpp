@@ -18,9 +18,7 @@ void ParticleFilter::restore(const State& state) {
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
   has_changed();
-  if (!relocator_) return;
-  relocator_->begin_anew();
-  last_ = mixture().mean.T_map_base;
+  begin_way();
 }
 
 namespace {
@@ -56,7 +54,7 @@ void ParticleFilter::serialize(Archive& archive, State& state) const {
   for (Particle& particle : state.particles) {
     estimation::serialize_belief(archive, particle.belief, layout());
     archive.within(particle.log_weight, -kMostLogWeight, kRounding);
-    archive(particle.path);
+    archive(particle.path, particle.T_map_mapped.p, particle.T_map_mapped.q);
     particle.anchors.serialize(archive,
                                [](auto& each, joint::AnchorPose& anchor) { each(anchor.anchor, anchor.xyyaw); });
     particle.maps.resize(modules_.size());
@@ -93,7 +91,10 @@ void ParticleFilter::serialize_rest(Archive& archive) {
     if (relocates && !relocator_) throw DataError("the checkpoint has a search in a map that the configuration lacks");
     if (!relocates) relocator_.reset();
   }
-  if (relocator_) archive(*relocator_, last_.p, last_.q);
+  if (relocator_) archive(*relocator_, moved_);
+  bool is_pending = !relocation_failure_.empty();
+  archive(is_pending);
+  if (!is_pending) relocation_failure_.clear();
   archive(mixture_is_current_);  // after a mapping step it is not what the sampled particles have
   if (!mixture_is_current_) return;
   estimation::serialize_belief(archive, mixture_, layout());

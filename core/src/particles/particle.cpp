@@ -4,7 +4,7 @@
 namespace waymark::particles {
 
 Particle Particle::clone() const {
-  Particle copy{belief, log_weight, {}, path, anchors};
+  Particle copy{belief, log_weight, {}, path, anchors, T_map_mapped};
   copy.maps.reserve(maps.size());
   for (const auto& map : maps) copy.maps.push_back(map ? map->clone() : nullptr);
   return copy;

@@ -24,6 +24,7 @@ struct Particle {
   std::vector<std::unique_ptr<ParticleMap>> maps;  ///< null where the module is out of service
   Path path;
   Lineage<joint::AnchorPose> anchors;  ///< where it was when anchors of the joint Gaussian were added
+  Pose T_map_mapped;                   ///< of the base after its last mapping step
 
   /// A copy; maps as handles.
   Particle clone() const;

@@ -99,7 +99,6 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   if (joint_) joint_->start(set_[0].belief, frame);
   if (loops_) loops_->clear();
   begin_relocation();
-  last_ = prior.mean.T_map_base;
   // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (!georeference_ && draw && set_.size() > 1) {
     for (std::size_t slot = 0; slot < set_.size(); ++slot) {
@@ -110,6 +109,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   recollection_.past().clear();
   set_.normalize();
   has_changed();
+  begin_way();
 }
 
 void ParticleFilter::begin_anew(const estimation::NewStart& start) {
@@ -123,9 +123,7 @@ void ParticleFilter::begin_anew(const estimation::NewStart& start) {
   recollection_.past().clear();
   set_.normalize();
   has_changed();
-  if (!relocator_) return;
-  relocator_->begin_anew();
-  last_ = mixture().mean.T_map_base;
+  begin_way();
 }
 
 bool ParticleFilter::is_sound() const {
@@ -166,8 +164,8 @@ MixtureOutcome ParticleFilter::update(Instant& at, const Update& model, const Up
 MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> inputs, std::uint32_t sensor) {
   MappingFailures failures;
   const auto drop = [&](int module) { drop_module(module); };
-  const bool relocates = relocator_ && &at == now_.get();
-  const Pose predicted = relocates ? mixture().mean.T_map_base : Pose{};
+  const bool is_now = &at == now_.get();
+  if (is_now) place_.reset();
   mapping_.refine(set_, at, inputs, stamp(), sensor, failures, drop);
   set_.normalize();
   has_changed();
@@ -175,14 +173,16 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   const std::size_t best = set_.best();
   const bool keeps = loops_ && &at == now_.get() && mapping_.writes(best);
   if (keeps) keep_keyframe(inputs, best);
-  if (relocates) relocate(inputs, best, predicted);
+  if (is_now && relocator_) relocate(inputs, best, failures);
   at.sample(sensor);
   keep_new_anchors();
   // Scans that were taken elsewhere would spoil the map.
-  if (!is_misplaced()) mapping_.insert(set_, at, inputs, failures, drop);
+  if (!is_misplaced() && !place_) mapping_.insert(set_, at, inputs, failures, drop);
   ++mapping_steps_;
   at.conclude_mapping(sensor);
-  if (relocates) last_ = mixture().mean.T_map_base;
+  if (is_now) {
+    for (Particle& particle : set_) particle.T_map_mapped = particle.belief.mean.T_map_base;
+  }
   if (keeps) close_loops();
   return failures;
 }

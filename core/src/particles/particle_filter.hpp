@@ -15,7 +15,6 @@
 #include "estimation/process_model.hpp"
 #include "joint/joint_belief.hpp"
 #include "loops/loop_closer.hpp"
-#include "monitoring/health_monitor.hpp"
 #include "particles/instant.hpp"
 #include "particles/mapping_step.hpp"
 #include "particles/mixture_moments.hpp"
@@ -23,6 +22,7 @@
 #include "particles/recollection.hpp"
 #include "particles/update_step.hpp"
 #include "particles/workers.hpp"
+#include "relocation/placement.hpp"
 #include "relocation/relocator.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
@@ -139,12 +139,14 @@ class WAYMARK_API ParticleFilter {
   /// True while what the robot observes does not fit the loaded map where it is believed to be.
   bool is_misplaced() const { return relocator_ && relocator_->is_lost(); }
   /// What the robot observes, against the loaded map.
-  monitoring::Placement placement() const;
-  /// The place where the robot was found by the last mapping step, after it was misplaced: (x, y, yaw) of the base in
-  /// the map.
+  relocation::Placement placement() const;
+  /// True if the last mapping step has found the robot elsewhere in the loaded map.
   bool has_place() const { return place_.has_value(); }
+  /// That place, once.
   std::optional<relocation::Place> take_place() { return std::exchange(place_, std::nullopt); }
-  /// True once, with the reason: the loaded map cannot be searched.
+  /// True while there is a loaded map that can be searched.
+  bool relocates() const { return relocator_.has_value(); }
+  /// Why the loaded map cannot be searched, once; empty if it can.
   std::string take_relocation_failure() { return std::exchange(relocation_failure_, {}); }
   double effective_sample_size() const { return set_.effective_sample_size(); }
   std::uint64_t resamplings() const { return resamplings_; }
@@ -180,9 +182,10 @@ class WAYMARK_API ParticleFilter {
   std::vector<std::unique_ptr<ParticleMap>> draw_again(const Particle& best) const;
   /// Prepares the search in a loaded map.
   void begin_relocation();
-  /// Passes a mapping step to it, before the poses are sampled; `slot`: the best particle, `predicted`: the
-  /// mixture's pose before the step.
-  void relocate(std::span<const MappingInput> inputs, std::size_t slot, const Pose& predicted);
+  /// Passes a mapping step to it, before the poses are sampled; `slot`: the best particle.
+  void relocate(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures);
+  /// The poses were set anew: dead reckoning between mapping steps counts from here.
+  void begin_way();
   /// Every particle keeps where it writes what belongs to the anchors that were added.
   void keep_new_anchors();
 
@@ -213,7 +216,7 @@ class WAYMARK_API ParticleFilter {
   int searched_module_ = -1;                        // of that map
   std::optional<relocation::Place> place_;
   std::string relocation_failure_;
-  Pose last_;                                              // of the mixture, after the last mapping step
+  Eigen::Vector3d moved_ = Eigen::Vector3d::Zero();        // by dead reckoning, since the last step of that map
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
   std::unique_ptr<Present> now_;

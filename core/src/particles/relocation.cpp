@@ -9,43 +9,57 @@ namespace waymark::particles {
 void ParticleFilter::begin_relocation() {
   relocator_.reset();
   searched_module_ = -1;
-  // Absolute sensors find a robot without a search.
-  if (!settings_.relocation.enabled || georeference_) return;
+  if (!settings_.relocation.enabled) return;
   for (std::size_t i = 0; i < modules_.size(); ++i) {
-    if (!modules_[i] || !modules_[i]->has_prior_map()) continue;
-    std::optional<GridView> map = modules_[i]->create_map()->grid();
-    if (!map) continue;
+    // A map of three dimensions shows a slice, which need not be what its observations hold.
+    if (!modules_[i] || !modules_[i]->has_prior_map() || !modules_[i]->can_draw_again()) continue;
     try {
+      std::optional<GridView> map = modules_[i]->create_map()->grid();
+      if (!map) continue;
       relocator_.emplace(std::move(*map));
       searched_module_ = static_cast<int>(i);
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       relocation_failure_ = error.what();
     }
     return;
   }
 }
 
-monitoring::Placement ParticleFilter::placement() const {
-  using enum monitoring::Placement;
-  if (!relocator_) return fits;
-  if (relocator_->is_lost()) return relocator_->is_ambiguous() ? ambiguous : misplaced;
-  return relocator_->is_doubtful() ? doubtful : fits;
+void ParticleFilter::begin_way() {
+  for (Particle& particle : set_) particle.T_map_mapped = particle.belief.mean.T_map_base;
+  place_.reset();
+  moved_.setZero();
+  if (relocator_) relocator_->begin_anew();
 }
 
-void ParticleFilter::relocate(std::span<const MappingInput> inputs, std::size_t slot, const Pose& predicted) {
+relocation::Placement ParticleFilter::placement() const {
+  return relocator_ ? relocator_->placement() : relocation::Placement::fits;
+}
+
+void ParticleFilter::relocate(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures) {
   const Particle& particle = set_[slot];
-  correspondences_.landmarks.clear();
-  correspondences_.points_base.clear();
-  for (const MappingInput& input : inputs) {
-    if (input.module != searched_module_) continue;
+  moved_ = loops::compose(moved_, loops::between(loops::planar(particle.T_map_mapped),
+                                                 loops::planar(mapping_.prior(slot).mean.T_map_base)));
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const MappingInput& input = inputs[i];
+    if (input.module != searched_module_ || !input.localize) continue;
+    const Refinement& refinement = mapping_.refinement(slot, input.module);
     const auto& map = particle.maps[static_cast<std::size_t>(input.module)];
-    if (map)
-      map->correspond(*input.observation, mapping_.refinement(slot, input.module).association.get(), correspondences_);
+    correspondences_.landmarks.clear();
+    correspondences_.points_base.clear();
+    try {
+      if (map) map->correspond(*input.observation, refinement.association.get(), correspondences_);
+    } catch (const std::exception& error) {
+      failures.emplace_back(static_cast<int>(i), error.what());
+      drop_module(input.module);
+      return;
+    }
+    if (correspondences_.points_base.empty()) return;
+    const std::vector<Eigen::Vector2f> points = loops::thinned(correspondences_.points_base);
+    place_ = relocator_->add({moved_, loops::planar(particle.belief.mean.T_map_base), points, refinement.writes});
+    moved_.setZero();
+    return;
   }
-  if (correspondences_.points_base.empty()) return;
-  const std::vector<Eigen::Vector2f> points = loops::thinned(correspondences_.points_base);
-  place_ = relocator_->add({loops::between(loops::planar(last_), loops::planar(predicted)),
-                            loops::planar(particle.belief.mean.T_map_base), points, mapping_.writes(slot)});
 }
 
 }  // namespace waymark::particles

@@ -28,7 +28,9 @@ constexpr double kFits = 0.9;            // above, it is where it is believed to
 constexpr double kBetter = 0.05;         // than where it is believed to be
 constexpr double kLongestWindow = 12.0;  // [m]
 constexpr int kWindows = 3;              // lengths that take turns: the longest, a half and a quarter of it
-constexpr double kSearchEvery = 0.4;     // [m]
+constexpr double kSearchEvery = 0.4;     // [m], in a map of the usual size or less
+constexpr double kUsualReach = 20.0;     // [m], half a side; the time of a search grows with the area
+constexpr double kStands = 0.02;         // [m], a scan after less way takes the place of the last one
 constexpr double kTurnStep = 0.02;       // [rad]: the whole map is searched, so not as finely as for a loop
 constexpr std::size_t kPoints = 180;
 constexpr double kSamePlace = 0.5;     // [m]
@@ -36,53 +38,61 @@ constexpr double kSameHeading = 0.15;  // [rad]
 constexpr double kLeastShare = 0.4;    // of the points of a scan, which the map says something about
 constexpr double kBehind = 0.3;        // [m], a surface that a point lies behind is nearer by this
 constexpr std::size_t kLeastPoints = 20;
-constexpr int kMostSteps = 1000;  // as many are counted
+constexpr double kLeastUsual = 0.01;  // of a checkpoint
+constexpr int kMostSteps = 1000;      // as many are counted
 
 /// A way within a window, whose numbers are not too large for cells.
 constexpr double kFarthest = 1e4;  // [m]
 bool is_step(const Eigen::Vector3d& xyyaw) { return xyyaw.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kFarthest; }
 
-/// The middles of the occupied cells, in the map [m].
-std::vector<Eigen::Vector2d> surfaces_of(const GridView& map) {
-  std::vector<Eigen::Vector2d> surfaces;
+constexpr double kLargestCell = 0.2;  // [m], larger ones have gaps between their middles
+
+}  // namespace
+
+Relocator::Surfaces Relocator::surfaces_of(const GridView& map) {
+  const auto cells =
+      static_cast<std::size_t>(std::max(map.width, 0)) * static_cast<std::size_t>(std::max(map.height, 0));
+  const bool is_sound = map.resolution_m > 0.0 && map.cells.size() == cells && map.T_map_grid.p.allFinite() &&
+                        map.T_map_grid.q.coeffs().allFinite();
+  if (!is_sound) throw Error("a map without size or place cannot be searched");
+  if (map.resolution_m > kLargestCell) {
+    throw Error(
+        fmt::format("its cells have {:g} m; cells of up to {:g} m are searched", map.resolution_m, kLargestCell));
+  }
+  Surfaces surfaces;
+  Eigen::AlignedBox2d box;
   for (int row = 0; row < map.height; ++row) {
     for (int column = 0; column < map.width; ++column) {
       const std::uint8_t cell = map.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(map.width) +
                                           static_cast<std::size_t>(column)];
       if (cell < kOccupied || cell == GridView::kUnknown) continue;
       const Eigen::Vector3d p_grid(map.resolution_m * (column + 0.5), map.resolution_m * (row + 0.5), 0.0);
-      surfaces.emplace_back((map.T_map_grid * p_grid).head<2>());
+      surfaces.points.emplace_back((map.T_map_grid * p_grid).head<2>());
+      box.extend(surfaces.points.back());
     }
   }
-  if (surfaces.empty()) throw Error("a map without occupied cells cannot be searched");
+  if (surfaces.points.empty()) throw Error("it has no occupied cells");
+  surfaces.middle = box.center();
+  surfaces.reach = 0.5 * box.sizes().maxCoeff();
+  if (!(surfaces.reach <= kLargestReach)) {
+    throw Error(fmt::format("it is {:.0f} m long; a map of up to {:.0f} m is searched", 2.0 * surfaces.reach,
+                            2.0 * kLargestReach));
+  }
   return surfaces;
 }
 
-Eigen::AlignedBox2d box_of(const std::vector<Eigen::Vector2d>& points) {
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& p : points) box.extend(p);
-  return box;
-}
+Relocator::Relocator(GridView map) : Relocator(surfaces_of(map), std::move(map)) {}
 
-double half_side(const Eigen::AlignedBox2d& box) {
-  const double half = 0.5 * box.sizes().maxCoeff();
-  if (half > Relocator::kLargestReach) {
-    throw Error(fmt::format("the map is {:.0f} m long; one of up to {:.0f} m is searched", 2.0 * half,
-                            2.0 * Relocator::kLargestReach));
-  }
-  return half;
-}
-
-}  // namespace
-
-Relocator::Relocator(GridView map)
+Relocator::Relocator(const Surfaces& surfaces, GridView&& map)
     : map_(std::move(map)),
       T_grid_map_(map_.T_map_grid.inverse()),
-      middle_(box_of(surfaces_of(map_)).center()),
-      reach_(half_side(box_of(surfaces_of(map_)))),
+      middle_(surfaces.middle),
+      reach_(surfaces.reach),
+      search_every_(kSearchEvery * std::max(1.0, surfaces.reach * surfaces.reach / (kUsualReach * kUsualReach))),
       matcher_({.reach = std::numbers::sqrt2 * reach_ + 1.0, .turn_step = kTurnStep, .points = kPoints}) {
   std::vector<Eigen::Vector2f> points;
-  for (const Eigen::Vector2d& p : surfaces_of(map_)) points.emplace_back((p - middle_).cast<float>());
+  points.reserve(surfaces.points.size());
+  for (const Eigen::Vector2d& p : surfaces.points) points.emplace_back((p - middle_).cast<float>());
   matcher_.draw(points);
   begin_anew();
 }
@@ -136,9 +146,9 @@ std::optional<double> Relocator::fit_of(const Look& look) {
 }
 
 void Relocator::begin_anew() {
-  steps_ = 0;
   if (slow_ == 0.0) slow_ = kFirst;
   fast_ = slow_;
+  is_lost_ = is_ambiguous_ = false;
   forget_window();
 }
 
@@ -150,10 +160,15 @@ void Relocator::forget_window() {
 
 bool Relocator::is_doubtful() const { return fast_ < kDoubt * slow_; }
 
+Placement Relocator::placement() const {
+  if (is_lost_) return is_ambiguous_ ? Placement::ambiguous : Placement::misplaced;
+  return is_doubtful() ? Placement::doubtful : Placement::fits;
+}
+
 void Relocator::judge(double fit) {
   fast_ += kFast * (fit - fast_);
   if (is_lost_) {
-    // Before its first steps, what is usual is only assumed.
+    // Before the first steps that fitted, what is usual is only assumed: a wrong place may fit as well.
     is_lost_ = steps_ < kFirstSteps || fast_ < kFits * slow_;
   } else if (!is_doubtful()) {
     steps_ = std::min(steps_ + 1, kMostSteps);
@@ -163,13 +178,14 @@ void Relocator::judge(double fit) {
 
 /// Adds the scan to the window, of which the oldest scans go.
 void Relocator::keep(const Look& look) {
-  Seen seen{Eigen::Vector3d::Zero(), 0.0, {look.points_base.begin(), look.points_base.end()}};
+  Seen seen{Eigen::Vector3d::Zero(), 0.0, scratch_};
   if (!is_step(look.moved) || (!window_.empty() && !is_step(2.0 * window_.back().xyyaw))) forget_window();
   if (!window_.empty()) {
     const Seen& last = window_.back();
     seen.xyyaw = loops::compose(last.xyyaw, look.moved);
     seen.way = last.way + look.moved.head<2>().norm() + loops::kArm * std::abs(look.moved.z());
   }
+  if (!window_.empty() && seen.way - window_.back().way < kStands) window_.pop_back();
   window_.push_back(std::move(seen));
   while (window_.back().way - window_.front().way > kLongestWindow) window_.erase(window_.begin());
 }
@@ -202,8 +218,7 @@ std::optional<Place> Relocator::search(const Eigen::Vector3d& believed) {
     slow_ = std::min(slow_, fast_);  // the map looks so here
     return std::nullopt;
   }
-  if (found->score < fast_ + kBetter) return std::nullopt;
-  is_lost_ = false;
+  if (found->score < std::max(fast_, matcher_.score(points, in_raster(believed))) + kBetter) return std::nullopt;
   begin_anew();
   return place;
 }
@@ -221,7 +236,7 @@ std::optional<Place> Relocator::add(const Look& look) {
   }
   keep(look);
   if (!is_lost_ && !is_doubtful()) return std::nullopt;
-  if (window_.size() > 1 && window_.back().way - searched_way_ < kSearchEvery) return std::nullopt;
+  if (window_.size() > 1 && window_.back().way - searched_way_ < search_every_) return std::nullopt;
   return search(look.xyyaw);
 }
 
@@ -229,7 +244,7 @@ template <class Archive>
 void Relocator::serialize(Archive& archive) {
   archive.section("relocation", 1);
   archive.within(fast_, 0.0, 1.0);
-  archive.within(slow_, 0.0, 1.0);
+  archive.within(slow_, kLeastUsual, 1.0);
   archive.within(steps_, 0, kMostSteps);
   archive(is_lost_, is_ambiguous_, searched_way_);
   archive.within(searches_, 0, kWindows - 1);
@@ -243,7 +258,9 @@ void Relocator::serialize(Archive& archive) {
                return p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < static_cast<float>(kFarthest);
              });
     };
-    if (!std::ranges::is_sorted(window_, {}, &Seen::way) || !std::ranges::all_of(window_, is_near))
+    const double way = window_.empty() ? 0.0 : window_.back().way;
+    if (!(searched_way_ >= 0.0 && searched_way_ <= way) || !std::ranges::is_sorted(window_, {}, &Seen::way) ||
+        !std::ranges::all_of(window_, is_near))
       throw DataError("the checkpoint has scans of a search that do not fit together");
   }
 }

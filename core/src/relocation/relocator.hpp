@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "loops/window_matcher.hpp"
+#include "relocation/placement.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/map_view.hpp"
@@ -34,25 +35,22 @@ struct Place {
 class WAYMARK_API Relocator {
  public:
   /// A map with a larger half side is not searched [m].
-  static constexpr double kLargestReach = 200.0;
+  static constexpr double kLargestReach = 100.0;
 
-  /// `map`: the loaded one. Throws Error if it is larger than `kLargestReach`, or has nothing occupied.
+  /// `map`: the loaded one. Throws Error if it is larger than `kLargestReach`, has cells of more than 0.2 m, or nothing
+  /// occupied.
   explicit Relocator(GridView map);
 
   /// Adds a mapping step. The place, where the robot is lost and was found elsewhere.
   std::optional<Place> add(const Look& look);
   /// True while what the robot sees does not fit the map where it is believed to be.
   bool is_lost() const { return is_lost_; }
-  /// True while it fits worse than usual.
-  bool is_doubtful() const;
-  /// True if at the last search several places looked like what the robot sees.
-  bool is_ambiguous() const { return is_ambiguous_; }
+  Placement placement() const;
   /// The pose was set anew: how well it fits is not known, and what was seen before does not count.
   void begin_anew();
 
-  /// Share of the likelihood that the observations had of late, 0 … 1, and that they usually have.
+  /// How well what the robot saw of late fits the map, 0 … 1.
   double fit() const { return fast_; }
-  double usual_fit() const { return slow_; }
 
   /// Reading throws DataError if what is read does not fit together.
   template <class Archive>
@@ -66,6 +64,16 @@ class WAYMARK_API Relocator {
     std::vector<Eigen::Vector2f> points;
   };
 
+  /// What is occupied, in the map [m].
+  struct Surfaces {
+    std::vector<Eigen::Vector2d> points;
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    double reach = 0.0;  // half of the longer side
+  };
+  static Surfaces surfaces_of(const GridView& map);
+  Relocator(const Surfaces& surfaces, GridView&& map);
+
+  bool is_doubtful() const;
   std::optional<double> fit_of(const Look& look);
   std::uint8_t cell_at(const Eigen::Vector2d& p_grid) const;
   bool says_something(const Eigen::Vector2d& from_grid, const Eigen::Vector2d& to_grid) const;
@@ -79,16 +87,17 @@ class WAYMARK_API Relocator {
   Pose T_grid_map_;
   Eigen::Vector2d middle_;  // of the map's surfaces: the middle of the raster
   double reach_;            // half side of the search
+  double search_every_;     // [m]
   loops::WindowMatcher matcher_;
   double fast_ = 0.0;
   double slow_ = 0.0;
-  int steps_ = 0;  // since the pose was set, up to as many as the averages need
+  int steps_ = 0;  // that fitted, up to as many as are counted
   bool is_lost_ = false;
   bool is_ambiguous_ = false;
   std::vector<Seen> window_;
-  int searches_ = 0;           // of the window, modulo their lengths
-  double searched_way_ = 0.0;  // of the window, at the last search
-  std::vector<Eigen::Vector2f> scratch_;
+  int searches_ = 0;                      // of the window, modulo their lengths
+  double searched_way_ = 0.0;             // of the window, at the last search
+  std::vector<Eigen::Vector2f> scratch_;  // points of the last step that count
 };
 
 }  // namespace waymark::relocation

@@ -74,7 +74,7 @@ void check_extract(Bench& bench, Findings& findings) {
     auto kept = bench.observations;
     load_module_state(bench.module, state);
     for (std::size_t k = first; k < count; ++k) bench.observations[k] = bench.extract(k);
-    const std::string result = all();
+    std::string result = all();
     bench.observations = std::move(kept);
     return result;
   };
@@ -116,6 +116,7 @@ void check_refine(const Bench& bench, Findings& findings) {
     findings.require(saved(*map) == before, "refine changes the map");
 
     std::vector<std::unique_ptr<ParticleMap>> clones;
+    clones.reserve(12);
     for (int i = 0; i < 12; ++i) clones.push_back(map->clone());
     std::atomic<bool> same = true;
     on_several_threads(12, [&](int i) {

@@ -131,6 +131,7 @@ std::vector<Record> check_updates(Bench& bench, Sensor& sensor, std::size_t coun
   auto records = bench.run(sensor, 0, count, [&](std::size_t k, const UpdateList& updates) {
     Random random({.seed = setting.seed, .slot = 0, .stamp = static_cast<std::int64_t>(k), .sensor = 0});
     std::vector<NavState> states;
+    states.reserve(static_cast<std::size_t>(setting.states));
     for (int i = 0; i < setting.states; ++i) states.push_back(random_state(random, setting, layout));
     for (std::size_t u = 0; u < updates.size(); ++u) {
       ++seen;

@@ -15,6 +15,7 @@ void on_several_threads(int count, const Body& body) {
     for (int i = next++; i < count; i = next++) body(i);
   };
   std::vector<std::jthread> team;
+  team.reserve(3);
   for (int i = 0; i < 3; ++i) team.emplace_back(work);
   work();
 }

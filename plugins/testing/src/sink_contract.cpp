@@ -46,7 +46,7 @@ class Workplace {
   const fs::path& root() const { return root_; }
   /// A new output folder with an empty folder around it. All have one name, which a file may contain.
   fs::path new_folder() {
-    const fs::path folder = root_ / std::to_string(++count_) / "out";
+    fs::path folder = root_ / std::to_string(++count_) / "out";
     fs::create_directories(folder);
     return folder;
   }
@@ -124,7 +124,7 @@ class Check {
       }
       sink->finish(&script.at(ScriptedRun::kSteps), ScriptedRun::report(ScriptedRun::kSteps));
     } catch (const Error& error) {
-      findings_.require(std::string_view(error.what()).size() > 0, "an Error has no text");
+      findings_.require(!std::string_view(error.what()).empty(), "an Error has no text");
     } catch (const fs::filesystem_error&) {
       return;  // names its file
     } catch (const std::exception& error) {
@@ -177,7 +177,7 @@ class Check {
 
  private:
   std::shared_ptr<Sink> new_sink() {
-    const auto sink = make_(Config::parse(yaml_, (workplace_.root() / "robot.yaml").string()), ScriptedRun::rig());
+    auto sink = make_(Config::parse(yaml_, (workplace_.root() / "robot.yaml").string()), ScriptedRun::rig());
     if (!sink) throw Error("make gives null");
     return sink;
   }

@@ -125,8 +125,8 @@ void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
     const double beyond = backwards ? 2.0 : std::max(mounting.scale, 1.0 / mounting.scale) - 1.0 - tolerance;
     const double relative = mounting.scale_sigma / std::min(mounting.scale, 1.0);
     ratio.sigmas = std::max(0.0, beyond) / std::max(relative, 1e-6);
-    // Where stamps jitter, single motions scatter by more than a mistake: it would shift most of them.
-    const bool is_usual = !backwards && mounting.low_scale < 1.0 && mounting.high_scale > 1.0;
+    // Where stamps jitter, the fit may be pulled by a few long motions; a mistake shifts most of them.
+    const bool is_usual = !backwards && std::abs(mounting.median_scale - 1.0) < 3.0 * mounting.median_sigma + tolerance;
     ratio.verdict = beyond <= 0.0                     ? Ratio::Verdict::agree
                     : ratio.sigmas > 3.0 && !is_usual ? Ratio::Verdict::differ
                                                       : Ratio::Verdict::unknown;

@@ -138,8 +138,8 @@ std::optional<BlockFit> fit_block(const Rows& rows) {
 
 constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
 
-/// Quartiles of the lengths of single motions by those of the way, along the direction in which the scanner moves.
-void find_quartiles(const Rows& rows, MountingFit& mounting) {
+/// Median of the lengths of single motions by those of the way, along the direction in which the scanner moves.
+void find_median(const Rows& rows, MountingFit& mounting) {
   constexpr double kLeastWay = 0.05;  // [m]
   const Complex lever = std::polar(1.0, mounting.angle) * Complex(mounting.lever.x(), mounting.lever.y());
   std::vector<double> scales;
@@ -152,8 +152,10 @@ void find_quartiles(const Rows& rows, MountingFit& mounting) {
   }
   if (scales.empty()) return;
   std::ranges::sort(scales);
-  mounting.low_scale = scales[scales.size() / 4];
-  mounting.high_scale = scales[scales.size() - 1 - scales.size() / 4];
+  constexpr double kQuartilesToSigma = 0.93;  // of a median: 1.253 / 1.349
+  const double quartiles = scales[scales.size() - 1 - scales.size() / 4] - scales[scales.size() / 4];
+  mounting.median_scale = scales[scales.size() / 2];
+  mounting.median_sigma = kQuartilesToSigma * quartiles / std::sqrt(static_cast<double>(scales.size()));
 }
 
 }  // namespace
@@ -196,7 +198,7 @@ MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, d
   mounting.lever_sigma = {fit.sigma(2), fit.sigma(3)};
   mounting.kept = fit.kept;
   mounting.is_known = true;
-  find_quartiles(rows, mounting);
+  find_median(rows, mounting);
   return mounting;
 }
 

@@ -14,8 +14,8 @@ struct MountingFit {
   bool is_known = false;
   double scale = 0.0;  ///< its lengths by those of the way
   double scale_sigma = 0.0;
-  double low_scale = 0.0;  ///< quartiles of the single motions
-  double high_scale = 0.0;
+  double median_scale = 0.0;  ///< of the single motions
+  double median_sigma = 0.0;  ///< from their quartiles
   double angle = 0.0;  ///< from the base's x axis, as the YAML has it, to where it moves when the robot drives [rad]
   double angle_sigma = 0.0;
   Eigen::Vector2d lever{0.0, 0.0};  ///< of the scanner in the base frame, of a robot that moves along its x axis [m]

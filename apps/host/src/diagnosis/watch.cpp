@@ -20,6 +20,7 @@ constexpr int kMostAstray = 100;
 constexpr double kShortestPair = 0.03;  // [s] from one scan of a pair to the other
 constexpr double kLongestPair = 1.6;
 constexpr double kUsualPair = 0.55;
+constexpr double kLatePair = 3.0;  // times the usual one
 constexpr double kLonger = 1.05;
 constexpr double kShorter = 0.8;
 constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
@@ -159,7 +160,10 @@ void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
     sensor.scans_since = 0;
     return;
   }
-  if (++sensor.scans_since < scans_of_pair(sensor)) return;
+  // Where stamps come in bursts, their usual interval says little.
+  const bool is_soon =
+      t - sensor.scan_t < std::min(kLatePair * sensor.pair_step, kLongestPair - kLatePair * kShortestPair);
+  if (++sensor.scans_since < scans_of_pair(sensor) && is_soon) return;
   const double from = sensor.scan_t;
   sensor.scan_t = -1.0;
   sensor.next_scan_t = from + kPairEvery;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <string>
 #include <vector>
 
 #include "loops/planar.hpp"
@@ -152,7 +153,7 @@ TEST(Relocator, DoesNotChooseBetweenRoomsThatLookAlike) {
   drive.carry({8.0, 0.0, 0.1});
   for (int i = 0; i < 8; ++i) EXPECT_FALSE(drive.step(room)) << i;
   EXPECT_TRUE(drive.relocator.is_lost());
-  EXPECT_TRUE(drive.relocator.is_ambiguous());
+  EXPECT_EQ(drive.relocator.placement(), Placement::ambiguous);
 }
 
 TEST(Relocator, NewGroundIsNoMisfitWhereTheMapIsGoneOnWith) {
@@ -191,16 +192,47 @@ TEST(Relocator, GoesOnFromACheckpoint) {
   }
 }
 
-TEST(Relocator, RefusesMapsThatCannotBeSearched) {
-  GridView map = map_of({});
-  EXPECT_THROW(Relocator{map}, Error);
-  map.resolution_m = 2.0;
-  map.cells.front() = map.cells[259] = 100;
+std::string refusal_of(const GridView& map) {
   try {
     Relocator{map};
-    FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("518 m"));
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(Relocator, RefusesMapsThatCannotBeSearched) {
+  GridView map = map_of({});
+  EXPECT_THAT(refusal_of(map), HasSubstr("no occupied cells"));
+  map.cells.pop_back();
+  EXPECT_THAT(refusal_of(map), HasSubstr("without size or place"));
+  map.cells.assign(2100, 0);
+  map.cells.front() = map.cells.back() = 100;
+  map.width = 2100;
+  map.height = 1;
+  EXPECT_THAT(refusal_of(map), HasSubstr("210 m long"));
+  map.resolution_m = 0.4;
+  EXPECT_THAT(refusal_of(map), HasSubstr("0.4 m"));
+}
+
+TEST(Relocator, BelievesAPoseThatIsSetAndFits) {
+  Points rooms;
+  add_room(rooms, 1.0, 0.0, 0.6);
+  add_room(rooms, 9.0, 0.0, 0.6);
+  Drive drive(map_of(rooms));
+  Points room;  // nothing is seen through walls
+  add_room(room, 1.0, 0.0, 0.6);
+  drive_at_home(drive, room);
+  Points other;
+  add_room(other, 9.0, 0.0, 0.6);
+  drive.carry({9.5, 0.5, 2.0});
+  for (int i = 0; i < 8; ++i) drive.step(other);
+  ASSERT_EQ(drive.relocator.placement(), Placement::ambiguous);
+  drive.believed = drive.truth;
+  drive.relocator.begin_anew();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(drive.step(other));
+    EXPECT_EQ(drive.relocator.placement(), Placement::fits);
   }
 }
 
