@@ -18,7 +18,6 @@ void ParticleFilter::restore(const State& state) {
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
   has_changed();
-  begin_way();
 }
 
 namespace {
