@@ -66,6 +66,7 @@ class WAYMARK_API HealthMonitor {
   void mistimed(std::size_t sensor);
   /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
   void dropped(std::size_t sensor, Time stamp);
+  /// How what the robot sees fits the loaded map, from now on.
   void place(Placement placement) { placement_ = placement; }
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }

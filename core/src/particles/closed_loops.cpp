@@ -21,18 +21,15 @@ Pose moved(const Pose& pose, const Eigen::Vector3d& from, const Eigen::Vector3d&
 
 }  // namespace
 
-void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot) {
+void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures) {
   loops::Keyframe keyframe;
   keyframe.stamp = stamp();
   const Particle& particle = set_[slot];
   correspondences_.landmarks.clear();
   correspondences_.points_base.clear();
-  for (const MappingInput& input : inputs) {
-    const auto module = static_cast<std::size_t>(input.module);
-    if (!particle.maps[module] || !input.kept) continue;
-    keyframe.observations.push_back({input.module, input.kept});
-    particle.maps[module]->correspond(*input.observation, mapping_.refinement(slot, input.module).association.get(),
-                                      correspondences_);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (!inputs[i].kept || !correspond(inputs, i, slot, failures)) continue;
+    keyframe.observations.push_back({inputs[i].module, inputs[i].kept});
   }
   keyframe.points_base = loops::thinned(correspondences_.points_base);
   // What is sampled is what the path cannot take back.

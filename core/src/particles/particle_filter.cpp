@@ -172,7 +172,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
   const std::size_t best = set_.best();
   const bool keeps = loops_ && &at == now_.get() && mapping_.writes(best);
-  if (keeps) keep_keyframe(inputs, best);
+  if (keeps) keep_keyframe(inputs, best, failures);
   if (is_now && relocator_) relocate(inputs, best, failures);
   at.sample(sensor);
   keep_new_anchors();
@@ -195,18 +195,11 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const MappingInput& input = inputs[i];
     const auto module = static_cast<std::size_t>(input.module);
-    const auto& map = best.maps[module];
-    if (!map || !input.localize) continue;
+    if (!input.localize) continue;
     const Refinement& refinement = mapping_.refinement(slot, input.module);
     correspondences_.landmarks.clear();
     correspondences_.points_base.clear();
-    try {
-      map->correspond(*input.observation, refinement.association.get(), correspondences_);
-    } catch (const std::exception& error) {
-      failures.emplace_back(static_cast<int>(i), error.what());
-      drop_module(input.module);
-      continue;
-    }
+    if (!correspond(inputs, i, slot, failures)) continue;
     const Pose& from = mapping_.refined_from(slot, input.module);
     const joint::PoseMatch match{
         {from.p.x(), from.p.y(), from.yaw()}, input.share * refinement.information, input.share * refinement.gradient};
@@ -216,6 +209,21 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
   }
   joint_failure_ = joint_->failure(best.belief);
   if (!joint_failure_.empty()) joint_.reset();
+}
+
+bool ParticleFilter::correspond(std::span<const MappingInput> inputs, std::size_t input, std::size_t slot,
+                                MappingFailures& failures) {
+  const int module = inputs[input].module;
+  const auto& map = set_[slot].maps[static_cast<std::size_t>(module)];
+  if (!map) return false;
+  try {
+    map->correspond(*inputs[input].observation, mapping_.refinement(slot, module).association.get(), correspondences_);
+  } catch (const std::exception& error) {
+    failures.emplace_back(static_cast<int>(input), error.what());
+    drop_module(module);
+    return false;
+  }
+  return true;
 }
 
 void ParticleFilter::keep_new_anchors() {

@@ -174,8 +174,11 @@ class WAYMARK_API ParticleFilter {
 
   /// Passes a mapping step to the joint Gaussian, before the poses are sampled.
   void map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures);
+  /// Adds what a particle's map found in the refinement of an input to `correspondences_`. False if its module is out
+  /// of service, which one that throws is from now on.
+  bool correspond(std::span<const MappingInput> inputs, std::size_t input, std::size_t slot, MappingFailures& failures);
   /// Keeps a mapping step for loops; `slot`: the particle that was the best before sampling.
-  void keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot);
+  void keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures);
   /// Searches for a loop. One that moves the maps replaces all particles by the best one with a corrected path, whose
   /// maps are drawn again.
   void close_loops();

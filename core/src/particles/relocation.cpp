@@ -43,20 +43,12 @@ void ParticleFilter::relocate(std::span<const MappingInput> inputs, std::size_t 
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const MappingInput& input = inputs[i];
     if (input.module != searched_module_ || !input.localize) continue;
-    const Refinement& refinement = mapping_.refinement(slot, input.module);
-    const auto& map = particle.maps[static_cast<std::size_t>(input.module)];
     correspondences_.landmarks.clear();
     correspondences_.points_base.clear();
-    try {
-      if (map) map->correspond(*input.observation, refinement.association.get(), correspondences_);
-    } catch (const std::exception& error) {
-      failures.emplace_back(static_cast<int>(i), error.what());
-      drop_module(input.module);
-      return;
-    }
-    if (correspondences_.points_base.empty()) return;
+    if (!correspond(inputs, i, slot, failures) || correspondences_.points_base.empty()) return;
     const std::vector<Eigen::Vector2f> points = loops::thinned(correspondences_.points_base);
-    place_ = relocator_->add({moved_, loops::planar(particle.belief.mean.T_map_base), points, refinement.writes});
+    place_ = relocator_->add({moved_, loops::planar(particle.belief.mean.T_map_base), points,
+                              mapping_.refinement(slot, input.module).writes});
     moved_.setZero();
     return;
   }

@@ -45,6 +45,8 @@ constexpr int kMostSteps = 1000;      // as many are counted
 constexpr double kFarthest = 1e4;  // [m]
 bool is_step(const Eigen::Vector3d& xyyaw) { return xyyaw.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kFarthest; }
 
+bool is_occupied(std::uint8_t cell) { return cell >= kOccupied && cell != GridView::kUnknown; }
+
 constexpr double kLargestCell = 0.2;  // [m], larger ones have gaps between their middles
 
 }  // namespace
@@ -65,7 +67,7 @@ Relocator::Surfaces Relocator::surfaces_of(const GridView& map) {
     for (int column = 0; column < map.width; ++column) {
       const std::uint8_t cell = map.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(map.width) +
                                           static_cast<std::size_t>(column)];
-      if (cell < kOccupied || cell == GridView::kUnknown) continue;
+      if (!is_occupied(cell)) continue;
       const Eigen::Vector3d p_grid(map.resolution_m * (column + 0.5), map.resolution_m * (row + 0.5), 0.0);
       surfaces.points.emplace_back((map.T_map_grid * p_grid).head<2>());
       box.extend(surfaces.points.back());
@@ -122,8 +124,7 @@ bool Relocator::says_something(const Eigen::Vector2d& from_grid, const Eigen::Ve
   const double length = ray.norm();
   if (!(length < kFarthest)) return false;
   for (double s = 0.5 * cell; s < length - kBehind; s += 0.5 * cell) {
-    const std::uint8_t value = cell_at(from_grid + s / length * ray);
-    if (value >= kOccupied && value != GridView::kUnknown) return true;
+    if (is_occupied(cell_at(from_grid + s / length * ray))) return true;
   }
   return false;
 }
@@ -135,14 +136,14 @@ std::optional<double> Relocator::fit_of(const Look& look) {
   };
   const Eigen::Matrix2d R = loops::rotation(look.xyyaw.z());
   const Eigen::Vector2d from = grid(look.xyyaw.head<2>());
-  scratch_.clear();
+  counted_.clear();
   for (const Eigen::Vector2f& p : look.points_base) {
     if (!look.is_written || says_something(from, grid(look.xyyaw.head<2>() + R * p.cast<double>())))
-      scratch_.push_back(p);
+      counted_.push_back(p);
   }
   const auto least = kLeastShare * static_cast<double>(look.points_base.size());
-  if (scratch_.size() < kLeastPoints || static_cast<double>(scratch_.size()) < least) return std::nullopt;
-  return matcher_.score(scratch_, in_raster(look.xyyaw));
+  if (counted_.size() < kLeastPoints || static_cast<double>(counted_.size()) < least) return std::nullopt;
+  return matcher_.score(counted_, in_raster(look.xyyaw));
 }
 
 void Relocator::begin_anew() {
@@ -178,7 +179,7 @@ void Relocator::judge(double fit) {
 
 /// Adds the scan to the window, of which the oldest scans go.
 void Relocator::keep(const Look& look) {
-  Seen seen{Eigen::Vector3d::Zero(), 0.0, scratch_};
+  Seen seen{Eigen::Vector3d::Zero(), 0.0, counted_};
   if (!is_step(look.moved) || (!window_.empty() && !is_step(2.0 * window_.back().xyyaw))) forget_window();
   if (!window_.empty()) {
     const Seen& last = window_.back();

@@ -97,7 +97,7 @@ class WAYMARK_API Relocator {
   std::vector<Seen> window_;
   int searches_ = 0;                      // of the window, modulo their lengths
   double searched_way_ = 0.0;             // of the window, at the last search
-  std::vector<Eigen::Vector2f> scratch_;  // points of the last step that count
+  std::vector<Eigen::Vector2f> counted_;  // points of the last step that count
 };
 
 }  // namespace waymark::relocation
