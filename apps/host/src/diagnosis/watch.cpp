@@ -20,7 +20,8 @@ constexpr int kMostAstray = 100;
 constexpr double kShortestPair = 0.03;  // [s] from one scan of a pair to the other
 constexpr double kLongestPair = 1.6;
 constexpr double kUsualPair = 0.55;
-constexpr double kLatePair = 3.0;  // times the usual one
+constexpr double kLatePair = 3.0;     // times the usual one, after which the next scan is taken in any case
+constexpr double kLatestPair = 1.51;  // [s], likewise: soon it would be too late
 constexpr double kLonger = 1.05;
 constexpr double kShorter = 0.8;
 constexpr double kPairEvery = 0.6;       // [s] from one pair to the next
@@ -157,13 +158,12 @@ void Watch::take_scan(WatchedSensor& sensor, double t, const LaserScan& scan) {
   if (sensor.scan_t < 0.0) {
     if (t < sensor.next_scan_t || !sensor.scans[0].take(scan, sensor.largest_range)) return;
     sensor.scan_t = t;
-    sensor.scans_since = 0;
+    sensor.scans_to_second = scans_of_pair(sensor);
     return;
   }
   // Where stamps come in bursts, their usual interval says little.
-  const bool is_soon =
-      t - sensor.scan_t < std::min(kLatePair * sensor.pair_step, kLongestPair - kLatePair * kShortestPair);
-  if (++sensor.scans_since < scans_of_pair(sensor) && is_soon) return;
+  const bool is_soon = t - sensor.scan_t < std::min(kLatePair * sensor.pair_step, kLatestPair);
+  if (--sensor.scans_to_second > 0 && is_soon) return;
   const double from = sensor.scan_t;
   sensor.scan_t = -1.0;
   sensor.next_scan_t = from + kPairEvery;

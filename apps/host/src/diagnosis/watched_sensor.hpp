@@ -87,7 +87,7 @@ struct WatchedSensor {
   ThinScan scans[2];
   double largest_range = 0.0;
   double scan_t = -1.0;      ///< of the first scan of a pair; < 0: there is none
-  int scans_since = 0;       ///< its first one
+  int scans_to_second = 0;   ///< how many scans are left to the second one
   double next_scan_t = 0.0;  ///< the next pair begins then
   double pair_step = 0.3;    ///< [s] from one scan of a pair to the other; shorter after a failure
 
