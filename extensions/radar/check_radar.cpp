@@ -55,7 +55,7 @@ int check_behaviour() {
   checks.expect(updates.size() == 2, "a velocity and the rear axle");
   checks.expect(updates.motion() == UpdateList::Motion::moving, "the robot moves");
   checks.expect(updates.degraded_reason().empty(), "nothing is degraded");
-  // The radar's velocity, turned into the base; the axle tells how much of it is rotation.
+  // The radar's velocity, turned into the base; the axle determines how much of it is rotation.
   const Eigen::Vector3d v = so3::from_rpy(0.0, 0.0, 0.4) * Eigen::Vector3d(3.4, 0.5, 0.0);
   const auto seen = sensor.observed_motion(measurements[4], nullptr);
   checks.expect(seen.has_value(), "a scan states the motion");

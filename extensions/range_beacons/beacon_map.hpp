@@ -24,7 +24,7 @@ class BeaconMap final : public ParticleMap {
   void load(InArchive& in);
 
  private:
-  /// A beacon that was heard: still a ring, or a place of the survey.
+  /// A beacon of which there is a range: still a ring, or a place of the survey.
   struct Beacon {
     int number = -1;
     int index = -1;  ///< in the survey; negative: it is a ring
@@ -39,7 +39,7 @@ class BeaconMap final : public ParticleMap {
   };
   struct Content {
     Survey survey;
-    std::vector<Cow<Beacon>> beacons;  ///< in the order in which they were first heard
+    std::vector<Cow<Beacon>> beacons;  ///< in the order of their first ranges
   };
   /// What a range says, before it is used.
   struct Prediction {

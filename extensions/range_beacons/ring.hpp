@@ -32,7 +32,7 @@ struct Place {
   }
 };
 
-/// Where a beacon stands as far as ranges alone say: a ring around the first place that heard it, as a sum of Gaussians
+/// Where a beacon stands as far as ranges alone say: a ring around the place of its first range, as a sum of Gaussians
 /// (N. M. Kwok, G. Dissanayake, Q. P. Ha, "Bearing-only SLAM using a SPRT based Gaussian sum filter", ICRA 2005, for
 /// bearings; here in range). Later ranges weigh its members; those without weight go, those that agree become one.
 class Ring {

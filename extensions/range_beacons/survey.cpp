@@ -13,7 +13,7 @@ int Survey::add(const Ring& ring) {
   Eigen::Vector2d by_scale = Eigen::Vector2d::Zero();
   if (before > 0.0 && place.P(2, 2) > 0.0) {
     by_scale = place.P.topRightCorner<2, 1>() / place.P(2, 2);
-    // The ratio of two Gaussians over the scale: what the ring knows by what it began with.
+    // The ratio of two Gaussians over the scale: what the ring has learnt, by what it began with.
     const double information = 1.0 / place.P(2, 2) - 1.0 / before;
     if (information > 0.0) {
       const double value = (place.mean[2] / place.P(2, 2) - ring.first_scale() / before) / information;

@@ -69,7 +69,7 @@ def _plugin_folders():
 
 
 class _Maps:
-    """What `Robot` and `Result` tell of the maps of the particle with the highest weight, by the map's name."""
+    """What `Robot` and `Result` show of the maps of the particle with the highest weight, by the map's name."""
 
     def _one_map(self, name):
         names = self.map_names

@@ -36,7 +36,7 @@ class Sensor:
         raise NotImplementedError
 
     def start_hint(self, measurement):
-        """What this measurement tells of the start pose: None, or a dictionary with position, base_point, sigma_m, yaw_rad,
+        """What this measurement says about the start pose: None, or a dictionary with position, base_point, sigma_m, yaw_rad,
         yaw_sigma_rad."""
         return None
 
@@ -134,7 +134,7 @@ class ParticleMap:
 
     def refine(self, pose, P, start, observation):
         """Matches an observation at the prior: `pose` (State) with the covariance P of (x, y, yaw); `start`: a draw from it,
-        for a search. Returns None (it tells nothing) or a dictionary: information (3, 3), gradient (3), log_evidence, and if
+        for a search. Returns None (no information) or a dictionary: information (3, 3), gradient (3), log_evidence, and if
         needed writes, failed, association. Called for every particle and from many threads: it changes nothing."""
         raise NotImplementedError
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+#include <tuple>
 
 #include "waymark/base/error.hpp"
 #include "waymark/host/robot.hpp"
@@ -67,12 +68,8 @@ KeyTrials trials_of_sensor() { return {{fmt::format("name={}", kText)}, {kText},
 /// A source asks for the fields of a payload, so it is tried with each.
 KeyTrials trials_of_source() {
   KeyTrials trials{{}, {kText, kOtherSensor}, {}};
-  for (const std::string_view type :
-       {WheelSpeeds::kType, WheelSteering::kType, BodyTwist::kType, PoseIncrement::kType, GnssFix::kType,
-        LaserScan::kType, PointCloud::kType, Image::kType, ImuSample::kType, MagneticField::kType,
-        CompassHeading::kType, Height::kType, LandmarkObservations::kType, Ranges::kType, RadarTargets::kType}) {
-    trials.texts.emplace_back(short_type_name(type));
-  }
+  const auto add = [&](std::string_view type) { trials.texts.emplace_back(short_type_name(type)); };
+  std::apply([&]<class... P>(const P&...) { (add(P::kType), ...); }, CorePayloads());
   return trials;
 }
 

@@ -29,7 +29,7 @@ SimulatedBeacons::SimulatedBeacons(const Config& config)
       places_(read_places(config)),
       p_base_antenna_(Eigen::Vector3d::Map(
           config.numbers({"base_p_antenna_m", "m", "antenna in the base frame"}, 3, {0.0, 0.0, 0.0}).data())),
-      range_max_m_(config.positive({"range_max_m", "m", "beacons that are further away are not heard"}, 1000.0)),
+      range_max_m_(config.positive({"range_max_m", "m", "beacons that are further away are not measured"}, 1000.0)),
       sigma_m_(config.positive({"sigma_m", "m", "white noise of a range; it is reported"}, 0.1)),
       scale_(config.number_in({"scale", "measured range per true distance"}, 0.5, 2.0, 1.0)),
       offset_m_(config.number({"offset_m", "m", "what every range is longer"}, 0.0)),
@@ -40,7 +40,7 @@ SimulatedBeacons::SimulatedBeacons(const Config& config)
       in_turn_(config.boolean({"in_turn", "one beacon per measurement, one after the other; false: all in one burst"},
                               false)),
       differences_(
-          config.boolean({"differences", "ranges less the one to beacon 0, which must be heard as well"}, false)) {
+          config.boolean({"differences", "ranges less the one to beacon 0, which must be in reach as well"}, false)) {
   if (differences_ && in_turn_) config.fail("differences", "needs bursts (in_turn: false)");
 }
 
@@ -57,7 +57,7 @@ double SimulatedBeacons::measure(const Truth& truth, Duration time, int beacon,
 std::shared_ptr<Payload> SimulatedBeacons::sample(const Truth& truth, Duration time) {
   const Eigen::Vector3d p_map_antenna = truth.trajectory.at(time).pose() * p_base_antenna_;
   const auto count = static_cast<int>(places_.size());
-  const auto is_heard = [&](int beacon) {
+  const auto is_in_reach = [&](int beacon) {
     return (p_map_antenna - places_[static_cast<std::size_t>(beacon)]).norm() <= range_max_m_;
   };
   const int first = in_turn_ ? next_ : 0;
@@ -65,7 +65,7 @@ std::shared_ptr<Payload> SimulatedBeacons::sample(const Truth& truth, Duration t
   next_ = (next_ + 1) % count;
   auto ranges = std::make_shared<Ranges>();
   for (int beacon = first; beacon < end; ++beacon) {
-    if (!is_heard(beacon) || (differences_ && (beacon == 0 || !is_heard(0)))) continue;
+    if (!is_in_reach(beacon) || (differences_ && (beacon == 0 || !is_in_reach(0)))) continue;
     // Noise can make the range to a near beacon negative, which no device reports.
     Ranges::One one{.beacon = beacon, .range_m = measure(truth, time, beacon, p_map_antenna), .sigma_m = sigma_m_};
     if (differences_) {
