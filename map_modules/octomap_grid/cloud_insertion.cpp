@@ -127,6 +127,7 @@ void CloudInsertion::apply(std::size_t touched, const VoxelOdds& odds) {
   tile_occupied_.clear();
   tile_freed_.clear();
   tile.voxels.apply(own.marks, changing, odds, tile_occupied_, tile_freed_);
+  if (!keeps_layers_) return;
   const Cell corner = window_.corner(own.column);
   const auto note = [&](const std::vector<LocalVoxel>& changed, bool is_occupied, std::vector<LayerCell>& all) {
     for (const LocalVoxel v : changed) {
@@ -148,6 +149,7 @@ void CloudInsertion::insert(VoxelMap& map, const Pose& T_map_base, const CloudOb
   for (const Eigen::Vector3f& hit : cloud.hits) hits_.emplace_back(R * hit.cast<double>() + p);
   for (const Eigen::Vector3f& end : cloud.clear_to) clear_to_.emplace_back(R * end.cast<double>() + p);
   open(map, settings);
+  keeps_layers_ = !settings.is_spatial;
   const Voxels from = hits_.front();
   // Ends first: where two points share a voxel of a dense cloud, their beams are as good as one.
   std::size_t kept = 0;

@@ -41,6 +41,7 @@ class CloudInsertion {
   std::int32_t low_z_ = 0;           // tile
   std::size_t levels_ = 0;           // tiles above one another
   std::vector<std::int32_t> slots_;  // per tile of the box: place in touched_, or kUntouched
+  bool keeps_layers_ = true;         // distances for matches of x, y and yaw
   std::vector<Touched> touched_;     // the first n_touched_ count
   std::size_t n_touched_ = 0;
   std::vector<Voxels> hits_;

@@ -21,6 +21,8 @@ struct OctomapGridSettings {
   scan_matching::OddsSettings odds;
   Heights match_heights;  ///< above the base, along the map's z: points that are matched
   int max_match_points;   ///< of a cloud
+  bool is_spatial;        ///< all six of the pose are matched, to surfels
+  double surfel_cell;     ///< side of the smallest cells of surfels [m]
   Heights slice;          ///< in the map: what is seen from above
   map_formats::LoadSettings load;
 

@@ -7,7 +7,9 @@
 #include "map_modules/octomap_grid/layered_field.hpp"
 #include "map_modules/octomap_grid/map_view.hpp"
 #include "map_modules/octomap_grid/octomap_file.hpp"
+#include "map_modules/octomap_grid/surfels/surfel_matcher.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::octomap_grid {
 
@@ -17,6 +19,8 @@ namespace {
 struct ThreadStorage {
   LayeredTarget target;
   CloudInsertion insertion;
+  SurfelMatcher surfel_matcher;
+  SurfelAddition surfel_addition;
 };
 
 // Not inlined: the compiler would compute the thread's address anew in the innermost loops.
@@ -27,9 +31,37 @@ struct ThreadStorage {
 
 }  // namespace
 
+namespace {
+
+/// Without spatial motion height, roll and pitch are certain.
+SpatialMatrix spatial_covariance_of(const PoseGaussian& pose) {
+  if (pose.P_spatial) return *pose.P_spatial;
+  constexpr std::array<int, 3> kPlanar{0, 1, 5};
+  SpatialMatrix P = SpatialMatrix::Zero();
+  P(kPlanar, kPlanar) = pose.P;
+  return P;
+}
+
+/// The middles of occupied voxels. A leaf of more voxels is a solid block without a surface.
+std::vector<Eigen::Vector3f> surface_of(const VoxelMap& map, double resolution) {
+  std::vector<Eigen::Vector3f> points;
+  for_all_leaves(map, [&](const Voxel& voxel, int side, float odds) {
+    if (side > 1 || odds <= 0.0f) return;
+    const Eigen::Vector3d middle = (Eigen::Vector3d(voxel.x, voxel.y, voxel.z).array() + 0.5) * resolution;
+    points.emplace_back(middle.cast<float>());
+  });
+  return points;
+}
+
+}  // namespace
+
 OctomapModel::OctomapModel(OctomapGridSettings s)
     : settings(std::move(s)), matcher(settings.match, settings.resolution) {
-  if (settings.load.use != map_formats::MapUse::map) initial = load_octomap(settings.load.file, settings);
+  if (settings.load.use == map_formats::MapUse::map) return;
+  initial = load_octomap(settings.load.file, settings);
+  if (settings.is_spatial)
+    initial_surfels.add(surface_of(initial, settings.resolution), Pose{}, settings.surfel_cell,
+                        storage().surfel_addition);
 }
 
 void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
@@ -38,6 +70,10 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   out.writes = writes(cloud);
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
+  if (model_->settings.is_spatial) {
+    refine_spatially(prior, start, cloud, association, out);
+    return;
+  }
 
   const Eigen::Matrix3d R_map_tree = T_map_tree().q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
   const PoseGaussian placed{in_tree(prior.T_map_base), R_map_tree.transpose() * prior.P * R_map_tree};
@@ -50,11 +86,40 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   out.gradient = R_map_tree * out.gradient;
 }
 
+void ParticleOctomap::refine_spatially(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
+                                       scan_matching::MatchAssociation& association, Refinement& out) const {
+  // Of positions and turns, both about the map's axes.
+  SpatialMatrix R_map_tree = SpatialMatrix::Zero();
+  R_map_tree.topLeftCorner<3, 3>() = R_map_tree.bottomRightCorner<3, 3>() = T_map_tree().q.toRotationMatrix();
+  const Pose mean = in_tree(prior.T_map_base);
+  const Pose begin = in_tree(start);
+  SpatialVector to_start;
+  to_start << begin.p - mean.p, so3::log(begin.q * mean.q.conjugate());
+  const SpatialPrior own{mean, R_map_tree.transpose() * spatial_covariance_of(prior) * R_map_tree, to_start};
+  const OctomapGridSettings& settings = model_->settings;
+  const SpatialMatch match =
+      storage().surfel_matcher.match(surfels_, settings.surfel_cell, cloud.matched, cloud.reach, own, settings.match);
+  out.failed = match.failed;
+  out.log_evidence = match.log_evidence;
+  association.outcome = match.failed ? scan_matching::MatchAssociation::Outcome::failed
+                                     : scan_matching::MatchAssociation::Outcome::matched;
+  association.searched = match.searched;
+  association.score = match.score;
+  if (match.failed) return;
+  out.spatial = {R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};
+  const SpatialInformation::Marginal planar = out.spatial->planar();
+  out.information = planar.information;
+  out.gradient = planar.gradient;
+}
+
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
   record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   if (!writes(cloud)) return;
-  storage().insertion.insert(voxels_, in_tree(pose.T_map_base), cloud, model_->settings);
+  const OctomapGridSettings& settings = model_->settings;
+  const Pose T_tree_base = in_tree(pose.T_map_base);
+  storage().insertion.insert(voxels_, T_tree_base, cloud, settings);
+  if (settings.is_spatial) surfels_.add(cloud.hits, T_tree_base, settings.surfel_cell, storage().surfel_addition);
 }
 
 void ParticleOctomap::correspond(const Observation& observation, const Association* /*association*/,
@@ -75,6 +140,7 @@ void ParticleOctomap::describe(MapDescription& out) const {
                  {"tiles_shared", number(counts.tiles_shared)},
                  {"memory_bytes", number(VoxelMap::bytes_of(own))}};
   record_.describe(out.figures);
+  if (model_->settings.is_spatial) surfels_.describe(out.figures);
 }
 
 std::optional<GridView> ParticleOctomap::grid() const {
@@ -93,10 +159,10 @@ std::vector<MapFile> ParticleOctomap::files(const Pose& T_enu_map) const {
 
 template <class Archive>
 void ParticleOctomap::serialize(Archive& archive) {
-  const std::uint32_t version = archive.section("octomap_grid", 2);
-  if (version < 2) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
+  const std::uint32_t version = archive.section("octomap_grid", 3);
+  if (version < 3) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
-  archive(record_, voxels_);
+  archive(record_, voxels_, surfels_);
 }
 
 void ParticleOctomap::save(OutArchive& out) const { out(*this); }

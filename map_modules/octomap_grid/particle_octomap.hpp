@@ -5,6 +5,7 @@
 
 #include "map_modules/octomap_grid/cloud_observation.hpp"
 #include "map_modules/octomap_grid/octomap_grid_settings.hpp"
+#include "map_modules/octomap_grid/surfels/surfel_map.hpp"
 #include "map_modules/octomap_grid/voxel_tile.hpp"
 #include "map_modules/shared/scan_matching/match_record.hpp"
 #include "map_modules/shared/scan_matching/scan_matcher.hpp"
@@ -19,14 +20,15 @@ struct OctomapModel {
 
   OctomapGridSettings settings;
   scan_matching::ScanMatcher matcher;
-  VoxelMap initial;  ///< what every map begins with
+  VoxelMap initial;           ///< what every map begins with
+  SurfelMap initial_surfels;  ///< those of the same map, where all six of the pose are matched
 };
 
 /// One particle's map of voxels.
 class ParticleOctomap final : public ParticleMap {
  public:
   explicit ParticleOctomap(std::shared_ptr<const OctomapModel> model)
-      : model_(std::move(model)), voxels_(model_->initial) {}
+      : model_(std::move(model)), voxels_(model_->initial), surfels_(model_->initial_surfels) {}
 
   std::unique_ptr<ParticleMap> clone() const override { return std::make_unique<ParticleOctomap>(*this); }
   void refine(const PoseGaussian& prior, const Pose& start, const Observation& observation,
@@ -44,6 +46,8 @@ class ParticleOctomap final : public ParticleMap {
   const VoxelMap& voxels() const { return voxels_; }
 
  private:
+  void refine_spatially(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
+                        scan_matching::MatchAssociation& association, Refinement& out) const;
   /// Where the tree lies: not at the map's origin if it was loaded.
   const Pose& T_map_tree() const { return model_->settings.load.T_map_file; }
   /// To the bit the same pose, if no map was loaded.
@@ -57,6 +61,7 @@ class ParticleOctomap final : public ParticleMap {
 
   std::shared_ptr<const OctomapModel> model_;
   VoxelMap voxels_;
+  SurfelMap surfels_;  // empty, unless all six of the pose are matched
   scan_matching::MatchRecord record_;
 };
 

@@ -66,54 +66,100 @@ void apply(Belief& belief, const StateLayout& layout, const Innovation& innovati
 
 namespace {
 
-using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxErrorStates, 3>;
+/// N = 3: x, y and yaw; N = 6: all of the pose.
+template <int N>
+using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, N, 0, kMaxErrorStates, N>;
+template <int N>
+using PoseVector = Eigen::Matrix<double, N, 1>;
+template <int N>
+using PoseMatrix = Eigen::Matrix<double, N, N>;
 
 /// A pose variance below this [m², rad²] is a rounding residue of sampling. Conditioning on it would divide the
 /// rounding errors of its covariances with other states by it, at every scan of a standing robot.
 constexpr double kRounding = 1e-12;
 
-/// The columns of P that belong to x, y and yaw.
-PoseColumns pose_columns(const Belief& belief, const StateLayout& layout) {
-  PoseColumns columns(layout.size(), 3);
-  for (int i = 0; i < 3; ++i) columns.col(i) = belief.P.col(layout.pose_indices()[static_cast<std::size_t>(i)]);
+constexpr std::array<int, 6> kSpatialIndices{0, 1, 2, 3, 4, 5};
+
+/// The columns of P that belong to the pose.
+template <int N>
+PoseColumns<N> pose_columns(const Belief& belief, const StateLayout& layout) {
+  PoseColumns<N> columns(layout.size(), N);
+  for (int i = 0; i < N; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    columns.col(i) = belief.P.col(N == 3 ? layout.pose_indices()[k] : kSpatialIndices[k]);
+  }
   return columns;
 }
 
-}  // namespace
+Eigen::Matrix3d square_root(const Eigen::Matrix3d& P) { return gaussian::square_root(P); }
+SpatialMatrix square_root(const SpatialMatrix& P) {
+  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(P);
+  const SpatialVector roots = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
+}
 
-bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
-                            const Eigen::Vector3d& gradient) {
+/// `Pyy`: covariance of the pose.
+template <int N>
+bool apply_information(Belief& belief, const StateLayout& layout, const PoseMatrix<N>& Pyy,
+                       const PoseMatrix<N>& information, const PoseVector<N>& gradient) {
   if (!information.allFinite() || !gradient.allFinite()) return false;
-  const PoseColumns PSt = pose_columns(belief, layout);
-  const Eigen::Matrix3d Pyy = pose_covariance(belief, layout);
-  const Eigen::Matrix3d L = gaussian::square_root(0.5 * (information + information.transpose()));
-  const Eigen::Matrix3d inner = Eigen::Matrix3d::Identity() + L.transpose() * Pyy * L;
-  const Eigen::LLT<Eigen::Matrix3d> factor(inner);
+  const PoseColumns<N> PSt = pose_columns<N>(belief, layout);
+  const PoseMatrix<N> symmetric = 0.5 * (information + information.transpose());
+  const PoseMatrix<N> L = square_root(symmetric);
+  const PoseMatrix<N> inner = PoseMatrix<N>::Identity() + L.transpose() * Pyy * L;
+  const Eigen::LLT<PoseMatrix<N>> factor(inner);
   if (factor.info() != Eigen::Success) return false;
   // (I + Λ P)⁻¹ η = η − L (I + Lᵀ P L)⁻¹ Lᵀ P η  (Woodbury), so P is never inverted.
-  const Eigen::Vector3d Pg = Pyy * gradient;
-  const Eigen::Vector3d weighted = gradient - L * factor.solve(L.transpose() * Pg);
+  const PoseVector<N> Pg = Pyy * gradient;
+  const PoseVector<N> weighted = gradient - L * factor.solve(L.transpose() * Pg);
   const ErrorVector delta = PSt.lazyProduct(weighted);
   if (!delta.allFinite()) return false;
   // W Wᵀ with W = P Sᵀ L chol⁻ᵀ: symmetric by construction.
-  PoseColumns W = PSt.lazyProduct(L);
+  PoseColumns<N> W = PSt.lazyProduct(L);
   gaussian::divide_by_factor(W, factor.matrixLLT());
   belief.P -= W.lazyProduct(W.transpose());
   boxplus(belief.mean, delta, layout);
   return true;
 }
 
-void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
+/// `values`, `vectors`: eigenvalues and eigenvectors of the pose's covariance.
+template <int N>
+void sample(Belief& belief, const StateLayout& layout, double fraction, const PoseVector<N>& values,
+            const PoseMatrix<N>& vectors, const PoseVector<N>& normal) {
   // With P_yy = V Λ Vᵀ and W = P Sᵀ V Λ^(−½) the draw is W ξ, and conditioning on it subtracts W Wᵀ. A direction
   // without variance is neither drawn nor conditioned on.
-  const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
-  PoseColumns W = pose_columns(belief, layout).lazyProduct(eigen.vectors);
-  for (int i = 0; i < 3; ++i) W.col(i) *= eigen.values(i) > kRounding ? 1.0 / std::sqrt(eigen.values(i)) : 0.0;
-  const Eigen::Vector3d draw = std::sqrt(fraction) * (eigen.vectors.transpose() * gaussian::standard_normal(random));
+  PoseColumns<N> W = pose_columns<N>(belief, layout).lazyProduct(vectors);
+  for (int i = 0; i < N; ++i) W.col(i) *= values(i) > kRounding ? 1.0 / std::sqrt(values(i)) : 0.0;
+  const PoseVector<N> draw = std::sqrt(fraction) * (vectors.transpose() * normal);
   boxplus(belief.mean, W.lazyProduct(draw), layout);
   belief.P -= fraction * W.lazyProduct(W.transpose());
   // Rounding may leave negative variances, which have no square root.
   for (int i = 0; i < layout.size(); ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
+}
+
+}  // namespace
+
+bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
+                            const Eigen::Vector3d& gradient) {
+  return apply_information<3>(belief, layout, pose_covariance(belief, layout), information, gradient);
+}
+
+bool apply_spatial_information(Belief& belief, const StateLayout& layout, const SpatialMatrix& information,
+                               const SpatialVector& gradient) {
+  return apply_information<6>(belief, layout, spatial_covariance(belief), information, gradient);
+}
+
+void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
+  const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
+  sample<3>(belief, layout, fraction, eigen.values, eigen.vectors, gaussian::standard_normal(random));
+}
+
+void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
+  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(spatial_covariance(belief));
+  SpatialVector normal;
+  normal.head<3>() = gaussian::standard_normal(random);
+  normal.tail<3>() = gaussian::standard_normal(random);
+  sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), normal);
 }
 
 namespace {

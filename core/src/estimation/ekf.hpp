@@ -39,9 +39,16 @@ WAYMARK_API void apply(Belief& belief, const StateLayout& layout, const Innovati
 WAYMARK_API bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
                                         const Eigen::Vector3d& gradient);
 
+/// The same about all six of the pose, for spatial motion.
+WAYMARK_API bool apply_spatial_information(Belief& belief, const StateLayout& layout, const SpatialMatrix& information,
+                                           const SpatialVector& gradient);
+
 /// FastSLAM's sampling (docs/math/rbpf.md): δ ~ N(0, a·P_yy) on (x, y, yaw); the rest is conditioned on it and the
 /// fraction 1 − a stays as covariance. a in [0, 1].
 WAYMARK_API void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
+
+/// The same on all six of the pose, for spatial motion.
+WAYMARK_API void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
 /// Sets body velocity and rate to zero with zero covariance, for standstill.
 WAYMARK_API void stop(Belief& belief, const StateLayout& layout);

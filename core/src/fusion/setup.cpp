@@ -215,9 +215,19 @@ void check_parts(const FusionSettings& settings, const std::vector<SensorSlot>& 
         "sensors: none of the enabled sensors measures the motion; add one (plugin: odometry, for example), or "
         "with a map that localises set motion.source: maps");
   }
-  if (settings.motion == StateLayout::Motion::spatial &&
+  const auto spatial_map =
+      std::ranges::find_if(maps, [](const MapSlot& m) { return m.localize && m.module && m.module->is_spatial(); });
+  const bool is_spatial = settings.motion == StateLayout::Motion::spatial;
+  if (!is_spatial && spatial_map != maps.end()) {
+    throw ConfigError(
+        fmt::format("motion.kind: planar holds height, roll and pitch, which the map \"{}\" matches; set it to spatial",
+                    spatial_map->name));
+  }
+  if (is_spatial && spatial_map == maps.end() &&
       !any([](const Sensor& s) { return s.traits().observes_roll_and_pitch; })) {
-    throw ConfigError("motion.kind: spatial needs a sensor that observes roll and pitch; without one use planar");
+    throw ConfigError(
+        "motion.kind: spatial needs a sensor that observes roll and pitch, or a map that matches them (octomap_grid: "
+        "match.kind: spatial); without one use planar");
   }
   check_instruments(sensors);
   check_prior_maps(settings, maps);

@@ -58,6 +58,7 @@ void JointBelief::update(const Update& model, int owner, const estimation::Geore
 std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidence,
                                                       const Correspondences& correspondences,
                                                       std::span<const AnchorPose> anchors) {
+  if (evidence.spatial) relate_height_and_tilt(gaussian_, *evidence.spatial);
   if (evidence.is_prior) {
     relate_to_prior_map(gaussian_, evidence.match);
     return std::nullopt;

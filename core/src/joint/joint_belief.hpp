@@ -12,6 +12,7 @@
 #include "joint/anchors.hpp"
 #include "joint/joint_gaussian.hpp"
 #include "joint/landmark_nodes.hpp"
+#include "joint/spatial_match.hpp"
 #include "loops/keyframes.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
@@ -22,11 +23,12 @@ namespace waymark::joint {
 
 /// What one map of the best particle contributes to a mapping step.
 struct MapEvidence {
-  PoseMatch match;        ///< of surfaces, as the particle used it
-  Pose T_map_base = {};   ///< the particle's pose after the match
-  double share = 1.0;     ///< exponent of the likelihood of landmarks
-  bool writes = true;     ///< the observation will be added to the map
-  bool is_prior = false;  ///< the map was loaded: its places are not uncertain
+  PoseMatch match;                                     ///< of surfaces, as the particle used it
+  Pose T_map_base = {};                                ///< the particle's pose after the match
+  double share = 1.0;                                  ///< exponent of the likelihood of landmarks
+  bool writes = true;                                  ///< the observation will be added to the map
+  bool is_prior = false;                               ///< the map was loaded: its places are not uncertain
+  std::optional<SpatialMatch> spatial = std::nullopt;  ///< of a map that matches all six of the pose
 };
 
 /// The belief that the filter reports where maps localise: one Gaussian over the navigation state and the places of the

@@ -54,7 +54,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
     const auto& map = particle.maps[static_cast<std::size_t>(inputs[i].module)];
     if (!map) continue;
     try {
-      const PoseGaussian prior{belief.mean.T_map_base, pose_covariance(belief, layout_)};
+      const PoseGaussian prior = pose_of(belief);
       refine_by(inputs[i], *map, prior, draw_start(slot, prior, stamp, sensor), belief, scratch);
     } catch (const std::exception& error) {
       scratch.failed_input = static_cast<int>(i);
@@ -87,17 +87,32 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   refinement.log_evidence = 0.0;
   refinement.writes = true;
   refinement.failed = false;
+  refinement.spatial.reset();
   map.refine(prior, start, *input.observation, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
   scratch.writes = scratch.writes || refinement.writes;
   if (!input.localize) return;
-  if (!estimation::ekf::apply_pose_information(belief, layout_, input.share * refinement.information,
-                                               input.share * refinement.gradient)) {
-    throw Error("the map's pose information is not finite");
-  }
+  if (!apply(refinement, input.share, belief)) throw Error("the map's pose information is not finite");
   scratch.log_evidence += input.share * refinement.log_evidence;
-  scratch.informed = scratch.informed || !refinement.information.isZero(0.0);
+  scratch.informed = scratch.informed || refinement.spatial || !refinement.information.isZero(0.0);
   scratch.failed = scratch.failed || refinement.failed;
+}
+
+/// False if the information is not finite.
+bool MappingStep::apply(const Refinement& refinement, double share, Belief& belief) const {
+  if (!refinement.spatial)
+    return estimation::ekf::apply_pose_information(belief, layout_, share * refinement.information,
+                                                   share * refinement.gradient);
+  if (layout_.motion() == StateLayout::Motion::planar)
+    throw Error("the map refines height, roll and pitch, which planar motion does not have");
+  const auto& [information, gradient] = *refinement.spatial;
+  return estimation::ekf::apply_spatial_information(belief, layout_, share * information, share * gradient);
+}
+
+PoseGaussian MappingStep::pose_of(const Belief& belief) const {
+  PoseGaussian pose{belief.mean.T_map_base, pose_covariance(belief, layout_)};
+  if (layout_.motion() == StateLayout::Motion::spatial) pose.P_spatial = spatial_covariance(belief);
+  return pose;
 }
 
 void MappingStep::weigh(ParticleSet& particles) {
@@ -126,8 +141,7 @@ void MappingStep::insert_one(std::size_t slot, Particle& particle, const Belief&
   const auto& map = particle.maps[module];
   if (!map) return;
   try {
-    const PoseGaussian pose{belief.mean.T_map_base, pose_covariance(belief, layout_)};
-    map->insert(pose, *inputs[input].observation, scratch.refinements[module].association.get());
+    map->insert(pose_of(belief), *inputs[input].observation, scratch.refinements[module].association.get());
   } catch (const std::exception& error) {
     scratch.failed_input = static_cast<int>(input);
     scratch.failure = error.what();

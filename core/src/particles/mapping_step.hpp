@@ -93,6 +93,8 @@ class MappingStep {
                   Time stamp, std::uint32_t sensor);
   void refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior, const Pose& start,
                  Belief& belief, Scratch& scratch) const;
+  bool apply(const Refinement& refinement, double share, Belief& belief) const;
+  PoseGaussian pose_of(const Belief& belief) const;
   Pose draw_start(std::size_t slot, const PoseGaussian& prior, Time stamp, std::uint32_t sensor) const;
   void weigh(ParticleSet& particles);
   void insert_each(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs, std::size_t input);

@@ -16,6 +16,13 @@ namespace {
 constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
 constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
 
+/// What a match says about all six of the pose, as the particle used it.
+std::optional<joint::SpatialMatch> scaled(const std::optional<SpatialInformation>& about, double share,
+                                          const Pose& prior) {
+  if (!about) return std::nullopt;
+  return joint::SpatialMatch{prior, {share * about->information, share * about->gradient}};
+}
+
 }  // namespace
 
 /// Loops move maps that this run has begun, and no others.
@@ -41,7 +48,8 @@ class ParticleFilter::Present final : public Instant {
       const auto i = static_cast<std::size_t>(slot);
       if (!filter_.mapping_.writes(i)) return;
       Random stream = filter_.streams_(slot, filter_.stamp(), sensor);
-      ekf::sample_pose(filter_.set_[i].belief, filter_.layout(), filter_.settings_.sampling_fraction, stream);
+      const auto sample = filter_.is_spatial_ ? ekf::sample_spatial_pose : ekf::sample_pose;
+      sample(filter_.set_[i].belief, filter_.layout(), filter_.settings_.sampling_fraction, stream);
     };
     filter_.workers_.for_each(static_cast<int>(filter_.set_.size()), std::cref(sample_one), kSerialUpdates);
   }
@@ -80,6 +88,7 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       loops_(settings.loops.enabled && can_close_loops(modules_)
                  ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint)
                  : std::nullopt),
+      is_spatial_(std::ranges::any_of(modules_, [](const auto& module) { return module && module->is_spatial(); })),
       now_(std::make_unique<Present>(*this)),
       beliefs_(set_.size()) {
   assert(settings.particles >= 1);
@@ -203,8 +212,12 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
     const Pose& from = mapping_.refined_from(slot, input.module);
     const joint::PoseMatch match{
         {from.p.x(), from.p.y(), from.yaw()}, input.share * refinement.information, input.share * refinement.gradient};
-    const joint::MapEvidence evidence{match, best.belief.mean.T_map_base, input.share, refinement.writes,
-                                      modules_[module]->has_prior_map()};
+    const joint::MapEvidence evidence{match,
+                                      best.belief.mean.T_map_base,
+                                      input.share,
+                                      refinement.writes,
+                                      modules_[module]->has_prior_map(),
+                                      scaled(refinement.spatial, input.share, from)};
     if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
   joint_failure_ = joint_->failure(best.belief);

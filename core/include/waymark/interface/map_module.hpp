@@ -22,6 +22,8 @@ namespace waymark {
 struct PoseGaussian {
   Pose T_map_base;                              ///< mean
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();  ///< covariance of (x [m], y [m], yaw [rad]); may be singular
+  /// Covariance of all six, with spatial motion; may be singular.
+  std::optional<SpatialMatrix> P_spatial = std::nullopt;
 };
 
 /// What a map module extracted from one measurement. Created once, read by all particles.
@@ -34,6 +36,20 @@ class WAYMARK_TYPE Observation {
 class WAYMARK_TYPE Association {
  public:
   virtual ~Association() = default;
+};
+
+/// Information about all six of a pose, around the prior mean, in the form of `Refinement`.
+struct SpatialInformation {
+  SpatialMatrix information;  ///< Λ ⪰ 0, may be singular
+  SpatialVector gradient;     ///< η
+
+  /// Information about three of the six, whatever the others are: the marginal (a Schur complement).
+  struct Marginal {
+    Eigen::Matrix3d information;
+    Eigen::Vector3d gradient;
+  };
+  WAYMARK_API Marginal planar() const;           ///< about (x, y, yaw)
+  WAYMARK_API Marginal height_and_tilt() const;  ///< about (z, rotation about x, rotation about y)
 };
 
 /// Result of a match, in the same form for all map modules: information about (x, y, yaw) around the prior mean, and
@@ -49,6 +65,9 @@ struct Refinement {
   /// fit it to yet.
   bool failed = false;
   std::unique_ptr<Association> association;  ///< kept by the host from step to step; a map can reuse its storage
+  /// Of a map that matches all six of the pose (`MapModule::is_spatial`); not set on entry. `information` and
+  /// `gradient` are then those about (x, y, yaw) alone: what is left if z, roll and pitch are unknown.
+  std::optional<SpatialInformation> spatial = std::nullopt;
 };
 
 /// What of an observation ties the pose to places of the map (docs/math/joint.md).
@@ -165,6 +184,10 @@ class WAYMARK_TYPE MapModule {
   /// The module's own state, if it has any.
   virtual void save(OutArchive&) const {}
   virtual void load(InArchive&) {}
+
+  /// True if its maps match all six of the pose (`Refinement::spatial`), which needs spatial motion. All six are then
+  /// sampled before a map is written. Must not change after load.
+  virtual bool is_spatial() const { return false; }
 };
 
 }  // namespace waymark

@@ -102,4 +102,12 @@ struct Belief {
 /// Covariance of (x, y, yaw) of a belief.
 WAYMARK_API Eigen::Matrix3d pose_covariance(const Belief& belief, const StateLayout& layout);
 
+/// All six of a pose as error states: x, y, z [m], then the rotation about the map's axes x, y, z [rad], applied from
+/// the left.
+using SpatialVector = Eigen::Matrix<double, 6, 1>;
+using SpatialMatrix = Eigen::Matrix<double, 6, 6>;
+
+/// Covariance of the six of a belief of spatial motion.
+inline SpatialMatrix spatial_covariance(const Belief& belief) { return belief.P.topLeftCorner<6, 6>(); }
+
 }  // namespace waymark
