@@ -63,9 +63,10 @@ CsvSource::CsvSource(const Config& config, const Rig& rig)
       {"max_ahead_s", "s",
        "a stamp may lie this long after its `arrival`; the host has its own opinion about such ones (`clock`)"},
       0.0, 9e9, 0.0));
-  const std::vector<Config> entries =
-      config.items({"files", "text files; rows of equal time come in the order of this list"});
-  if (entries.empty()) config.fail("files", "the list is empty, at least one file is expected");
+  const std::vector<Config> entries = config.items(
+      {"files", "text files; rows of equal time come in the order of this list; `[]` with a `reference` alone"});
+  if (entries.empty() && !config.has("reference"))
+    config.fail("files", "the list is empty; at least one file is expected, or a reference");
   for (const Config& entry : entries) add_input(entry, rig, from_seconds(jump_s), max_ahead);
   if (config.has("reference")) {
     const Config reference = config.child(
@@ -73,7 +74,7 @@ CsvSource::CsvSource(const Config& config, const Rig& rig)
          "truth for pictures and scores, never seen by a filter; with a bad row there is none: the run goes on and "
          "ends with an error"});
     try {
-      reference_ = read_reference(reference);
+      reference_ = read_reference(reference, rig);
     } catch (const DataError&) {
       // The measurements do not need it: who asks for it gets the error.
       reference_failure_ = std::current_exception();
@@ -136,6 +137,7 @@ std::optional<Measurement> CsvSource::next() {
 }
 
 double CsvSource::progress() const {
+  if (inputs_.empty()) return 1.0;
   double consumed = 0.0;
   double total = 0.0;
   for (const Input& input : inputs_) {

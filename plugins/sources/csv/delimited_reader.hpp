@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "byte_stream.hpp"
+#include "plugins/shared/compression/byte_stream.hpp"
 #include "record_reader.hpp"
 
 namespace waymark::csv {
@@ -48,7 +48,7 @@ class LineReader {
 
   std::string name_;
   std::string comment_;
-  ByteStream bytes_;
+  compression::ByteStream bytes_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "byte_stream.hpp"
+#include "plugins/shared/compression/byte_stream.hpp"
 #include "waymark/config/config.hpp"
 
 namespace waymark::csv {
@@ -51,7 +51,7 @@ class RecordReader {
 
   std::string name_;
   RecordLayout layout_;
-  ByteStream bytes_;
+  compression::ByteStream bytes_;
   std::vector<char> record_;
   std::string text_;
   std::vector<std::size_t> ends_;  // of each field in the text

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "yaw_column.hpp"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -37,6 +38,12 @@ double YawColumn::read(Row row) const {
   if (columns_.size() == 1) return columns_.front().read(row);
   const auto q = read_quaternion(row, columns_, kQuaternion);
   return q ? so3::yaw(*q) : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::optional<Eigen::Quaterniond> YawColumn::read_attitude(Row row) const {
+  if (columns_.size() != 1) return read_quaternion(row, columns_, kQuaternion);
+  const double yaw = columns_.front().read(row);
+  return std::isnan(yaw) ? std::nullopt : std::optional(so3::from_rpy(0.0, 0.0, yaw));
 }
 
 }  // namespace waymark::csv

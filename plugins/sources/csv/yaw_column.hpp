@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,8 @@ class YawColumn {
 
   /// NaN if it is unknown. Throws BadRow for what is no number and no unit quaternion.
   double read(Row row) const;
+  /// The whole attitude; level if there is a yaw only. Nothing if it is unknown.
+  std::optional<Eigen::Quaterniond> read_attitude(Row row) const;
 
  private:
   std::vector<NumberColumn> columns_;  // yaw; or w, x, y, z

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "byte_stream.hpp"
+#include "plugins/shared/compression/byte_stream.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -9,10 +9,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::csv {
+namespace waymark::compression {
 namespace {
 
 constexpr std::size_t kInputBytes = 1 << 16;
@@ -41,6 +42,7 @@ ByteStream::ByteStream(const std::filesystem::path& file) : name_(file.string())
     if (::fstat(descriptor_, &status) != 0) throw DataError(name_ + ": cannot be read: " + std::strerror(errno));
     if (S_ISDIR(status.st_mode)) throw DataError(name_ + ": is a folder, a file is expected");
     file_size_ = static_cast<std::uint64_t>(status.st_size);
+    is_regular_ = S_ISREG(status.st_mode);
     refill();
     const auto byte = [this](std::size_t i) { return static_cast<unsigned char>(input_[i]); };
     if (input_end_ >= 2 && byte(0) == kMagic0 && byte(1) == kMagic1) inflater_ = std::make_unique<Inflater>();
@@ -51,6 +53,16 @@ ByteStream::ByteStream(const std::filesystem::path& file) : name_(file.string())
 }
 
 ByteStream::~ByteStream() { ::close(descriptor_); }
+
+std::uint64_t ByteStream::most_left() const {
+  if (!is_regular_) return std::numeric_limits<std::uint64_t>::max();
+  const std::uint64_t rest = file_size_ - std::min(consumed_, file_size_);
+  // Deflate makes at most 258 bytes of two bits; as many may be on their way.
+  constexpr std::uint64_t kMostTimes = 1032;
+  if (!inflater_) return rest;
+  return rest < std::numeric_limits<std::uint64_t>::max() / kMostTimes - 1 ? (rest + 1) * kMostTimes
+                                                                           : std::numeric_limits<std::uint64_t>::max();
+}
 
 std::size_t ByteStream::read(char* data, std::size_t size) {
   if (inflater_) {
@@ -131,4 +143,4 @@ std::size_t ByteStream::read_gzip(char* data, std::size_t size) {
   return filled;
 }
 
-}  // namespace waymark::csv
+}  // namespace waymark::compression

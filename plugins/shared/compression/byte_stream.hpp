@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace waymark::csv {
+namespace waymark::compression {
 
 /// The bytes of a plain or gzip file (recognised by its first two bytes, not by its name), in order. A damaged gzip
 /// file yields every byte before the damage; then `problem` holds what is wrong.
@@ -30,6 +30,9 @@ class ByteStream {
   std::uint64_t consumed() const { return consumed_; }  ///< bytes of the file that were used
   std::uint64_t produced() const { return produced_; }  ///< bytes that `read` gave; of a gzip file the expanded ones
   std::uint64_t file_size() const { return file_size_; }
+  /// At most so many bytes are left for `read`, so a size that a damaged file states can be doubted at once: the rest
+  /// of the file, or what the rest of a gzip file expands to at best; of a pipe any number.
+  std::uint64_t most_left() const;
 
  private:
   struct Inflater;
@@ -42,6 +45,7 @@ class ByteStream {
   std::string name_;
   int descriptor_ = -1;
   std::uint64_t file_size_ = 0;
+  bool is_regular_ = true;
   std::uint64_t consumed_ = 0;
   std::uint64_t produced_ = 0;
   std::vector<char> input_;  // compressed bytes, or the head of a plain file
@@ -52,4 +56,4 @@ class ByteStream {
   std::string_view problem_;
 };
 
-}  // namespace waymark::csv
+}  // namespace waymark::compression
