@@ -65,8 +65,8 @@ void SurfelTile::save(OutArchive& out) const {
 }
 
 void SurfelTile::load(InArchive& in) {
-  constexpr float kFar = 1e3f;  // [m] beyond any cell
-  const auto is_near = [](const Eigen::Vector3f& p) { return (p.array().abs() < kFar).all(); };
+  // Beyond any cell [m].
+  const auto is_near = [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 1e3f; };
   surfels_.clear();
   for (std::size_t column = 0; column < kColumns; ++column) {
     begin_[column] = static_cast<std::uint32_t>(surfels_.size());
