@@ -162,6 +162,12 @@ void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fract
   sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), normal);
 }
 
+void sample_first_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
+  sample_pose(belief, layout, fraction, random);
+  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(spatial_covariance(belief));
+  sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), SpatialVector::Zero());
+}
+
 namespace {
 
 void set_twist_covariance(Belief& belief, const StateLayout& layout, double velocity_variance, double rate_variance) {

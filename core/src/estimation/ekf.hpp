@@ -50,6 +50,10 @@ WAYMARK_API void sample_pose(Belief& belief, const StateLayout& layout, double f
 /// The same on all six of the pose, for spatial motion.
 WAYMARK_API void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
+/// The same, but height, roll and pitch are taken as they are: what a map is begun at is level and at this height in
+/// it, as the start pose is its origin.
+WAYMARK_API void sample_first_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
+
 /// Sets body velocity and rate to zero with zero covariance, for standstill.
 WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 

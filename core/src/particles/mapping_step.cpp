@@ -46,6 +46,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   scratch.writes = false;
   scratch.informed = false;
   scratch.failed = false;
+  scratch.compared = false;
   scratch.failed_input = -1;
   // One per module, so that every module gets its own association back.
   scratch.refinements.resize(particle.maps.size());
@@ -91,6 +92,7 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   map.refine(prior, start, *input.observation, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
   scratch.writes = scratch.writes || refinement.writes;
+  scratch.compared = scratch.compared || refinement.spatial || refinement.failed;
   if (!input.localize) return;
   if (!apply(refinement, input.share, belief)) throw Error("the map's pose information is not finite");
   scratch.log_evidence += input.share * refinement.log_evidence;

@@ -58,6 +58,8 @@ class MappingStep {
 
   /// True if, in the last refinement, a map will write something that depends on this particle's pose.
   bool writes(std::size_t slot) const { return scratch_[slot].writes; }
+  /// True if, in the last refinement, this particle's maps had nothing to match all six of the pose to yet.
+  bool begins_spatial_map(std::size_t slot) const { return !scratch_[slot].compared; }
   /// True if, in the last refinement, maps gave half of the particles or more information about their pose.
   bool localized() const { return localized_; }
   /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
@@ -81,6 +83,7 @@ class MappingStep {
     bool writes = false;
     bool informed = false;  // some map gave information about the pose
     bool failed = false;    // some map that localises found no fit
+    bool compared = false;  // some map had something to match all six of the pose to
     std::string failure;
     int failed_input = -1;
   };

@@ -48,7 +48,9 @@ class ParticleFilter::Present final : public Instant {
       const auto i = static_cast<std::size_t>(slot);
       if (!filter_.mapping_.writes(i)) return;
       Random stream = filter_.streams_(slot, filter_.stamp(), sensor);
-      const auto sample = filter_.is_spatial_ ? ekf::sample_spatial_pose : ekf::sample_pose;
+      const auto spatial =
+          filter_.mapping_.begins_spatial_map(i) ? ekf::sample_first_spatial_pose : ekf::sample_spatial_pose;
+      const auto sample = filter_.is_spatial_ ? spatial : ekf::sample_pose;
       sample(filter_.set_[i].belief, filter_.layout(), filter_.settings_.sampling_fraction, stream);
     };
     filter_.workers_.for_each(static_cast<int>(filter_.set_.size()), std::cref(sample_one), kSerialUpdates);
