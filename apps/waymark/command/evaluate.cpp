@@ -89,6 +89,8 @@ void score_against_reference(const EvaluateOptions& arguments, const evaluation:
     try {
       report.consistency = evaluation::score_consistency(
           covariances, estimate, of_base, report.trajectory->T_reference_estimate, options.max_time_gap_s);
+      report.spatial_consistency = evaluation::score_spatial_consistency(
+          covariances, estimate, of_base, report.trajectory->T_reference_estimate, options.max_time_gap_s);
     } catch (const Error&) {
       if (covariance_was_asked) throw;  // else it was only there
     }

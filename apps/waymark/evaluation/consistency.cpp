@@ -3,7 +3,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <numeric>
+#include <utility>
 
 #include "apps/waymark/evaluation/table.hpp"
 #include "waymark/base/error.hpp"
@@ -11,6 +13,62 @@
 #include "waymark/math/so3.hpp"
 
 namespace waymark::evaluation {
+
+namespace {
+
+constexpr int kPlanarColumns = 7;
+constexpr int kSpatialColumns = 15;
+
+/// The further columns are those of z, the rotation about x and that about y: each with those before it, and itself.
+SpatialMatrix spatial(const Table& table, std::size_t row, const Eigen::Matrix3d& planar) {
+  constexpr std::array<int, 6> kOrder{0, 1, 5, 2, 3, 4};
+  SpatialMatrix P = SpatialMatrix::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j)
+      P(kOrder[i], kOrder[j]) = planar(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  }
+  int column = kPlanarColumns;
+  for (std::size_t i = 3; i < kOrder.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j)
+      P(kOrder[i], kOrder[j]) = P(kOrder[j], kOrder[i]) = table.number(row, column++, "spatial covariance");
+  }
+  return P;
+}
+
+constexpr double kCertain = 1e-4;  // [m]
+
+bool is_certain(const PoseCovariance& covariance) {
+  return covariance.P(0, 0) + covariance.P(1, 1) < kCertain * kCertain;
+}
+
+/// `nees`: at least one.
+Consistency summary(std::vector<double> nees, int dimensions) {
+  Consistency out;
+  const auto count = static_cast<double>(nees.size());
+  const double bound = gaussian::chi_squared_quantile(0.95, dimensions);
+  const auto share = [&](auto holds) { return static_cast<double>(std::ranges::count_if(nees, holds)) / count; };
+  out.dimensions = dimensions;
+  out.scored = nees.size();
+  out.share_within_95 = share([&](double n) { return n <= bound; });
+  out.low_95 = gaussian::chi_squared_quantile(0.025, dimensions);
+  out.high_95 = gaussian::chi_squared_quantile(0.975, dimensions);
+  out.share_below = share([&](double n) { return n < out.low_95; });
+  out.share_above = share([&](double n) { return n > out.high_95; });
+  const int dof = dimensions * static_cast<int>(nees.size());
+  out.mean_low_95 = gaussian::chi_squared_quantile(0.025, dof) / count;
+  out.mean_high_95 = gaussian::chi_squared_quantile(0.975, dof) / count;
+  for (std::size_t q = 0; q < 4; ++q) {
+    const std::size_t begin = q * nees.size() / 4;
+    const std::size_t end = (q + 1) * nees.size() / 4;
+    const double sum = std::accumulate(nees.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       nees.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    out.mean_by_quarter[q] = end > begin ? sum / static_cast<double>(end - begin) : 0.0;
+  }
+  out.nees = statistics(std::move(nees));
+  return out;
+}
+
+}  // namespace
 
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) {
   Table table(file);
@@ -25,6 +83,7 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) 
     const double xyaw = number(3, "xyaw");
     const double yyaw = number(5, "yyaw");
     one.P << number(1, "xx"), xy, xyaw, xy, number(4, "yy"), yyaw, xyaw, yyaw, number(6, "yawyaw");
+    if (table.width() >= kPlanarColumns + kSpatialColumns) one.P_spatial = spatial(table, row, one.P);
     out.push_back(one);
   }
   return out;
@@ -36,9 +95,7 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   const int dimensions = reference.orientation == Orientation::none ? 2 : 3;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
-  const double bound = gaussian::chi_squared_quantile(0.95, dimensions);
   std::vector<double> nees;
-  std::size_t within = 0;
   for (const PoseCovariance& covariance : covariances) {
     Pose estimated;
     Pose truth;
@@ -48,36 +105,40 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
     estimated = T_reference_estimate * estimated;
     const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
                                 so3::wrap(estimated.yaw() - truth.yaw()));
-    constexpr double kCertain = 1e-4;  // [m]
-    if (covariance.P(0, 0) + covariance.P(1, 1) < kCertain * kCertain) continue;
+    if (is_certain(covariance)) continue;
     const Eigen::Matrix3d P = turn * covariance.P * turn.transpose();
     const Eigen::LDLT<Eigen::MatrixXd> factor(P.topLeftCorner(dimensions, dimensions));
     if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
     nees.push_back(error.head(dimensions).dot(factor.solve(error.head(dimensions))));
-    within += nees.back() <= bound ? 1 : 0;
   }
   if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
-  Consistency out;
-  out.dimensions = dimensions;
-  out.scored = nees.size();
-  out.share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
-  const auto count = static_cast<double>(nees.size());
-  out.low_95 = gaussian::chi_squared_quantile(0.025, dimensions);
-  out.high_95 = gaussian::chi_squared_quantile(0.975, dimensions);
-  out.share_below = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n < out.low_95; })) / count;
-  out.share_above = static_cast<double>(std::ranges::count_if(nees, [&](double n) { return n > out.high_95; })) / count;
-  const int dof = dimensions * static_cast<int>(nees.size());
-  out.mean_low_95 = gaussian::chi_squared_quantile(0.025, dof) / count;
-  out.mean_high_95 = gaussian::chi_squared_quantile(0.975, dof) / count;
-  for (std::size_t q = 0; q < 4; ++q) {
-    const std::size_t begin = q * nees.size() / 4;
-    const std::size_t end = (q + 1) * nees.size() / 4;
-    const double sum = std::accumulate(nees.begin() + static_cast<std::ptrdiff_t>(begin),
-                                       nees.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
-    out.mean_by_quarter[q] = end > begin ? sum / static_cast<double>(end - begin) : 0.0;
+  return summary(std::move(nees), dimensions);
+}
+
+std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
+                                                     const Trajectory& estimate, const Trajectory& reference,
+                                                     const Pose& T_reference_estimate, double max_time_gap_s) {
+  const bool has_all = std::ranges::all_of(covariances, [](const PoseCovariance& one) { return one.P_spatial; });
+  if (!has_all || estimate.orientation != Orientation::full || reference.orientation != Orientation::full)
+    return std::nullopt;
+  SpatialMatrix turn = SpatialMatrix::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_reference_estimate.q.toRotationMatrix();
+  std::vector<double> nees;
+  for (const PoseCovariance& covariance : covariances) {
+    Pose estimated;
+    Pose truth;
+    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
+        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
+      continue;
+    estimated = T_reference_estimate * estimated;
+    SpatialVector error;
+    error << estimated.p - truth.p, so3::log(estimated.q * truth.q.conjugate());
+    const Eigen::LDLT<SpatialMatrix> factor(turn * *covariance.P_spatial * turn.transpose());
+    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
+    nees.push_back(error.dot(factor.solve(error)));
   }
-  out.nees = statistics(std::move(nees));
-  return out;
+  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
+  return summary(std::move(nees), 6);
 }
 
 }  // namespace waymark::evaluation

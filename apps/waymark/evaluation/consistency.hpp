@@ -4,23 +4,26 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 
 namespace waymark::evaluation {
 
-/// The covariance that an estimate gives for its planar pose, at one time.
+/// The covariance that an estimate gives for its pose, at one time.
 struct PoseCovariance {
   Time stamp;
   Eigen::Matrix3d P;  ///< of (x [m], y [m], yaw [rad]) in the map frame
+  /// Of all six, of a run of spatial motion: x, y, z [m], and the rotation about the map's axes [rad].
+  std::optional<SpatialMatrix> P_spatial = std::nullopt;
 };
 
 /// The normalised estimation error squared of (x, y, yaw), eᵀ P⁻¹ e: 3 on the average and 2.4 at the median if the
 /// covariances are right (Bar-Shalom, Li, Kirubarajan, 2001, §5.4). Of (x, y) alone if the reference has no
 /// orientation: 2 and 1.4.
 struct Consistency {
-  int dimensions = 3;  ///< 3, or 2: degrees of freedom of one NEES
+  int dimensions = 3;  ///< 3, 2 or 6: degrees of freedom of one NEES
   std::size_t scored = 0;
   ErrorStatistics nees;
   double share_within_95 = 0.0;  ///< share of NEES below the 95 % quantile of χ² with so many degrees of freedom
@@ -37,7 +40,8 @@ struct Consistency {
   std::array<double, 4> mean_by_quarter{};  ///< of the scored times: does the filter grow too sure?
 };
 
-/// Reads covariance.csv of the tum sink: t_s,xx,xy,xyaw,yy,yyaw,yawyaw. Throws DataError with file and line.
+/// Reads covariance.csv of the tum sink: t_s,xx,xy,xyaw,yy,yyaw,yawyaw, and fifteen columns more of spatial motion.
+/// Throws DataError with file and line.
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
 
 /// Scores the covariances' stamps at which both trajectories are known and the position is not held for certain (σ
@@ -46,5 +50,11 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
 /// without. Throws Error if the estimate has no orientation, or if there is no common time.
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
                               const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s);
+
+/// The same of all six of the pose: 6 on the average. Nothing if a covariance has three only, or if the estimate or the
+/// reference has no whole orientation. Throws Error if there is no common time.
+std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
+                                                     const Trajectory& estimate, const Trajectory& reference,
+                                                     const Pose& T_reference_estimate, double max_time_gap_s);
 
 }  // namespace waymark::evaluation

@@ -90,7 +90,10 @@ void trajectory_text(const TrajectoryError& e, const TrajectoryOptions& options,
 }
 
 void consistency_text(const Consistency& c, std::string& out) {
-  line(out, c.dimensions == 3 ? "NEES of x, y, yaw" : "NEES of x, y",
+  line(out,
+       c.dimensions == 6   ? "NEES of all six"
+       : c.dimensions == 3 ? "NEES of x, y, yaw"
+                           : "NEES of x, y",
        fmt::format(
            "mean {:.2f}   median {:.2f}   max {:.1f}   below the 95 % bound {:.1f} % ({} scored; right: mean {})",
            c.nees.mean, c.nees.median, c.nees.max, 100.0 * c.share_within_95, c.scored, c.dimensions));
@@ -353,6 +356,7 @@ std::string to_text(const Report& report) {
   std::string out;
   if (report.trajectory) trajectory_text(*report.trajectory, report.trajectory_options, out);
   if (report.consistency) consistency_text(*report.consistency, out);
+  if (report.spatial_consistency) consistency_text(*report.spatial_consistency, out);
   if (report.outages) outages_text(*report.outages, report.outage_options, out);
   if (report.relations) relations_text(*report.relations, report.relation_options, out);
   if (report.innovations) innovations_text(*report.innovations, out);
@@ -366,6 +370,7 @@ std::string to_json(const Report& report) {
   out["trajectory"] =
       report.trajectory ? trajectory_json(*report.trajectory, report.trajectory_options) : Json(nullptr);
   out["consistency"] = report.consistency ? consistency_json(*report.consistency) : Json(nullptr);
+  if (report.spatial_consistency) out["consistency_of_six"] = consistency_json(*report.spatial_consistency);
   out["outages"] = report.outages ? outages_json(*report.outages) : Json(nullptr);
   out["relations"] = report.relations ? relations_json(*report.relations, report.relation_options) : Json(nullptr);
   out["innovations"] = report.innovations ? innovations_json(*report.innovations) : Json(nullptr);

@@ -20,6 +20,7 @@ struct Report {
   std::optional<TrajectoryError> trajectory;
   TrajectoryOptions trajectory_options;
   std::optional<Consistency> consistency;
+  std::optional<Consistency> spatial_consistency;  ///< of all six of the pose
   std::optional<std::vector<OutageError>> outages;
   OutageOptions outage_options;
   std::optional<RelationScore> relations;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <array>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +21,22 @@ constexpr std::string_view kCovarianceHeader = "t_s,xx,xy,xyaw,yy,yyaw,yawyaw\n"
 std::string line(Time stamp, const Eigen::Matrix3d& P) {
   return fmt::format("{},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e},{:.6e}\n", format_time(stamp), P(0, 0), P(0, 1), P(0, 2),
                      P(1, 1), P(1, 2), P(2, 2));
+}
+
+// Spatial motion: z, and the rotations about x and y, each with those before it and itself.
+constexpr std::string_view kSpatialHeader =
+    "t_s,xx,xy,xyaw,yy,yyaw,yawyaw,xz,yz,yawz,zz,xrx,yrx,yawrx,zrx,rxrx,xry,yry,yawry,zry,rxry,ryry\n";
+
+std::string line(Time stamp, const SpatialMatrix& P) {
+  constexpr std::array<int, 3> kPlanar{0, 1, 5};
+  constexpr std::array<int, 6> kOrder{0, 1, 5, 2, 3, 4};
+  std::string text = line(stamp, Eigen::Matrix3d(P(kPlanar, kPlanar)));
+  text.pop_back();
+  for (std::size_t i = 3; i < kOrder.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) fmt::format_to(std::back_inserter(text), ",{:.6e}", P(kOrder[j], kOrder[i]));
+  }
+  text += '\n';
+  return text;
 }
 
 std::string line(Time stamp, const Pose& pose) {
@@ -50,7 +68,6 @@ class Tum : public Sink {
     trajectory_.emplace(out_dir_ / trajectory_name_);
     trajectory_->write(kHeader);
     covariance_.emplace(out_dir_ / covariance_name_);
-    covariance_->write(kCovarianceHeader);
     if (info.reference && !info.reference->trajectory.empty()) write_reference(*info.reference);
   }
 
@@ -59,11 +76,15 @@ class Tum : public Sink {
     trajectory_->write(line(snapshot.stamp(), snapshot.belief().mean.T_map_base));
     // With maps the covariance is shown where it means most: of the refined mixture, before a mapping step samples.
     if (snapshot.mapping_steps() > 0 && snapshot.fate() != Fate::mapped) return;
-    covariance_->write(line(snapshot.stamp(), pose_covariance(snapshot.belief(), snapshot.layout())));
+    const bool is_spatial = snapshot.layout().motion() == StateLayout::Motion::spatial;
+    begin_covariance(is_spatial ? kSpatialHeader : kCovarianceHeader);
+    covariance_->write(is_spatial ? line(snapshot.stamp(), spatial_covariance(snapshot.belief()))
+                                  : line(snapshot.stamp(), pose_covariance(snapshot.belief(), snapshot.layout())));
   }
 
   void finish(const Snapshot* last, const RunReport& report) override {
     trajectory_->commit();
+    begin_covariance(kCovarianceHeader);
     covariance_->commit();
     std::string text(kHeader);
     if (last != nullptr && last->started()) {
@@ -74,6 +95,13 @@ class Tum : public Sink {
   }
 
  private:
+  /// The motion is known at the first snapshot.
+  void begin_covariance(std::string_view header) {
+    if (has_covariance_header_) return;
+    covariance_->write(header);
+    has_covariance_header_ = true;
+  }
+
   void write_smoothed(const std::vector<SmoothedPose>& poses) const {
     std::string text(kHeader);
     std::string covariance(kCovarianceHeader);
@@ -101,6 +129,7 @@ class Tum : public Sink {
   std::filesystem::path out_dir_;
   std::optional<OutputFile> trajectory_;  // open from start() to finish()
   std::optional<OutputFile> covariance_;
+  bool has_covariance_header_ = false;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::evaluation {
 namespace {
@@ -110,6 +111,48 @@ TEST(Consistency, ReadsWhatTheTumSinkWrites) {
   Eigen::Matrix3d expected;
   expected << 1, 2, 3, 2, 4, 5, 3, 5, 6;
   EXPECT_EQ(read[0].P, expected);
+}
+
+class SpatialCovarianceFile : public ::testing::Test {
+ protected:
+  /// Variances of x, y, yaw, z, rx, ry in this order, with a covariance of x and z.
+  std::vector<PoseCovariance> read() const {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "covariance.csv";
+    std::ofstream(file)
+        << "t_s,xx,xy,xyaw,yy,yyaw,yawyaw,xz,yz,yawz,zz,xrx,yrx,yawrx,zrx,rxrx,xry,yry,yawry,zry,rxry,ryry\n"
+           "1.5,1,0,0,4,0,0.01,0.5,0,0,1,0,0,0,0,0.04,0,0,0,0,0,0.04\n";
+    return read_covariances(file);
+  }
+  static Trajectory at_height(double z, double roll) {
+    Trajectory trajectory = line(0.0, 0.0);
+    trajectory.orientation = Orientation::full;
+    for (auto& point : trajectory.points) {
+      point.pose.p.z() = z;
+      point.pose.q = so3::from_rpy(roll, 0.0, 0.0);
+    }
+    return trajectory;
+  }
+};
+
+TEST_F(SpatialCovarianceFile, HoldsAllSix) {
+  const std::vector<PoseCovariance> covariances = read();
+  ASSERT_TRUE(covariances.front().P_spatial);
+  const SpatialMatrix& P = *covariances.front().P_spatial;
+  EXPECT_EQ(P.diagonal(), (SpatialVector() << 1.0, 4.0, 1.0, 0.04, 0.04, 0.01).finished());
+  EXPECT_EQ(P(0, 2), 0.5);
+  EXPECT_EQ(P(2, 0), 0.5);
+}
+
+TEST_F(SpatialCovarianceFile, ScoresHeightAndTilt) {
+  const auto result = score_spatial_consistency(read(), at_height(1.0, 0.2), at_height(0.0, 0.0), Pose{}, 1.0);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->dimensions, 6);
+  EXPECT_NEAR(result->nees.mean, 1.0 / 0.75 + 1.0, 1e-6);  // z given x: its variance is 1 − 0.5²; and (0.2 / 0.2)²
+}
+
+TEST_F(SpatialCovarianceFile, WithoutAWholeOrientationThereIsNothingToScore) {
+  EXPECT_FALSE(score_spatial_consistency(read(), at_height(1.0, 0.2), line(0.0, 0.0), Pose{}, 1.0));
 }
 
 }  // namespace
