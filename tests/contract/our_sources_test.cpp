@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: altimeter, carmen, csv, json, kitti, nmea, rosbag1, simulator
+// needs plugins: altimeter, carmen, clouds, csv, json, kitti, nmea, rosbag1, simulator
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,6 +8,7 @@
 
 #include "our_plugins.hpp"
 #include "temporary_folder.hpp"
+#include "unit/plugins/sources/clouds/clouds_fixture.hpp"
 #include "unit/plugins/sources/rosbag1/rosbag1_fixture.hpp"
 #include "waymark/testing/source_contract.hpp"
 
@@ -147,6 +148,23 @@ TEST(OurCarmen, KeepsTheContract) {
                            ", max_bad_records: 1, wheels: { sensor: wheels }, gnss: { sensor: gps },"
                            " lasers: [{ message: FLASER, sensor: lidar, start_deg: -90, step_deg: 180 }] }";
   EXPECT_EQ(to_text(check_source([&] { return make<Source>("carmen", yaml); })), "");
+}
+
+TEST(OurClouds, KeepsTheContract) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "clouds.bin";
+  {
+    using namespace clouds_test;
+    std::string bytes = full_head(40, 3);
+    for (int k = 0; k < 40; ++k) {
+      const auto value = static_cast<float>(k);
+      const std::int64_t t = (k == 17 ? 5 : k) * 100'000'000LL;  // one is not later
+      bytes += full_cloud(t, 2, {value, 1.0f, 2.0f, 7.0f, 0.0f, 3.0f, value, 4.0f, 8.0f, 0.01f});
+    }
+    std::ofstream(file, std::ios::binary) << bytes;
+  }
+  const std::string yaml = "{ file: " + file.string() + ", sensor: lidar, max_bad_records: 1, start_s: 0.25 }";
+  EXPECT_EQ(to_text(check_source([&] { return make<Source>("clouds", yaml); })), "");
 }
 
 TEST(OurJson, KeepsTheContract) {

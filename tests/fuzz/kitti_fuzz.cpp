@@ -45,6 +45,10 @@ void run(std::string_view input) {
               "folder: log\nmax_bad_records: 100\nlidar: { sensor: lidar, height_m: [1, 2] }\n"
               "camera: { sensor: camera, stamp: own }\n",
               kRig);
+  static const Rig kCloudRig({{"lidar", "waymark/PointCloud@1", kLidar}});
+  read_source(waymark_plugin_kitti,
+              "folder: log\nmax_bad_records: 100\nlidar: { sensor: lidar, payload: PointCloud, every_nth_point: 2 }\n",
+              kCloudRig);
   std::filesystem::remove(folder() / kFiles[kGzip].name);
 }
 

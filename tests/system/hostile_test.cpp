@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: altimeter, carmen, compass, csv, dgps, diagnostics, feature_map, held_out, imu, kitti, landmarks, log
-// needs plugins: nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1, simulator, tum
+// needs plugins: clouds, nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1, simulator, tum
 // Every wrong input of tests/hostile/catalogue.txt ends in one line that names file or key, and leaves no result.
 #include <gtest/gtest.h>
 

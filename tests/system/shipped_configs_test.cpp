@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: altimeter, carmen, compass, csv, dgps, diagnostics, feature_map, grid_map, held_out, imu, json
 // needs plugins: json_poses, kitti, landmarks, map_files, nmea, occupancy_grid, octomap_grid, odometry, plot, rosbag1
-// needs plugins: simulator, tum
+// needs plugins: clouds, simulator, tum
 //
 // Every YAML in config/ is valid, runs, and its effective configuration holds all that it takes to run again.
 #include <fmt/format.h>

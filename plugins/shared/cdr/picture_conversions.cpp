@@ -40,6 +40,9 @@ struct PointNumber {
   bool is_whole() const { return type <= 6; }
 };
 
+/// A turn of a scanner takes 0.05 to 1 s; a time far from the stamp is none, or the stamp is not the clock's.
+constexpr float kLongestSweep_s = 60.0f;
+
 constexpr std::array<std::size_t, 9> kPointFieldSizes{0, 1, 1, 2, 2, 4, 4, 4, 8};
 
 PointNumber find_number(const sensor_msgs::PointCloud2& cloud, std::initializer_list<std::string_view> names) {
@@ -87,11 +90,13 @@ double value_at(const PointNumber& number, const std::uint8_t* point, bool swapp
   }
 }
 
-/// Seconds after the stamp.
-double offset_s(const PointNumber& number, double value, double stamp_s) {
+/// Seconds after the stamp. Whole numbers are nanoseconds after it; others are seconds after it, seconds of the clock,
+/// or its nanoseconds (Livox has these).
+double offset_s(const PointNumber& number, double value, Time stamp) {
   constexpr double kYear_s = 3.2e7;
   if (number.is_whole()) return 1e-9 * value;
-  return value > kYear_s ? value - stamp_s : value;
+  if (value > 1e9 * kYear_s) return 1e-9 * (value - static_cast<double>(stamp.time_since_epoch().count()));
+  return value > kYear_s ? value - to_seconds(stamp.time_since_epoch()) : value;
 }
 
 }  // namespace
@@ -157,8 +162,7 @@ std::shared_ptr<PointCloud> to_point_cloud(const sensor_msgs::PointCloud2& messa
   const PointNumber intensity = find_number(message, {"intensity"});
   const PointNumber time = find_number(message, {"t", "time", "time_stamp", "timestamp", "offset_time"});
   const bool swapped = message.is_bigendian;
-  const auto stamp = to_time(message.header.stamp);
-  const double stamp_s = stamp ? to_seconds(stamp->time_since_epoch()) : 0.0;
+  const Time stamp = to_time(message.header.stamp).value_or(Time{});
 
   auto cloud = std::make_shared<PointCloud>();
   cloud->points_m.reserve(width * height);
@@ -172,8 +176,11 @@ std::shared_ptr<PointCloud> to_point_cloud(const sensor_msgs::PointCloud2& messa
       cloud->points_m.push_back(p);
       if (intensity.is_there()) cloud->intensities.push_back(static_cast<float>(value_at(intensity, point, swapped)));
       if (!time.is_there()) continue;
-      const auto offset = static_cast<float>(offset_s(time, value_at(time, point, swapped), stamp_s));
-      if (!std::isfinite(offset)) throw Unusable("the time of a point is not finite");
+      const auto offset = static_cast<float>(offset_s(time, value_at(time, point, swapped), stamp));
+      if (!(std::abs(offset) <= kLongestSweep_s)) {
+        throw Unusable(fmt::format("a point was measured {} s after the stamp of its cloud; at most {} s are expected",
+                                   offset, kLongestSweep_s));
+      }
       cloud->offsets_s.push_back(offset);
     }
   }

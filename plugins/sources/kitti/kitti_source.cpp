@@ -21,7 +21,7 @@
 namespace waymark::kitti {
 namespace {
 
-/// A raw recording of KITTI: clouds, each cut to a planar scan, and the images of one camera.
+/// A raw recording of KITTI: clouds, as they are or each cut to a planar scan, and the images of one camera.
 class KittiSource final : public Source {
  public:
   KittiSource(const Config& config, const Rig& rig);
@@ -35,10 +35,12 @@ class KittiSource final : public Source {
   const Mounting& add_channel(const Config& config, const Rig& rig, std::string_view payload);
   std::shared_ptr<const Payload> read(const Entry& entry);
   std::shared_ptr<const Payload> read_scan(const Entry& entry);
+  const Mounting& add_lidar(const Config& lidar, const Rig& rig);
 
   std::vector<Channel> channels_;
-  std::vector<bool> is_lidar_;  // of each channel
-  std::optional<PlanarCut> cut_;
+  std::vector<bool> is_lidar_;    // of each channel
+  std::optional<PlanarCut> cut_;  // nothing: clouds are delivered as they are
+  std::size_t every_ = 1;         // of a cloud
   std::vector<Entry> entries_;
   std::uint64_t position_ = 0;  // the next entry
   std::uint64_t sequence_ = 0;
@@ -105,8 +107,7 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
       if (given != "none" && given != "auto")
         config.fail("calibration", "is for the camera, and there is no `camera`; leave it out, or write none");
     }
-    const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
-    cut_.emplace(lidar, rig.T_base_sensor(scanner.name));
+    add_lidar(lidar, rig);
     require_folder(config, folder);
     const Stream clouds = open_stream(config, folder / "velodyne_points", {".bin", ".bin.gz"});
     entries_ = schedule({{&clouds, &clouds}}, period);
@@ -117,9 +118,7 @@ KittiSource::KittiSource(const Config& config, const Rig& rig)
   const Config camera =
       config.child({"camera", "without it there are no images; its `sensor` needs `base_T_sensor` and `intrinsics`"});
   const Mounting& eye = add_channel(camera, rig, Image::kType);
-  const Mounting& scanner = add_channel(lidar, rig, LaserScan::kType);
-  const Pose& T_base_lidar = rig.T_base_sensor(scanner.name);
-  cut_.emplace(lidar, T_base_lidar);
+  const Pose& T_base_lidar = rig.T_base_sensor(add_lidar(lidar, rig).name);
   const int number = static_cast<int>(camera.integer_in({"number", "N of the folder `image_0N`"}, 0, 3, 2));
   const bool own = camera.choice({"stamp", "`scan`: that of the scan of the same frame; `own`: its own"},
                                  {"scan", "own"}, "scan") == "own";
@@ -147,17 +146,40 @@ const Mounting& KittiSource::add_channel(const Config& config, const Rig& rig, s
     config.fail("sensor", fmt::format("sensor \"{}\" cannot be both scanner and camera", channel.sensor));
   const Mounting& mounting = rig.mountings()[static_cast<std::size_t>(rig.find(channel.sensor))];
   channels_.push_back(std::move(channel));
-  is_lidar_.push_back(payload == LaserScan::kType);
+  is_lidar_.push_back(payload != Image::kType);
   return mounting;
+}
+
+const Mounting& KittiSource::add_lidar(const Config& lidar, const Rig& rig) {
+  const bool is_cloud =
+      lidar.choice({"payload", "what becomes of a cloud: `LaserScan`: a planar cut; `PointCloud`: the cloud itself"},
+                   {"LaserScan", "PointCloud"}, "LaserScan") == "PointCloud";
+  const Mounting& scanner = add_channel(lidar, rig, is_cloud ? PointCloud::kType : LaserScan::kType);
+  const Pose& T_base_sensor = rig.T_base_sensor(scanner.name);
+  if (is_cloud) {
+    constexpr std::int64_t kMost = 1 << 24;
+    every_ = static_cast<std::size_t>(lidar.integer_in(
+        {"every_nth_point", "of a `PointCloud`: thins it out to one point of so many, in their order"}, 1, kMost, 1));
+  } else {
+    cut_.emplace(lidar, T_base_sensor);
+  }
+  return scanner;
 }
 
 std::shared_ptr<const Payload> KittiSource::read_scan(const Entry& entry) {
   read_points(entry.file, points_);
-  PlanarCut::Result result = (*cut_)(points_);
-  if (result.not_finite > 0) {
+  const auto left_out = [&](std::size_t not_finite) {
+    if (not_finite == 0) return;
     bad_.add(entry.file.string(),
-             fmt::format("{} of {} points are not finite and were left out", result.not_finite, points_.size() / 4));
+             fmt::format("{} of {} points are not finite and were left out", not_finite, points_.size() / 4));
+  };
+  if (!cut_) {
+    auto cloud = std::make_shared<PointCloud>();
+    left_out(take_points(points_, every_, *cloud));
+    return cloud;
   }
+  PlanarCut::Result result = (*cut_)(points_);
+  left_out(result.not_finite);
   return std::move(result.scan);
 }
 

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -141,6 +142,25 @@ void read_points(const std::filesystem::path& file, std::vector<float>& values) 
   }
   values.resize(bytes.size() / sizeof(float));
   std::memcpy(values.data(), bytes.data(), bytes.size());
+}
+
+std::size_t take_points(std::span<const float> points, std::size_t every, PointCloud& cloud) {
+  constexpr std::size_t kFloats = 4;
+  std::size_t not_finite = 0;
+  const std::size_t count = points.size() / kFloats;
+  cloud.points_m.reserve(count / every + 1);
+  cloud.intensities.reserve(count / every + 1);
+  for (std::size_t i = 0; i < count; i += every) {
+    const float* const at = points.data() + kFloats * i;
+    const Eigen::Vector3f p(at[0], at[1], at[2]);
+    if (!p.allFinite() || !std::isfinite(at[3])) {
+      ++not_finite;
+      continue;
+    }
+    cloud.points_m.push_back(p);
+    cloud.intensities.push_back(at[3]);
+  }
+  return not_finite;
 }
 
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& file) {

@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "waymark/base/time.hpp"
 #include "waymark/config/config.hpp"
+#include "waymark/interface/payloads.hpp"
 
 namespace waymark::kitti {
 
@@ -59,6 +61,10 @@ std::vector<Entry> schedule(const std::vector<StampRule>& streams, Duration peri
 /// The floats of a file, plain or (if its name ends in .gz) gzip, into `values`. Throws Unusable if the file cannot be
 /// read, is damaged, or holds no whole number of points of four floats.
 void read_points(const std::filesystem::path& file, std::vector<float>& values);
+
+/// Of `points` (x, y, z [m] and reflectance, one after the other) every n-th one. Points that are not finite are left
+/// out; the result is their number.
+std::size_t take_points(std::span<const float> points, std::size_t every, PointCloud& cloud);
 
 /// The bytes of a file. Throws Unusable if it cannot be read or is empty.
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& file);

@@ -11,6 +11,7 @@
 #include "plugins/shared/cdr/message.hpp"
 #include "plugins/shared/cdr/message_kinds.hpp"
 #include "plugins/shared/cdr/to_ros.hpp"
+#include "unit/plugins/shared/cdr/timed_cloud.hpp"
 
 namespace waymark::ros_test {
 namespace {
@@ -123,6 +124,34 @@ TEST(Conversions, ACloudWhoseSizesDoNotFitIsUnusable) {
   bad = good;
   bad.fields.erase(bad.fields.begin());
   EXPECT_THROW(ros::to_point_cloud(bad), Unusable);
+}
+
+TEST(Conversions, TimesOfPointsAreReadAsDriversWriteThem) {
+  const auto offsets = [](const char* name, PointType type, const std::vector<double>& times) {
+    return ros::to_point_cloud(timed_cloud(kHeader, name, type, times))->offsets_s;
+  };
+  using testing::FloatNear;
+  constexpr double kStamp_s = 1'700'000'000.0000005;
+  EXPECT_THAT(offsets("t", kUint32, {0, 1e8}), ElementsAre(0.0f, 0.1f));     // Ouster
+  EXPECT_THAT(offsets("offset_time", kUint32, {5e6}), ElementsAre(0.005f));  // Livox
+  EXPECT_THAT(offsets("t", kInt32, {-5e7, 5e7}), ElementsAre(-0.05f, 0.05f));
+  EXPECT_THAT(offsets("time", kFloat32, {-0.1, 0.0}), ElementsAre(-0.1f, 0.0f));  // Velodyne
+  EXPECT_THAT(offsets("timestamp", kFloat64, {kStamp_s, kStamp_s + 0.05}),        // Hesai, RoboSense
+              ElementsAre(FloatNear(0.0f, 1e-6f), FloatNear(0.05f, 1e-6f)));
+  EXPECT_THAT(offsets("timestamp", kFloat64, {1e9 * kStamp_s - 1e7, 1e9 * kStamp_s + 1e7}),  // Livox, its second driver
+              ElementsAre(FloatNear(-0.01f, 1e-6f), FloatNear(0.01f, 1e-6f)));
+  EXPECT_THAT(offsets("moment", kFloat32, {0.1}), testing::IsEmpty());
+}
+
+TEST(Conversions, ATimeOfAPointFarFromTheStampIsUnusable) {
+  const auto unusable = [](PointType type, double time) {
+    EXPECT_THROW(ros::to_point_cloud(timed_cloud(kHeader, "timestamp", type, {time})), Unusable) << time;
+  };
+  unusable(kFloat64, 1'600'000'000.0);
+  unusable(kFloat32, 61.0);
+  unusable(kFloat64, std::nan(""));
+  unusable(kFloat32, -std::numeric_limits<double>::infinity());
+  unusable(kFloat64, 1e300);
 }
 
 TEST(Conversions, ACloudOfEmptyRowsIsUnusable) {

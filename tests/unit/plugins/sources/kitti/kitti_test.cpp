@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "unit/plugins/sources/csv/csv_fixture.hpp"
 #include "unit/plugins/sources/kitti/kitti_fixture.hpp"
@@ -81,6 +82,28 @@ TEST_F(KittiTest, GzipAndPlainFilesGiveTheSame) {
   EXPECT_THAT(expected, ElementsAre(kFree, kFree, FloatNear(11.0f, 1e-5f), FloatNear(12.0f, 1e-5f)));
   EXPECT_EQ(ranges_of(*source), expected);
   EXPECT_THAT(ranges_of(*source), ElementsAre(kFree, kFree, FloatNear(11.0f, 0.05f), FloatNear(12.0f, 1e-5f)));
+}
+
+TEST_F(KittiTest, ACloudMayBeDeliveredWholeOrThinnedOut) {
+  lidar_.payload = "waymark/PointCloud@1";
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  write_cloud(
+      0, {{5.0f, 1.0f, -1.5f, 0.1f}, {4.0f, 3.0f, 0.2f, 0.6f}, {4.0f, nan, 0.4f, 0.7f}, {0.0f, 0.0f, 90.0f, 1.0f}});
+  const auto source = make("payload: PointCloud", "max_bad_records: 1");
+  EXPECT_EQ(source->channels().at(0).payload_type, "waymark/PointCloud@1");
+  const auto measurement = source->next();
+  ASSERT_TRUE(measurement);
+  const auto& cloud = measurement->as<PointCloud>();
+  EXPECT_THAT(cloud.points_m, ElementsAre(Eigen::Vector3f(5.0f, 1.0f, -1.5f), Eigen::Vector3f(4.0f, 3.0f, 0.2f),
+                                          Eigen::Vector3f(0.0f, 0.0f, 90.0f)));
+  EXPECT_THAT(cloud.intensities, ElementsAre(0.1f, 0.6f, 1.0f));
+  EXPECT_THAT(cloud.offsets_s, ::testing::IsEmpty());
+  EXPECT_THAT(source->bad_records().at(0).reason, HasSubstr("1 of 4 points are not finite"));
+  EXPECT_EQ(make("payload: PointCloud, every_nth_point: 3")->next()->as<PointCloud>().points_m.size(), 2U);
+  // The keys of the cut are none of a cloud, and the sensor must take clouds.
+  EXPECT_THAT([&] { make("payload: PointCloud, height_m: [1, 2]"); },
+              ThrowsMessage<ConfigError>(HasSubstr("height_m")));
+  EXPECT_THAT([&] { make(); }, ThrowsMessage<ConfigError>(HasSubstr("takes waymark/PointCloud@1, but this gives")));
 }
 
 TEST_F(KittiTest, WithoutStampsFramesAreAPeriodApart) {

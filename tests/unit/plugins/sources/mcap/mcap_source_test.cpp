@@ -9,6 +9,7 @@
 #include "mcap_fixture.hpp"
 #include "plugins/shared/cdr/payload_cdr.hpp"
 #include "plugins/shared/mcap/mcap_log.hpp"
+#include "unit/plugins/shared/cdr/timed_cloud.hpp"
 
 namespace waymark::mcap_test {
 namespace {
@@ -46,6 +47,24 @@ TEST_F(McapSourceTest, TopicsBecomeMeasurementsOfTheirSensors) {
   EXPECT_EQ(all[3].as<BodyTwist>().v_x_mps, 2.0);
   EXPECT_EQ(source->channels()[all[3].sensor].sensor, "a");
   EXPECT_EQ(source->progress(), 1.0);
+}
+
+TEST_F(McapSourceTest, CloudsHaveTheTimesOfTheirPoints) {
+  TopicWriter file;
+  file.add("/points", kSecond, ros_test::timed_cloud(header(kSecond), "t", ros_test::kUint32, {0, 1e8}));
+  auto hostile = ros_test::timed_cloud(header(2 * kSecond), "t", ros_test::kUint32, {0, 1e8});
+  hostile.width = 0xffff'ffff;
+  file.add("/points", 2 * kSecond, hostile);
+  write("a.mcap", file.finish());
+  rig_ = Rig({{"lidar", "waymark/PointCloud@1", std::nullopt}});
+  const auto source = make("{ topic: /points, sensor: lidar }", "file: a.mcap\nmax_bad_records: 1");
+  const auto all = read_all(*source);
+  ASSERT_THAT(all, SizeIs(1));
+  const auto& cloud = all[0].as<PointCloud>();
+  EXPECT_EQ(cloud.points_m, (std::vector<Eigen::Vector3f>{{0.0f, 0.0f, 0.0f}, {1.0f, 2.0f, 3.0f}}));
+  EXPECT_EQ(cloud.intensities, (std::vector<float>{0.0f, 10.0f}));
+  EXPECT_EQ(cloud.offsets_s, (std::vector<float>{0.0f, 0.1f}));
+  EXPECT_THAT(source->bad_records().at(0).reason, HasSubstr("a cloud of 4294967295 x 1 points of 20 bytes"));
 }
 
 TEST_F(McapSourceTest, PosesBecomeIncrements) {

@@ -65,6 +65,7 @@ inline const Type kTwist{"geometry_msgs/TwistStamped", "98d34b0043a2093cf9d9345a
 inline const Type kTwistWithCovariance{"geometry_msgs/TwistWithCovarianceStamped", "8927a1a12fb2607ceea095b2dc440a96"};
 inline const Type kField{"sensor_msgs/MagneticField", "2f3b0b43eed0c9501de0fa3ff89a45aa"};
 inline const Type kScan{"sensor_msgs/LaserScan", "90c7ef2dc6895d81024acba2ac42f369"};
+inline const Type kCloud{"sensor_msgs/PointCloud2", "1158d486dd51d683ce2f1be655c3c181"};
 inline const Type kImage{"sensor_msgs/Image", "060021388200f6f0f447d0fcd9c64743"};
 inline const Type kCompressed{"sensor_msgs/CompressedImage", "8f7a12909da2c9d3332d540a0977563f"};
 

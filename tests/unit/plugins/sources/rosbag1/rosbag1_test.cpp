@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "rosbag1_fixture.hpp"
+#include "unit/plugins/shared/cdr/timed_cloud.hpp"
 
 namespace waymark {
 namespace {
@@ -129,6 +130,38 @@ TEST_F(Rosbag1, ReadsAScan) {
   EXPECT_THAT(got.intensities, SizeIs(5));
   EXPECT_THAT(one(kScan, scan({1.0f, 2.0f}, {1.0f})), IsEmpty());
   EXPECT_THAT(bad_, HasSubstr("2 ranges, but 1 intensities"));
+}
+
+/// As ROS 1 serializes it.
+std::string serialized(const ros::sensor_msgs::PointCloud2& cloud, std::int64_t stamp) {
+  std::string out = header(stamp) + packed({cloud.height, cloud.width});
+  out += bytes_of(static_cast<std::uint32_t>(cloud.fields.size()));
+  for (const auto& field : cloud.fields)
+    out += counted(field.name) + bytes_of(field.offset) + bytes_of(field.datatype) + bytes_of(field.count);
+  out += bytes_of(static_cast<std::uint8_t>(cloud.is_bigendian)) + packed({cloud.point_step, cloud.row_step});
+  out += counted({reinterpret_cast<const char*>(cloud.data.data()), cloud.data.size()});
+  return out + bytes_of(static_cast<std::uint8_t>(cloud.is_dense));
+}
+
+TEST_F(Rosbag1, ReadsACloudWithTheTimesOfItsPoints) {
+  const auto cloud = ros_test::timed_cloud({}, "offset_time", ros_test::kUint32, {0, 5e8});
+  const auto all = one(kCloud, serialized(cloud, 4 * kSecond));
+  ASSERT_THAT(all, SizeIs(1));
+  const auto& got = all[0].as<PointCloud>();
+  EXPECT_THAT(got.points_m, ElementsAre(Eigen::Vector3f(0.0f, 0.0f, 0.0f), Eigen::Vector3f(1.0f, 2.0f, 3.0f)));
+  EXPECT_THAT(got.intensities, ElementsAre(0.0f, 10.0f));
+  EXPECT_THAT(got.offsets_s, ElementsAre(0.0f, 0.5f));
+}
+
+TEST_F(Rosbag1, ACloudWithSizesThatDoNotFitIsSkipped) {
+  auto cloud = ros_test::timed_cloud({}, "t", ros_test::kUint32, {0, 1e8});
+  cloud.height = 0xffff'ffff;
+  EXPECT_THAT(one(kCloud, serialized(cloud, kSecond)), IsEmpty());
+  EXPECT_THAT(bad_, HasSubstr("a cloud of 2 x 4294967295 points of 20 bytes in rows of 40 has 40 bytes"));
+  // More bytes than the message has.
+  std::string cut = serialized(ros_test::timed_cloud({}, "t", ros_test::kUint32, {0, 1e8}), kSecond);
+  cut.resize(cut.size() - 2);
+  EXPECT_THAT(one(kCloud, cut), IsEmpty());
 }
 
 TEST_F(Rosbag1, ReadsImages) {

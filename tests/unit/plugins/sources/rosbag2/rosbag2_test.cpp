@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include "plugins/shared/compression/zstd_frame.hpp"
+#include "unit/plugins/shared/cdr/timed_cloud.hpp"
 #include "unit/plugins/sources/mcap/mcap_fixture.hpp"
 
 namespace waymark::rosbag2_test {
@@ -94,6 +95,25 @@ TEST_F(Rosbag2, ADatabaseAloneIsABag) {
   EXPECT_EQ(all[1].arrival, Time(std::chrono::seconds(2)));
   EXPECT_EQ(all[1].as<BodyTwist>().v_x_mps, 2.0);
   EXPECT_EQ(source->progress(), 1.0);
+}
+
+TEST_F(Rosbag2, CloudsHaveTheTimesOfTheirPoints) {
+  {
+    Db3Writer file(folder_ / "a.db3");
+    file.topic(1, "/points", "sensor_msgs/msg/PointCloud2");
+    auto cloud = ros_test::timed_cloud(mcap_test::header(kSecond), "time", ros_test::kFloat32, {-0.25, 0.0});
+    file.add(1, kSecond, ros::to_cdr(cloud));
+    cloud.header = mcap_test::header(2 * kSecond);
+    cloud.point_step = 0xffff'ffff;
+    file.add(1, 2 * kSecond, ros::to_cdr(cloud));
+  }
+  rig_ = Rig({{"lidar", "waymark/PointCloud@1", std::nullopt}});
+  const auto source = make("{ topic: /points, sensor: lidar }", "file: a.db3\nmax_bad_records: 1");
+  const auto all = read_all(*source);
+  ASSERT_THAT(all, SizeIs(1));
+  EXPECT_EQ(all[0].as<PointCloud>().points_m.at(1), Eigen::Vector3f(1.0f, 2.0f, 3.0f));
+  EXPECT_EQ(all[0].as<PointCloud>().offsets_s, (std::vector<float>{-0.25f, 0.0f}));
+  EXPECT_THAT(source->bad_records().at(0).reason, HasSubstr("a cloud of 2 x 1 points of 4294967295 bytes"));
 }
 
 TEST_F(Rosbag2, PartsOfABagAreReadAsOne) {
