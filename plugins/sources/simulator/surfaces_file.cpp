@@ -24,17 +24,17 @@ void add_cylinders(const World& world, const std::vector<Cylinder>& cylinders, s
   }
 }
 
-void add_line(const World& world, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double half_width_m,
-              double height_m, double base_m, std::string& out) {
-  out += fmt::format("{},{},{},{},{},{},{}{}\n", half_width_m > 0.0 ? "box" : "wall", from.x(), from.y(), to.x(),
-                     to.y(), half_width_m, height_m, base_columns(world, base_m));
+void add_thing(const World& world, std::string_view kind, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+               double half_width_m, double height_m, double base_m, std::string& out) {
+  out += fmt::format("{},{},{},{},{},{},{}{}\n", kind, from.x(), from.y(), to.x(), to.y(), half_width_m, height_m,
+                     base_columns(world, base_m));
 }
 
-/// A floor is a box, a ramp is made of straight pieces, and has a wall at its higher end.
+/// A ramp is made of straight pieces, and has a wall at its higher end.
 void add_deck(const World& world, const Deck& deck, std::string& out) {
   const auto at = [&](double s) { return Eigen::Vector2d(deck.from + s * deck.along); };
   if (deck.from_m == deck.to_m) {
-    add_line(world, at(0.0), at(deck.length_m), deck.half_width_m, deck.to_m, deck.base_m, out);
+    add_thing(world, "floor", at(0.0), at(deck.length_m), deck.half_width_m, deck.to_m, deck.base_m, out);
     return;
   }
   const auto add_piece = [&](double begin, double end) {
@@ -50,7 +50,7 @@ void add_deck(const World& world, const Deck& deck, std::string& out) {
   for (int i = 0; i < kPiecesOfRounding; ++i) add_piece(second + i * step, second + (i + 1) * step);
   const Eigen::Vector2d end = at(deck.to_m > deck.from_m ? deck.length_m : 0.0);
   const Eigen::Vector2d side = deck.half_width_m * Eigen::Vector2d(-deck.along.y(), deck.along.x());
-  add_line(world, end - side, end + side, 0.0, std::max(deck.from_m, deck.to_m), deck.base_m, out);
+  add_thing(world, "wall", end - side, end + side, 0.0, std::max(deck.from_m, deck.to_m), deck.base_m, out);
 }
 
 /// Wavelength as a vector against which the wave runs, phase and amplitude.
@@ -67,12 +67,14 @@ std::string surfaces_csv(const World& world) {
   add_cylinders(world, world.stones, out);
   for (const Box& box : world.boxes) {
     const Eigen::Vector2d along = box.half_m.x() * Eigen::Vector2d(std::cos(box.yaw_rad), std::sin(box.yaw_rad));
-    add_line(world, box.center - along, box.center + along, box.half_m.y(), box.height_m, box.base_m, out);
+    add_thing(world, "box", box.center - along, box.center + along, box.half_m.y(), box.height_m, box.base_m, out);
   }
-  for (const Wall& wall : world.walls) add_line(world, wall.from, wall.to, 0.0, wall.height_m, wall.base_m, out);
+  for (const Wall& wall : world.walls)
+    add_thing(world, "wall", wall.from, wall.to, 0.0, wall.height_m, wall.base_m, out);
   for (const Deck& deck : world.ground.decks()) add_deck(world, deck, out);
+  for (const Wave& wave : world.ground.waves()) add_wave(wave, out);
   const std::string_view end = world.ground.is_level() ? "\n" : ",,\n";
-  if (world.has_ground) out += fmt::format("level,,,,,,0{}", end);
+  if (world.has_ground) out += fmt::format("{},,,,,,0{}", world.ground.waves().empty() ? "level" : "ground", end);
   if (world.ceiling_m < World::kNothing) out += fmt::format("level,,,,,,{}{}", world.ceiling_m, end);
   return out;
 }

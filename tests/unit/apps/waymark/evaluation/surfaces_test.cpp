@@ -43,6 +43,29 @@ TEST(Surfaces, DistancesAreThoseOfTheirShapes) {
   EXPECT_NEAR(distance(kCeiling, {9.0, 9.0, 2.0}), 0.5, 1e-12);
 }
 
+TEST(Surfaces, RampsAndFloorsHaveABase) {
+  const Surface ramp{Surface::Kind::ramp, {0.0, 0.0}, {4.0, 0.0}, 1.0, 1.0, 0.5, 4.0};  // slope 3/4
+  EXPECT_NEAR(distance(ramp, {2.0, 0.0, 2.5 + 1.25}), 1.0, 1e-12);
+  EXPECT_NEAR(distance(ramp, {2.0, 0.9, 1.0}), 0.1, 1e-12);
+  EXPECT_NEAR(distance(ramp, {2.0, 1.5, 0.8}), 0.5, 1e-12);
+  EXPECT_NEAR(distance(ramp, {2.0, 0.0, 0.2}), 0.3, 1e-12);
+  const Surface floor{Surface::Kind::floor, {0.0, 0.0}, {4.0, 0.0}, 2.0, 2.0, 1.8, 2.0};
+  EXPECT_NEAR(distance(floor, {2.0, 0.0, 2.3}), 0.3, 1e-12);
+  EXPECT_NEAR(distance(floor, {2.0, 0.0, 1.4}), 0.4, 1e-12);
+  EXPECT_NEAR(distance(floor, {2.0, 0.0, 1.85}), 0.05, 1e-12);
+  const Region region{{-1.0, -3.0, 0.0}, {6.0, 3.0, 5.0}};
+  for (const Surface& surface : {ramp, floor}) {
+    int points = 0;
+    for_points_on(surface, region, 0.1, [&](const Eigen::Vector3d& p) {
+      ASSERT_NEAR(distance(surface, p), 0.0, 1e-9);
+      ++points;
+    });
+    // The ramp's top seen from above, and both sides; the floor's two sides and its edge.
+    const double area = surface.kind == Surface::Kind::ramp ? 4.0 * 2.0 + 2.0 * 4.0 * 2.0 : 2.0 * 16.0 + 16.0 * 0.2;
+    EXPECT_NEAR(points * 0.01, area, 0.06 * area);
+  }
+}
+
 TEST(Surfaces, PointsLieOnThemAndCoverThem) {
   const Region region{{-1.0, -1.0, 0.0}, {6.0, 6.0, 4.0}};
   const double spacing = 0.1;
@@ -84,6 +107,11 @@ class SurfacesFile : public ::testing::Test {
 TEST_F(SurfacesFile, TellsWhatIsWrong) {
   const std::string header = "kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m\n";
   EXPECT_EQ(message(header + "level,,,,,,0\nwall,0,0,3,4,0,2\ncylinder,1,2,,,0.5,3\n"), "none");
+  const std::string uneven = "kind,x_m,y_m,x2_m,y2_m,half_width_m,height_m,base_m,height2_m\n";
+  EXPECT_EQ(message(uneven + "wave,1,0,0,,,0.1,,\nground,,,,,,0,,\nramp,0,0,4,0,1,0,0,2\nfloor,4,0,8,0,2,2,1.8,\n"),
+            "none");
+  EXPECT_THAT(message(uneven + "floor,4,0,8,0,2,2,,\n"), HasSubstr("base_m"));
+  EXPECT_THAT(message(uneven + "floor,4,0,8,0,0,2,1,\n"), HasSubstr(":2: a thing without size"));
   EXPECT_THAT(message("name,x_m,y_m\na,1,2\n"), HasSubstr(":1: the first row must be kind,x_m"));
   EXPECT_THAT(message(header + "sphere,1,2,,,0.5,3\n"), HasSubstr(":2: kind is \"sphere\""));
   EXPECT_THAT(message(header + "cylinder,1,2,,,0,3\n"), HasSubstr(":2: a thing without size"));

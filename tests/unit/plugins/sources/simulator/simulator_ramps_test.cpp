@@ -46,7 +46,7 @@ TEST(SimulatorRamps, TheHeightIsThatOfTheWayByWhichTheRobotCame) {
   double highest = 0.0;
   double below_the_floor = 0.0;
   double before = 0.0;
-  for (const ReferencePose& pose : source->reference()->trajectory) {
+  for (const Reference::Point& pose : source->reference()->trajectory) {
     const Eigen::Vector3d& p = pose.T_map_base.p;
     ASSERT_LT(std::abs(p.z() - before), 0.05 * kSlope + 1e-9) << "a step";
     before = p.z();
@@ -125,7 +125,7 @@ TEST(SimulatorRamps, TheImuLeadsToTheTrueAttitudeAndPlace) {
     const double until_s = to_seconds(m.stamp.time_since_epoch()) + 0.0025;
     while (next < reference->trajectory.size() &&
            to_seconds(reference->trajectory[next].stamp.time_since_epoch()) <= until_s) {
-      const ReferencePose& truth = reference->trajectory[next++];
+      const Reference::Point& truth = reference->trajectory[next++];
       const double share_s = to_seconds(truth.stamp.time_since_epoch()) - before_s;
       const Eigen::Quaterniond q = pose.q * so3::exp(imu.w_sensor * share_s);
       worst_turn = std::max(worst_turn, so3::log(q.conjugate() * truth.T_map_base.q).norm());
@@ -195,9 +195,9 @@ std::vector<Eigen::Vector3d> cloud_points(const std::string& robot) {
   std::vector<Eigen::Vector3d> points;
   for (const Measurement& m : read_all(*source)) {
     // 2 Hz with a phase of 0.43: the stamps lie between two reference poses, 15 ms after the first.
-    const auto next = std::ranges::lower_bound(reference->trajectory, m.stamp, {}, &ReferencePose::stamp);
+    const auto next = std::ranges::lower_bound(reference->trajectory, m.stamp, {}, &Reference::Point::stamp);
     if (next == reference->trajectory.begin() || next == reference->trajectory.end()) continue;
-    const ReferencePose& a = *(next - 1);
+    const Reference::Point& a = *(next - 1);
     const double share = to_seconds(m.stamp - a.stamp) / to_seconds(next->stamp - a.stamp);
     const Pose T_map_base{a.T_map_base.q.slerp(share, next->T_map_base.q),
                           (1.0 - share) * a.T_map_base.p + share * next->T_map_base.p};
