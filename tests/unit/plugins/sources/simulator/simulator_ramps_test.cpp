@@ -17,6 +17,7 @@ using test::make_with;
 using test::read_all;
 
 constexpr double kGravity = 9.80665;
+constexpr double kImuRate = 1000.0;   // [Hz], as in kImu
 constexpr double kSlope = 2.0 / 9.5;  // of the ramp's straight part
 
 /// Along y = 0 up the ramp, round on the floor and down again, then back below the floor along y = 6.
@@ -30,7 +31,7 @@ const std::string kUneven =
     "  ramps_m: [2, 0, 0, 12, 0, 2, 3], floors: [ { area_m: [12, -4, 20, 8], height_m: 2 } ]";
 const std::string kWheels = ", wheels: { sensor: wheels, track_m: 0.5, rate_hz: 200, noise_m_per_sqrt_s: 1e-12 } }";
 const std::string kImu =
-    ", imu: { sensor: imu, rate_hz: 200, gyroscope_noise_radps_per_sqrt_hz: 0, gyroscope_bias_sigma_radps: 0,"
+    ", imu: { sensor: imu, rate_hz: 1000, gyroscope_noise_radps_per_sqrt_hz: 0, gyroscope_bias_sigma_radps: 0,"
     " gyroscope_bias_walk_radps_per_sqrt_s: 0, accelerometer_noise_mps2_per_sqrt_hz: 0,"
     " accelerometer_bias_sigma_mps2: 0, accelerometer_bias_walk_mps2_per_sqrt_s: 0, magnetometer_noise_t: 0 } }";
 /// The robot climbs to x = 7 on the ramp, 1 m high, and stands there.
@@ -108,41 +109,60 @@ TEST(SimulatorRamps, WheelsAddUpToTheWayAlongTheSurface) {
   }
 }
 
-/// Strapdown navigation from the first reference pose, which is at rest.
-TEST(SimulatorRamps, TheImuLeadsToTheTrueAttitudeAndPlace) {
-  const auto source = with_imu(kUneven);
-  const auto reference = source->reference();
-  Pose pose = reference->trajectory.front().T_map_base;
+/// How far strapdown navigation strays that starts from the first reference pose, at rest.
+struct Strayed {
+  double turn_rad = 0.0;
+  double place_m = 0.0;
+  double pitch_rad = 0.0;  ///< the largest that there was
+};
+
+Strayed navigate(const std::string& robot) {
+  const auto source = with_imu(robot);
+  const auto& trajectory = source->reference()->trajectory;
+  Pose pose = trajectory.front().T_map_base;
   Eigen::Vector3d v = Eigen::Vector3d::Zero();
-  double before_s = 0.0;
-  double worst_turn = 0.0;
-  double worst_place = 0.0;
+  double now_s = 0.0;
   std::size_t next = 1;
-  double pitched = 0.0;
+  Strayed worst;
   for (const Measurement& m : read_all(*source)) {
     const auto& imu = m.as<ImuSample>();
     // A sample stands for the time around it, up to half way to the next.
-    const double until_s = to_seconds(m.stamp.time_since_epoch()) + 0.0025;
-    while (next < reference->trajectory.size() &&
-           to_seconds(reference->trajectory[next].stamp.time_since_epoch()) <= until_s) {
-      const Reference::Point& truth = reference->trajectory[next++];
-      const double share_s = to_seconds(truth.stamp.time_since_epoch()) - before_s;
-      const Eigen::Quaterniond q = pose.q * so3::exp(imu.w_sensor * share_s);
-      worst_turn = std::max(worst_turn, so3::log(q.conjugate() * truth.T_map_base.q).norm());
-      worst_place = std::max(worst_place, (pose.p + v * share_s - truth.T_map_base.p).norm());
-      pitched = std::max(pitched, std::abs(so3::to_rpy(truth.T_map_base.q).y()));
+    const double until_s = to_seconds(m.stamp.time_since_epoch()) + 0.5 / kImuRate;
+    for (; next < trajectory.size(); ++next) {
+      const Pose& truth = trajectory[next].T_map_base;
+      const double ahead_s = to_seconds(trajectory[next].stamp.time_since_epoch()) - now_s;
+      if (now_s + ahead_s > until_s) break;
+      const Eigen::Quaterniond q = pose.q * so3::exp(imu.w_sensor * ahead_s);
+      worst.turn_rad = std::max(worst.turn_rad, so3::log(q.conjugate() * truth.q).norm());
+      worst.place_m = std::max(worst.place_m, (pose.p + v * ahead_s - truth.p).norm());
+      worst.pitch_rad = std::max(worst.pitch_rad, std::abs(so3::to_rpy(truth.q).y()));
     }
-    const double dt = until_s - before_s;
-    before_s = until_s;
+    const double dt = until_s - now_s;
+    now_s = until_s;
     const Eigen::Quaterniond middle = pose.q * so3::exp(0.5 * dt * imu.w_sensor);
     const Eigen::Vector3d a = middle * imu.f_sensor - Eigen::Vector3d(0.0, 0.0, kGravity);
     pose.p += v * dt + 0.5 * dt * dt * a;
     v += a * dt;
     pose.q = (pose.q * so3::exp(imu.w_sensor * dt)).normalized();
   }
-  EXPECT_LT(worst_turn, 0.002);
-  EXPECT_LT(worst_place, 0.25) << "40 s of double integration";
-  EXPECT_GT(pitched, 0.2);
+  return worst;
+}
+
+TEST(SimulatorRamps, TheGyroscopeLeadsToTheTrueAttitude) {
+  // Where a ramp's slope begins and ends, the pitch rate jumps between two samples.
+  const Strayed worst = navigate(kUneven);
+  EXPECT_LT(worst.turn_rad, 0.005);
+  EXPECT_GT(worst.pitch_rad, 0.2);
+}
+
+TEST(SimulatorRamps, TheAccelerometerLeadsToTheTruePlace) {
+  const Strayed worst = navigate(
+      "{ duration_s: 20, seed: 3, lookahead_m: 2, bumps: { height_m: 0.05, length_m: 2.5 },"
+      "  course: { waypoints_m: [0, 0, 8, 0, 8, 8] }");
+  EXPECT_LT(worst.turn_rad, 1e-3);
+  // A tilt that is wrong by 0.1 degrees would lead 3.4 m astray.
+  EXPECT_LT(worst.place_m, 0.4);
+  EXPECT_GT(worst.pitch_rad, 0.1);
 }
 
 TEST(SimulatorRamps, AtRestOnARampGravityIsTilted) {
@@ -215,11 +235,11 @@ TEST(SimulatorRamps, CloudsShowRampAndFloorFromBothSides) {
     const bool over_ramp = std::abs(p.y()) < 1.49 && p.x() > 2.6 && p.x() < 11.4;
     const bool over_floor = p.x() > 12.1 && p.x() < 19.9 && p.y() > -3.9 && p.y() < 7.9;
     if (over_ramp) {
-      ASSERT_NEAR(p.z(), kSlope * (p.x() - 2.25), 0.01);
+      ASSERT_NEAR(p.z(), kSlope * (p.x() - 2.25), 0.03);
       ++on_ramp;
     } else if (over_floor && p.z() > 0.1) {
       const bool is_above = p.z() > 1.9;
-      ASSERT_NEAR(p.z(), is_above ? 2.0 : 1.8, 0.01);
+      ASSERT_NEAR(p.z(), is_above ? 2.0 : 1.8, 0.03);
       ++(is_above ? on_floor : under_floor);
     }
   }
