@@ -54,14 +54,31 @@ struct Systematic {
   double value(const double* states, Kind kind) const { return index[kind] < 0 ? known[kind] : states[index[kind]]; }
 };
 
+/// Nothing if the YAML says `none`, or says nothing of a robot that need not have wheels.
+std::optional<Density> read_vertical(const Config& config, bool has_wheels) {
+  const Config::Key key{"vertical_noise_m_per_sqrt_s", "m/√s",
+                        "noise density [a, b] of the motion along the base's z axis, which is observed as 0: wheels "
+                        "stay on the ground; a + b · speed. `none`: not observed. For `motion.kind: spatial`",
+                        "differential, ackermann [0, 0.05], else `none`"};
+  if (config.is_word(key, "none") || (!has_wheels && !config.has(key))) {
+    if (config.has(key)) config.choice(key, {"none"});
+    return std::nullopt;
+  }
+  return read_density(config, key, {0.0, 0.05});
+}
+
 /// The twist that the wheels give, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
 /// v_w with scale s, yaw scale s_yaw and curvature κ out of the block (s leaves ω alone where the rotation is measured
-/// otherwise).
+/// otherwise). In space also v_z = 0, if a variance is given for it.
 class TwistUpdate final : public Update {
  public:
-  TwistUpdate(const WheelTwist& twist, const Eigen::Vector3d& variance, const Systematic& systematic,
-              bool scale_rotation)
-      : twist_(twist), variance_(variance), systematic_(systematic), scale_rotation_(scale_rotation) {}
+  TwistUpdate(const WheelTwist& twist, const Eigen::Vector3d& variance, std::optional<double> vertical_variance,
+              const Systematic& systematic, bool scale_rotation)
+      : twist_(twist),
+        variance_(variance),
+        vertical_variance_(vertical_variance),
+        systematic_(systematic),
+        scale_rotation_(scale_rotation) {}
 
   void linearize(const StateView& state, Linearization& out) const override {
     const double scale = 1.0 + systematic_.value(state.block, Systematic::kSpeedScale);
@@ -69,14 +86,19 @@ class TwistUpdate final : public Update {
     const double curvature = systematic_.value(state.block, Systematic::kCurvature);
     const double rotation_scale = scale_rotation_ ? scale : 1.0;
 
-    out.reset(3, static_cast<int>(systematic_.block.size()));
-    out.residual << scale * twist_.v_x - state.nav.v_base.x(), scale * twist_.v_y - state.nav.v_base.y(),
+    out.reset(vertical_variance_ ? 4 : 3, static_cast<int>(systematic_.block.size()));
+    out.residual.head<3>() << scale * twist_.v_x - state.nav.v_base.x(), scale * twist_.v_y - state.nav.v_base.y(),
         rotation_scale * turn_scale * twist_.w_z + curvature * twist_.v_x - state.nav.w_base.z();
-    out.R.diagonal() = variance_;
+    out.R.diagonal().head<3>() = variance_;
     auto& velocity = out.velocity();
     velocity(0, 0) = 1.0;
     velocity(1, 1) = 1.0;
     out.angular_rate()(2, 2) = 1.0;
+    if (vertical_variance_) {
+      out.residual(3) = -state.nav.v_base.z();
+      out.R(3, 3) = *vertical_variance_;
+      velocity(3, 2) = 1.0;
+    }
     if (systematic_.block.empty()) return;
     // The states correct the measurement, so their Jacobian is that of −z. Odometry alone does not observe its own
     // scale: estimated here, it would follow the noise of z.
@@ -94,6 +116,7 @@ class TwistUpdate final : public Update {
  private:
   WheelTwist twist_;
   Eigen::Vector3d variance_;
+  std::optional<double> vertical_variance_;
   const Systematic& systematic_;  // of the sensor, which outlives its updates
   bool scale_rotation_;
 };
@@ -117,6 +140,7 @@ class Odometry final : public Sensor {
             {"yaw_noise_rad_per_sqrt_s", "rad/√s", "noise density [a, b, c] of the rotation: a + b · speed + c · rate",
              "differential [0.015/`track_m`, the same, 0.2], ackermann [0, 0.01, 0.05], else [0.03, 0.03, 0.2]"},
             model_->usual_yaw_noise())),
+        vertical_(read_vertical(config, model_->has_wheels())),
         still_speed_(config.non_negative(
             {"still_speed_mps", "m/s", "below this speed, and below `still_rate_radps`, the robot counts as standing"},
             0.01)),
@@ -185,11 +209,14 @@ class Odometry final : public Sensor {
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const WheelTwist twist = model_->twist(measurement);
     out.report_motion(std::hypot(twist.v_x, twist.v_y) > still_speed_ || std::abs(twist.w_z) > still_rate_);
-    const Eigen::Vector3d variance = twist.interval_s ? variance_over(twist, *twist.interval_s)
-                                                      : variance_at(twist, measurement.stamp, prediction.belief.mean);
+    const Eigen::Vector4d variances = twist.interval_s ? variance_over(twist, *twist.interval_s)
+                                                       : variance_at(twist, measurement.stamp, prediction.belief.mean);
+    const Eigen::Vector3d variance = variances.head<3>();
     last_stamp_ = std::max(last_stamp_.value_or(measurement.stamp), measurement.stamp);
     if (twist.interval_s) out.reset_twist(unknown_beside(twist, variance, prediction.belief.mean));
-    out.emplace<TwistUpdate>(twist, variance, systematic_, model_->rotation_scales_with_speed());
+    const bool observes_vertical = vertical_ && !prediction.planar();
+    out.emplace<TwistUpdate>(twist, variance, observes_vertical ? std::optional(variances.w()) : std::nullopt,
+                             systematic_, model_->rotation_scales_with_speed());
   }
 
   std::unique_ptr<Sensor> clone() const override { return std::make_unique<Odometry>(*this); }
@@ -203,7 +230,7 @@ class Odometry final : public Sensor {
 
  private:
   /// Of a sample of the twist, which stands for the time since the sample before.
-  Eigen::Vector3d variance_at(const WheelTwist& twist, Time stamp, const NavState& predicted) const {
+  Eigen::Vector4d variance_at(const WheelTwist& twist, Time stamp, const NavState& predicted) const {
     const double interval = last_stamp_ ? to_seconds(stamp - *last_stamp_) : kFirstInterval;
     const bool continues = last_stamp_ && interval <= max_interval_;
     const double dt = std::clamp(interval, kMinInterval, max_interval_);
@@ -216,20 +243,20 @@ class Odometry final : public Sensor {
 
   /// Of the mean twist of an interval: what the densities make of its motion, by the interval's square. Stamps jitter,
   /// and the same motion in half the time has not twice the noise: no interval counts as shorter than kShortest.
-  Eigen::Vector3d variance_over(const WheelTwist& twist, double interval) const {
+  Eigen::Vector4d variance_over(const WheelTwist& twist, double interval) const {
     const double taken = std::max(interval, kShortest);
     const double slower = interval / taken;
     const WheelTwist motion{slower * twist.v_x, slower * twist.v_y, slower * twist.w_z};
     return variance(motion) * taken / (interval * interval);
   }
 
-  /// The squares of the densities: forwards, sideways, yaw.
-  Eigen::Vector3d variance(const WheelTwist& motion) const {
+  /// The squares of the densities: forwards, sideways, yaw, along z.
+  Eigen::Vector4d variance(const WheelTwist& motion) const {
     const auto square = [&](const Density& density) {
       const double d = std::max(density.at(motion), kMinDensity);
       return d * d;
     };
-    return {square(speed_), square(lateral_), square(yaw_)};
+    return {square(speed_), square(lateral_), square(yaw_), square(vertical_.value_or(Density{}))};
   }
 
   /// So wide that neither the gain nor the gate depends on the twist before.
@@ -254,6 +281,7 @@ class Odometry final : public Sensor {
   Density speed_;
   Density lateral_;
   Density yaw_;
+  std::optional<Density> vertical_;  // nothing: not observed
   double still_speed_;
   double still_rate_;
   double max_interval_;

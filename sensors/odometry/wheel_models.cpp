@@ -23,6 +23,7 @@ class Differential final : public WheelModel {
     return {0.5 * (wheels.left_mps + wheels.right_mps), 0.0, (wheels.right_mps - wheels.left_mps) / track_};
   }
   bool rotation_scales_with_speed() const override { return true; }
+  bool has_wheels() const override { return true; }
   /// Wheels with 0.01 m/√s and 1 % of their speed each: the narrower the track, the worse.
   std::vector<double> usual_yaw_noise() const override { return {0.015 / track_, 0.015 / track_, 0.2}; }
   /// Wheels whose radii differ by 2.5 % (σ).
@@ -49,6 +50,7 @@ class Ackermann final : public WheelModel {
     return {v, 0.0, v * curvature};
   }
   bool rotation_scales_with_speed() const override { return true; }
+  bool has_wheels() const override { return true; }
   /// A car turns by its steering, which is measured, not by the difference of two wheels.
   std::vector<double> usual_yaw_noise() const override { return {0.0, 0.01, 0.05}; }
   /// A steering offset of 1.1° (σ).

@@ -29,6 +29,8 @@ class WheelModel {
   /// True if the rotation is measured through the same wheels as the speed, so that a scale error of the wheels scales
   /// both.
   virtual bool rotation_scales_with_speed() const = 0;
+  /// True if the base stands on the ground that it drives on; a ready-made twist can be that of a drone.
+  virtual bool has_wheels() const { return false; }
   /// σ of what a usual vehicle of this kind pulls to one side: ω = κ v for wheels that report to go straight [1/m].
   virtual double usual_curvature_sigma() const = 0;
   /// What the noise density of the rotation usually is: a + b · speed + c · rate [rad/√s].

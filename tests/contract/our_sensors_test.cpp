@@ -31,6 +31,8 @@ void expect_good_odometry(const std::string& model, const std::vector<Measuremen
   expect_good("odometry", "{ model: " + model + " }", measurements);
   expect_good("odometry", "{ model: " + model + kSystematic + " }", measurements);
   expect_good("odometry", "{ model: " + model + ", curvature_sigma_per_m: 0.01 }", measurements);
+  expect_good("odometry", "{ model: " + model + ", vertical_noise_m_per_sqrt_s: [0.01, 0.1] }", measurements);
+  expect_good("odometry", "{ model: " + model + ", vertical_noise_m_per_sqrt_s: none }", measurements);
 }
 
 TEST(OurOdometry, DifferentialKeepsTheContract) {

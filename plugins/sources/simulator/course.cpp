@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "streams.hpp"
 
@@ -17,6 +18,7 @@ constexpr double kTargetStep = 0.001;  // [m], how finely the pursued point move
 constexpr double kArrived = 0.001;     // [m]
 constexpr double kPathSpacing = 0.1;   // [m]
 constexpr double kSwingPeriodSeconds = 20.0;
+constexpr double kDrop = 0.01;  // [m]
 
 /// The pose after `dt` at constant twist; exact (the SE(2) exponential), with its series where the arc is nearly
 /// straight.
@@ -34,6 +36,46 @@ Motion advance(const Motion& from, double dt) {
   return to;
 }
 
+/// The base's axes in the map as columns, and how they change.
+struct Axes {
+  Eigen::Matrix3d R;
+  Eigen::Matrix3d R_dot;  // [1/s]
+};
+
+/// The direction of `v`, and how it changes as `v` does.
+void normalize(const Eigen::Vector3d& v, const Eigen::Vector3d& v_dot, Eigen::Ref<Eigen::Vector3d> out,
+               Eigen::Ref<Eigen::Vector3d> out_dot) {
+  const double length = v.norm();
+  out = v / length;
+  out_dot = (v_dot - out * out.dot(v_dot)) / length;
+}
+
+/// Velocity of the base's origin in the map, which lies in the surface.
+Eigen::Vector3d velocity_of_base(const Motion& motion) {
+  const double c = std::cos(motion.yaw);
+  const double s = std::sin(motion.yaw);
+  const double x = c * motion.v_x - s * motion.v_y;
+  const double y = s * motion.v_x + c * motion.v_y;
+  return {x, y, motion.slope.z_x * x + motion.slope.z_y * y};
+}
+
+Axes axes(const Motion& motion) {
+  const Slope& slope = motion.slope;
+  const double c = std::cos(motion.yaw);
+  const double s = std::sin(motion.yaw);
+  const Eigen::Vector3d v = velocity_of_base(motion);
+  const double z_x_dot = slope.z_xx * v.x() + slope.z_xy * v.y();
+  const double z_y_dot = slope.z_xy * v.x() + slope.z_yy * v.y();
+  Axes out;
+  normalize({c, s, slope.z_x * c + slope.z_y * s},
+            {-s * motion.w, c * motion.w, z_x_dot * c + z_y_dot * s + motion.w * (slope.z_y * c - slope.z_x * s)},
+            out.R.col(0), out.R_dot.col(0));
+  normalize({-slope.z_x, -slope.z_y, 1.0}, {-z_x_dot, -z_y_dot, 0.0}, out.R.col(2), out.R_dot.col(2));
+  out.R.col(1) = out.R.col(2).cross(out.R.col(0));
+  out.R_dot.col(1) = out.R_dot.col(2).cross(out.R.col(0)) + out.R.col(2).cross(out.R_dot.col(0));
+  return out;
+}
+
 }  // namespace
 
 Course::Course(const Config& config)
@@ -48,6 +90,9 @@ Course::Course(const Config& config)
       {"closed", "", "the course leads back to the first way point", "true from three points on"}, corners_.size() > 2);
   if (closed && (corners_.front() - corners_.back()).norm() >= kShortestLeg) corners_.push_back(corners_.front());
   if (!closed && laps_ > 1) config.fail("laps", fmt::format("{} laps of a course that is not closed", laps_));
+
+  start_height_m_ = config.number_in(
+      {"start_height_m", "m", "the robot starts on the highest surface that is not above this"}, -1000.0, 1000.0, 0.0);
 
   arc_length_.push_back(0.0);
   for (std::size_t i = 1; i < corners_.size(); ++i) {
@@ -80,18 +125,75 @@ Pose Course::start() const {
   return Pose::planar(corners_[0].x(), corners_[0].y(), std::atan2(ahead.y(), ahead.x()));
 }
 
-Eigen::Vector2d velocity(const Motion& motion, const Eigen::Vector3d& p_base) {
+Pose Motion::pose() const {
+  if (is_level) return Pose::planar(x, y, yaw);
+  return {Eigen::Quaterniond(axes(*this).R), {x, y, slope.z}};
+}
+
+Eigen::Vector3d Motion::v_base() const {
+  if (is_level) return {v_x, v_y, 0.0};
+  Eigen::Vector3d v = axes(*this).R.transpose() * velocity_of_base(*this);
+  v.z() = 0.0;  // but for rounding
+  return v;
+}
+
+Eigen::Vector3d Motion::w_base() const {
+  if (is_level) return {0.0, 0.0, w};
+  const Axes now = axes(*this);
+  const Eigen::Matrix3d W = now.R.transpose() * now.R_dot;
+  return {W(2, 1), W(0, 2), W(1, 0)};
+}
+
+Eigen::Vector3d Motion::w_map() const {
+  if (is_level) return {0.0, 0.0, w};
+  return axes(*this).R * w_base();
+}
+
+Eigen::Vector3d velocity(const Motion& motion, const Eigen::Vector3d& p_base) {
+  if (!motion.is_level) {
+    Motion straight = motion;
+    straight.v_y = 0.0;
+    return velocity_of_base(straight) + axes(straight).R_dot * p_base;
+  }
   const double forward = motion.v_x - motion.w * p_base.y();
   const double left = motion.w * p_base.x();
   const double c = std::cos(motion.yaw);
   const double s = std::sin(motion.yaw);
-  return {c * forward - s * left, s * forward + c * left};
+  return {c * forward - s * left, s * forward + c * left, 0.0};
+}
+
+Trajectory Trajectory::on(std::shared_ptr<const Ground> ground, double start_height_m) const {
+  Trajectory out = *this;
+  out.ground_ = std::move(ground);
+  out.decks_.reserve(steps_.size());
+  double z = start_height_m;
+  bool is_start = true;
+  for (Motion& step : out.steps_) {
+    const Eigen::Vector2d p(step.x, step.y);
+    // What it stood on goes on, so that a slope is no step.
+    if (!is_start) z = out.ground_->at(out.decks_.back(), p).z;
+    const std::optional<int> deck = out.ground_->below(p, z);
+    if (!deck)
+      throw std::domain_error(
+          fmt::format("at ({:.2f}, {:.2f}), {:.2f} m high, it runs into the side of a ramp or floor", p.x(), p.y(), z));
+    step.is_level = false;
+    step.slope = out.ground_->at(*deck, p);
+    if (!is_start && step.slope.z < z - kDrop)
+      throw std::domain_error(fmt::format("at ({:.2f}, {:.2f}) it drives over an edge, from {:.2f} m down to {:.2f} m",
+                                          p.x(), p.y(), z, step.slope.z));
+    out.decks_.push_back(*deck);
+    is_start = false;
+  }
+  return out;
 }
 
 Motion Trajectory::at(Duration time) const {
   const std::int64_t step = time / kStep;
   if (step >= static_cast<std::int64_t>(steps_.size())) return steps_.back();
-  return advance(steps_[static_cast<std::size_t>(step)], to_seconds(time % kStep));
+  const auto index = static_cast<std::size_t>(step);
+  Motion motion = advance(steps_[index], to_seconds(time % kStep));
+  if (ground_) motion.slope = ground_->at(decks_[index], {motion.x, motion.y});
+  return motion;
 }
 
 Trajectory drive(const Course& course, const DriveLimits& limits, Duration duration, std::uint64_t seed) {
@@ -130,17 +232,19 @@ Trajectory drive(const Course& course, const DriveLimits& limits, Duration durat
   return Trajectory(std::move(steps));
 }
 
-std::vector<Eigen::Vector2d> nominal_path(const Course& course, const DriveLimits& limits) {
+std::vector<Eigen::Vector3d> nominal_path(const Course& course, const DriveLimits& limits,
+                                          const std::shared_ptr<const Ground>& ground) {
   DriveLimits nominal = limits;
   nominal.slip_m_per_sqrt_s = 0.0;
   // Two laps show every corner, also the one between laps. The limit in time is generous: the pursuit ends by itself.
   const Course laps = course.limited_to(2);
   const double longest_s =
       60.0 + 3.0 * laps.length() / limits.speed_mps + 4.0 * limits.speed_mps / limits.acceleration_mps2;
-  const Trajectory trajectory = drive(laps, nominal, from_seconds(longest_s), 0);
-  std::vector<Eigen::Vector2d> path;
+  Trajectory trajectory = drive(laps, nominal, from_seconds(longest_s), 0);
+  if (ground) trajectory = trajectory.on(ground, course.start_height_m());
+  std::vector<Eigen::Vector3d> path;
   for (const Motion& motion : trajectory.steps()) {
-    const Eigen::Vector2d p(motion.x, motion.y);
+    const Eigen::Vector3d p(motion.x, motion.y, motion.slope.z);
     if (path.empty() || (p - path.back()).norm() >= kPathSpacing) path.push_back(p);
   }
   return path;

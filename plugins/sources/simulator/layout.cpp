@@ -5,15 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "clutter.hpp"
+#include "ground_plan.hpp"
 #include "placing.hpp"
 #include "streams.hpp"
 
 namespace waymark::simulator {
 namespace {
 
-constexpr int kClassless = 1;  // textures when the YAML asks for none
+constexpr double kHeadroom = 0.5;  // [m]
+constexpr int kClassless = 1;      // textures when the YAML asks for none
 
 std::vector<Cylinder> listed(const Config& config, const Path& path) {
   const std::vector<double> numbers =
@@ -115,7 +118,16 @@ void dress(const Config& config, std::uint64_t seed, World& world) {
   }
 }
 
-std::vector<Wall> read_walls(const Config& config, const Path& path, double height_m) {
+/// Where the robot is beside a thing, not above or below it.
+Path beside(const Path& path, double base_m, double height_m) {
+  Path out;
+  std::ranges::copy_if(path, std::back_inserter(out),
+                       [&](const Eigen::Vector3d& p) { return p.z() > base_m - kHeadroom && p.z() < height_m; });
+  return out;
+}
+
+/// Both stand at `base_m`.
+std::vector<Wall> read_walls(const Config& config, const Path& path, double base_m, double height_m) {
   const std::vector<double> numbers = config.numbers(
       {"walls_m", "m", "x1, y1, x2, y2 of one wall after the other, one flat list"}, -1, std::vector<double>{});
   if (numbers.size() % 4 != 0) {
@@ -123,11 +135,11 @@ std::vector<Wall> read_walls(const Config& config, const Path& path, double heig
   }
   std::vector<Wall> walls;
   for (std::size_t i = 0; i < numbers.size(); i += 4) {
-    const Wall wall{{numbers[i], numbers[i + 1]}, {numbers[i + 2], numbers[i + 3]}, height_m};
+    const Wall wall{{numbers[i], numbers[i + 1]}, {numbers[i + 2], numbers[i + 3]}, base_m + height_m, 0, base_m};
     if ((wall.to - wall.from).norm() < 0.01) {
       config.fail("walls_m", fmt::format("wall {} has no length", i / 4 + 1));
     }
-    if (clearance(wall, path) < 0.1) {
+    if (clearance(wall, beside(path, base_m, wall.height_m)) < 0.1) {
       config.fail("walls_m", fmt::format("the course runs through wall {}", i / 4 + 1));
     }
     walls.push_back(wall);
@@ -135,7 +147,7 @@ std::vector<Wall> read_walls(const Config& config, const Path& path, double heig
   return walls;
 }
 
-std::vector<Box> read_boxes(const Config& config, const Path& path) {
+std::vector<Box> read_boxes(const Config& config, const Path& path, double base_m) {
   constexpr std::size_t kNumbers = 5;
   const std::vector<double> numbers = config.numbers(
       {"boxes_m", "m",
@@ -149,15 +161,20 @@ std::vector<Box> read_boxes(const Config& config, const Path& path) {
   std::vector<Box> boxes;
   boxes.reserve(numbers.size() / kNumbers);
   for (std::size_t i = 0; i < numbers.size(); i += kNumbers) {
-    const Box box{{numbers[i], numbers[i + 1]}, {0.5 * numbers[i + 2], 0.5 * numbers[i + 3]}, 0.0, numbers[i + 4]};
-    if (!(box.half_m.minCoeff() > 0.0) || !(box.height_m > 0.0)) {
+    const Box box{{numbers[i], numbers[i + 1]},
+                  {0.5 * numbers[i + 2], 0.5 * numbers[i + 3]},
+                  0.0,
+                  base_m + numbers[i + 4],
+                  0,
+                  base_m};
+    if (!(box.half_m.minCoeff() > 0.0) || !(numbers[i + 4] > 0.0)) {
       config.fail("boxes_m", fmt::format("box {} measures {} x {} x {}; more than 0 is expected", i / kNumbers + 1,
                                          numbers[i + 2], numbers[i + 3], numbers[i + 4]));
     }
-    const auto near = [&](const Eigen::Vector2d& p) {
-      return ((p - box.center).cwiseAbs() - box.half_m).cwiseMax(0.0).norm() < 0.1;
+    const auto near = [&](const Eigen::Vector3d& p) {
+      return ((p.head<2>() - box.center).cwiseAbs() - box.half_m).cwiseMax(0.0).norm() < 0.1;
     };
-    if (std::ranges::any_of(path, near))
+    if (std::ranges::any_of(beside(path, base_m, box.height_m), near))
       config.fail("boxes_m", fmt::format("the course runs through box {}", i / kNumbers + 1));
     boxes.push_back(box);
   }
@@ -181,10 +198,27 @@ void dress_surroundings(World& world, std::uint64_t seed) {
   for (Wall& thing : world.walls) thing.texture = wall;
 }
 
+/// Things that stand on uneven ground go down to its deepest hollow.
+void sink_into(const Ground& ground, World& world) {
+  for (Cylinder& thing : world.landmarks) thing.base_m -= ground.highest_wave_m();
+  for (Cylinder& thing : world.stones) thing.base_m -= ground.highest_wave_m();
+  for (Box& thing : world.boxes) thing.base_m -= ground.highest_wave_m();
+  for (Wall& thing : world.walls) thing.base_m -= ground.highest_wave_m();
+}
+
+/// What stands on a floor.
+void furnish(const Config& floor, const Path& path, World& world) {
+  const double base_m = floor_height(floor);
+  const double wall_height_m = floor.positive({"wall_height_m", "m", "height of this floor's walls"}, 2.5);
+  for (const Wall& wall : read_walls(floor, path, base_m, wall_height_m)) world.walls.push_back(wall);
+  for (const Box& box : read_boxes(floor, path, base_m)) world.boxes.push_back(box);
+}
+
 }  // namespace
 
-World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path, std::uint64_t default_seed) {
+World read_world(const Config& config, const Ground& ground, const Path& path, std::uint64_t default_seed) {
   World world;
+  world.ground = ground;
   std::uint64_t seed = default_seed;
   if (config.has("landmarks")) {
     const Config landmarks = config.child({"landmarks", "vertical cylinders"});
@@ -198,11 +232,13 @@ World read_world(const Config& config, const std::vector<Eigen::Vector2d>& path,
     dress(landmarks, seed, world);
   }
   const double wall_height_m = config.positive({"wall_height_m", "m", "height of walls and corners"}, 2.5);
-  world.walls = read_walls(config, path, wall_height_m);
-  world.boxes = read_boxes(config, path);
+  world.walls = read_walls(config, path, 0.0, wall_height_m);
+  world.boxes = read_boxes(config, path, 0.0);
   if (config.has("clutter")) {
     add_clutter(config.child({"clutter", "things that are not landmarks"}), path, wall_height_m, seed, world);
   }
+  sink_into(ground, world);
+  for (const Config& floor : config.items_or_empty(kFloorsKey)) furnish(floor, path, world);
   dress_surroundings(world, seed);
   world.has_ground =
       config.boolean({"ground", "false: the 3-D scanner sees no ground, as if it were open below"}, true);

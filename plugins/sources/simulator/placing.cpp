@@ -30,7 +30,7 @@ Area read_area(const Config& config) {
 
 double clearance(const Eigen::Vector2d& center, double radius_m, const Path& path) {
   double nearest = World::kNothing;
-  for (const Eigen::Vector2d& p : path) nearest = std::min(nearest, (p - center).squaredNorm());
+  for (const Eigen::Vector3d& p : path) nearest = std::min(nearest, (p.head<2>() - center).squaredNorm());
   return std::sqrt(nearest) - radius_m;
 }
 
@@ -42,7 +42,7 @@ double distance(const Wall& wall, const Eigen::Vector2d& p) {
 
 double clearance(const Wall& wall, const Path& path) {
   double nearest = World::kNothing;
-  for (const Eigen::Vector2d& p : path) nearest = std::min(nearest, distance(wall, p));
+  for (const Eigen::Vector3d& p : path) nearest = std::min(nearest, distance(wall, p.head<2>()));
   return nearest;
 }
 

@@ -14,7 +14,7 @@ namespace waymark::simulator {
 inline constexpr int kTriesPerThing = 10000;
 
 /// Positions of the robot, about 0.1 m apart.
-using Path = std::vector<Eigen::Vector2d>;
+using Path = std::vector<Eigen::Vector3d>;
 
 /// A range that a size is drawn from.
 struct Range {
@@ -38,10 +38,11 @@ Range read_range(const Config& config, const Config::Key& key, const Range& fall
 /// Reads `area_m`: x_min, y_min, x_max, y_max. Throws ConfigError.
 Area read_area(const Config& config);
 
-/// Distance from the path to the surface of a disc, negative if the path runs through it; infinite without path.
+/// Distance in the plan from the path to the surface of a disc, negative if the path runs through it; infinite without
+/// path.
 double clearance(const Eigen::Vector2d& center, double radius_m, const Path& path);
 
-/// Distance from the path to a wall.
+/// Distance in the plan from the path to a wall.
 double clearance(const Wall& wall, const Path& path);
 
 /// Distance from a point to a wall.

@@ -56,12 +56,19 @@ const char* Renderer::refusal(const Intrinsics& intrinsics, const Eigen::Quatern
 
 Renderer::Renderer(const Intrinsics& intrinsics, const Eigen::Quaterniond& q_base_camera,
                    const std::vector<Texture>& textures)
-    : focal_px_(intrinsics.fx) {
+    : pixels_(pixel_rays(intrinsics)), focal_px_(intrinsics.fx) {
   for (const Texture& texture : textures) tiles_.emplace_back(texture);
-  const Eigen::Quaterniond q = tilt(q_base_camera);
+  aim(tilt(q_base_camera));
+}
+
+/// Finds azimuth and slope of all pixels. `q_tilt`: the camera's orientation without its yaw.
+void Renderer::aim(const Eigen::Quaterniond& q_tilt) {
   std::vector<double> azimuths;
-  for (const Eigen::Vector3d& ray : pixel_rays(intrinsics)) {
-    const Eigen::Vector3d d = q * ray;
+  azimuths.reserve(pixels_.size());
+  rays_.clear();
+  rays_.reserve(pixels_.size());
+  for (const Eigen::Vector3d& ray : pixels_) {
+    const Eigen::Vector3d d = q_tilt * ray;
     azimuths.push_back(std::atan2(d.y(), d.x()));
     rays_.push_back({0, static_cast<float>(d.z() / d.head<2>().norm())});
   }
@@ -123,6 +130,7 @@ Eigen::Vector3f Renderer::look(std::size_t column, float slope, const Eigen::Vec
 
 void Renderer::render(const World& world, const Pose& T_map_camera, const Light& light,
                       std::vector<Eigen::Vector3f>& image) {
+  if (!world.ground.is_level()) aim(tilt(T_map_camera.q));
   cast_columns(world, T_map_camera, light);
   image.clear();
   image.reserve(rays_.size());

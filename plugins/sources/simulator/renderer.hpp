@@ -32,7 +32,8 @@ class Renderer {
   /// The rays of all pixels are computed once, distortion included. `textures` as in `World`.
   Renderer(const Intrinsics& intrinsics, const Eigen::Quaterniond& q_base_camera, const std::vector<Texture>& textures);
 
-  /// Blue, green, red of all pixels, rows from the top; 1 is full scale and may be exceeded. The base stands upright.
+  /// Blue, green, red of all pixels, rows from the top; 1 is full scale and may be exceeded. On level ground the base
+  /// stands upright; elsewhere it may lean, but of what is not level about the ground nothing is drawn.
   void render(const World& world, const Pose& T_map_camera, const Light& light, std::vector<Eigen::Vector3f>& image);
 
  private:
@@ -52,11 +53,13 @@ class Renderer {
     float slope;           ///< height gained per metre in the plane
   };
 
+  void aim(const Eigen::Quaterniond& q_tilt);
   void cast_columns(const World& world, const Pose& T_map_camera, const Light& light);
   Eigen::Vector3f look(std::size_t column, float slope, const Eigen::Vector3d& p_map_camera) const;
   Eigen::Vector3f ground(std::size_t column, float distance_m, float slope, const Eigen::Vector3d& p_map_camera) const;
 
   std::vector<Tile> tiles_;
+  std::vector<Eigen::Vector3d> pixels_;  // directions in the camera's frame
   std::vector<PixelRay> rays_;
   double focal_px_;
   double first_azimuth_rad_ = 0.0;  // of column 0, from where the camera looks

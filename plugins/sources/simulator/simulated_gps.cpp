@@ -101,7 +101,7 @@ GnssFix SimulatedGps::measure(const Truth& truth, Duration time, const Eigen::Ve
   if (speed_sigma_mps_ > 0.0) {
     Random random = stream(truth.seed, Draw::doppler, time);
     const double sigma = degradation() * speed_sigma_mps_;
-    Eigen::Vector2d v_map = velocity(motion, p_base_antenna_);
+    Eigen::Vector2d v_map = velocity(motion, p_base_antenna_).head<2>();
     for (double& component : v_map) component += sigma * random.normal();
     fix.speed_mps = v_map.norm();
     fix.course_rad = std::atan2(v_map.x(), v_map.y());

@@ -25,9 +25,8 @@ Eigen::Vector3d normal3(Random& random) {
 Eigen::Vector3d acceleration(const Trajectory& trajectory, Duration time, const Eigen::Vector3d& p_base) {
   const Duration before = std::max(time - kDifference, Duration{0});
   const Duration after = time + kDifference;
-  const Eigen::Vector2d change = velocity(trajectory.at(after), p_base) - velocity(trajectory.at(before), p_base);
-  const Eigen::Vector2d mean = change / to_seconds(after - before);
-  return {mean.x(), mean.y(), 0.0};
+  const Eigen::Vector3d change = velocity(trajectory.at(after), p_base) - velocity(trajectory.at(before), p_base);
+  return change / to_seconds(after - before);
 }
 
 }  // namespace
@@ -74,8 +73,7 @@ std::shared_ptr<Payload> SimulatedImu::sample(const Truth& truth, Duration time)
   Random random = stream(truth.seed, Draw::imu, time);
   const double per_sample = 1.0 / std::sqrt(period_s());
   auto imu = std::make_shared<ImuSample>();
-  imu->w_sensor = q_sensor_map * Eigen::Vector3d(0.0, 0.0, motion.w) + gyroscope_.bias +
-                  gyroscope_.noise * per_sample * normal3(random);
+  imu->w_sensor = q_sensor_map * motion.w_map() + gyroscope_.bias + gyroscope_.noise * per_sample * normal3(random);
   imu->f_sensor = q_sensor_map * force + accelerometer_.bias + accelerometer_.noise * per_sample * normal3(random);
   const Eigen::Vector3d noise = magnetometer_noise_t_ * normal3(random);
   if (has_magnetometer_) imu->m_sensor = q_sensor_map * magnetism_.field(T_map_sensor.p, motion.pose().q, time) + noise;

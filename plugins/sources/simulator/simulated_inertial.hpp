@@ -12,7 +12,7 @@
 namespace waymark::simulator {
 
 /// Nine axes: gyroscopes, accelerometers and magnetometers, each with white noise, and the first two with biases that
-/// start at random and walk. The robot stays level.
+/// start at random and walk.
 class SimulatedImu : public SimulatedSensor {
  public:
   /// `magnetism` must outlive the sensor.

@@ -74,15 +74,20 @@ World SimulatedLidar::seen(const Truth& truth, Duration stamp, const Pose& T_map
   return world;
 }
 
-/// True range of one beam. A wide beam that meets surfaces in one piece shows their mean; at an edge it shows the
-/// nearer one or, as time-of-flight scanners do, something between both.
-double SimulatedLidar::measured(const World& world, const Eigen::Vector3d& origin, double angle_rad,
-                                Random& mixing) const {
-  if (beam_width_rad_ == 0.0) return world.cast(origin, angle_rad);
+/// True range of one beam at an angle that counts from the map's x axis. A wide beam that meets surfaces in one piece
+/// shows their mean; at an edge it shows the nearer one or, as time-of-flight scanners do, something between both.
+double SimulatedLidar::measured(const World& world, const Pose& T_map_sensor, double angle_rad, Random& mixing) const {
+  const auto cast = [&](double angle) {
+    if (world.ground.is_level()) return world.cast(T_map_sensor.p, angle);
+    const double azimuth = angle - T_map_sensor.yaw();
+    return world.cast(T_map_sensor.p,
+                      Eigen::Vector3d(T_map_sensor.q * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0.0)));
+  };
+  if (beam_width_rad_ == 0.0) return cast(angle_rad);
   std::array<double, kSubRays> ranges{};
   for (int i = 0; i < kSubRays; ++i) {
     const double offset = beam_width_rad_ * ((i + 0.5) / kSubRays - 0.5);
-    ranges[static_cast<std::size_t>(i)] = world.cast(origin, angle_rad + offset);
+    ranges[static_cast<std::size_t>(i)] = cast(angle_rad + offset);
   }
   // Drawn for every beam, so that what one beam meets does not change the others.
   const bool mixed = mixing.uniform() < mixed_probability_;
@@ -122,7 +127,7 @@ std::shared_ptr<Payload> SimulatedLidar::sample(const Truth& truth, Duration tim
     const double noise = sigma_m_ * random.normal();
     if (beam_interval_s_ > 0.0)
       T_map_sensor = truth.trajectory.at(time + from_seconds(beam * beam_interval_s_)).pose() * T_base_sensor_;
-    const double range = measured(world, T_map_sensor.p, T_map_sensor.yaw() + start_rad_ + beam * step_rad_, mixing);
+    const double range = measured(world, T_map_sensor, T_map_sensor.yaw() + start_rad_ + beam * step_rad_, mixing);
     const double shown = range > range_max_m_ ? range_max_m_ + 1.0 : std::clamp(range + noise, 0.0, range_max_m_);
     scan->ranges_m.push_back(static_cast<float>(shown));
   }

@@ -10,9 +10,9 @@
 
 namespace waymark::simulator {
 
-/// A horizontal laser scanner that sees the cylinders, all beams at one instant or one after the other. In each scan a
-/// cylinder may be missing, and things may stand there that the next scan does not see again. A beam has a width, so at
-/// an edge it meets fore- and background at once.
+/// A laser scanner, level in the base, that sees the cylinders, all beams at one instant or one after the other. In
+/// each scan a cylinder may be missing, and things may stand there that the next scan does not see again. A beam has a
+/// width, so at an edge it meets fore- and background at once.
 class SimulatedLidar : public SimulatedSensor {
  public:
   SimulatedLidar(const Config& config, const Rig& rig);
@@ -20,7 +20,7 @@ class SimulatedLidar : public SimulatedSensor {
  private:
   std::shared_ptr<Payload> sample(const Truth& truth, Duration time) override;
   World seen(const Truth& truth, Duration stamp, const Pose& T_map_sensor) const;
-  double measured(const World& world, const Eigen::Vector3d& origin, double angle_rad, Random& mixing) const;
+  double measured(const World& world, const Pose& T_map_sensor, double angle_rad, Random& mixing) const;
 
   Pose T_base_sensor_;
   double range_max_m_;

@@ -104,9 +104,9 @@ void SimulatedRadar::add_still(const Truth& truth, Duration time, const Pose& T_
     const double azimuth = within(half_view_rad_, random);
     const double elevation = within(half_rise_rad_, random);
     const Eigen::Vector3d direction = ray(azimuth, elevation);
-    const double range = half_rise_rad_ > 0.0
-                             ? truth.world.cast(T_map_sensor.p, Eigen::Vector3d(T_map_sensor.q * direction))
-                             : truth.world.cast(T_map_sensor.p, T_map_sensor.yaw() + azimuth);
+    const bool in_space = half_rise_rad_ > 0.0 || !truth.world.ground.is_level();
+    const double range = in_space ? truth.world.cast(T_map_sensor.p, Eigen::Vector3d(T_map_sensor.q * direction))
+                                  : truth.world.cast(T_map_sensor.p, T_map_sensor.yaw() + azimuth);
     add({range, azimuth, elevation, -direction.dot(v_sensor)}, range <= range_max_m_, random, scan);
   }
 }
@@ -114,6 +114,7 @@ void SimulatedRadar::add_still(const Truth& truth, Duration time, const Pose& T_
 void SimulatedRadar::add_moving(const Truth& truth, Duration time, const Pose& T_map_sensor,
                                 const Eigen::Vector3d& v_sensor, RadarTargets& scan) const {
   const Pose T_sensor_map = T_map_sensor.inverse();
+  const bool level = truth.world.ground.is_level();
   Random random = stream(truth.seed, Draw::traffic_echoes, time, number_);
   for (const Traffic::Thing& thing : traffic_.at(time)) {
     const Eigen::Vector3d v_thing = T_sensor_map.q * Eigen::Vector3d(thing.v_map.x(), thing.v_map.y(), 0.0);
@@ -123,9 +124,11 @@ void SimulatedRadar::add_moving(const Truth& truth, Duration time, const Pose& T
       const Eigen::Vector3d p = T_sensor_map * Eigen::Vector3d(at.x(), at.y(), T_map_sensor.p.z());
       const double range = std::max(p.norm(), 1e-3);
       const double azimuth = std::atan2(p.y(), p.x());
-      const double hidden_from = truth.world.cast(T_map_sensor.p, T_map_sensor.yaw() + azimuth);
+      const double elevation = level ? 0.0 : std::asin(std::clamp(p.z() / range, -1.0, 1.0));
+      const double hidden_from = level ? truth.world.cast(T_map_sensor.p, T_map_sensor.yaw() + azimuth)
+                                       : truth.world.cast(T_map_sensor.p, Eigen::Vector3d(T_map_sensor.q * p / range));
       const bool is_visible = std::abs(azimuth) <= half_view_rad_ && range < hidden_from;
-      add({range, azimuth, 0.0, p.dot(v_thing - v_sensor) / range}, is_visible, random, scan);
+      add({range, azimuth, elevation, p.dot(v_thing - v_sensor) / range}, is_visible, random, scan);
     });
   }
 }
@@ -144,8 +147,7 @@ void SimulatedRadar::add_false_alarms(const Truth& truth, Duration time, RadarTa
 std::shared_ptr<Payload> SimulatedRadar::sample(const Truth& truth, Duration time) {
   const Motion motion = truth.trajectory.at(time);
   const Pose T_map_sensor = motion.pose() * T_base_sensor_;
-  const Eigen::Vector2d v_map = velocity(motion, T_base_sensor_.p);
-  const Eigen::Vector3d v_sensor = T_map_sensor.q.conjugate() * Eigen::Vector3d(v_map.x(), v_map.y(), 0.0);
+  const Eigen::Vector3d v_sensor = T_map_sensor.q.conjugate() * velocity(motion, T_base_sensor_.p);
   auto scan = std::make_shared<RadarTargets>();
   scan->targets.reserve(static_cast<std::size_t>(rays_));
   add_still(truth, time, T_map_sensor, v_sensor, *scan);

@@ -29,6 +29,8 @@ SimulatedWheels::SimulatedWheels(const Config& config)
 
 std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration time) {
   const Motion motion = truth.trajectory.at(time);
+  const double v = motion.v_base().x();
+  const double w = motion.w_base().z();
   Random random = stream(truth.seed, Draw::wheels, time);
   const double sigma = noise_m_per_sqrt_s_ / std::sqrt(period_s());
   const double spin = spins_.contain(time) ? 1.0 + spin_ratio_ : 1.0;
@@ -38,8 +40,8 @@ std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration ti
     return true_mps == 0.0 ? 0.0 : scale * spin * true_mps + noise;
   };
   auto speeds = std::make_shared<WheelSpeeds>();
-  speeds->left_mps = measured(motion.v_x - 0.5 * track_m_ * motion.w, left_scale_);
-  speeds->right_mps = measured(motion.v_x + 0.5 * track_m_ * motion.w, right_scale_);
+  speeds->left_mps = measured(v - 0.5 * track_m_ * w, left_scale_);
+  speeds->right_mps = measured(v + 0.5 * track_m_ * w, right_scale_);
   return speeds;
 }
 

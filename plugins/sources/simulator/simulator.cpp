@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "course.hpp"
+#include "ground.hpp"
+#include "ground_plan.hpp"
 #include "layout.hpp"
 #include "magnetism.hpp"
 #include "placing.hpp"
@@ -156,11 +159,19 @@ class Simulator : public Source {
     const auto seed = static_cast<std::uint64_t>(config.integer({"seed", "of all noise"}, 1));
     const Course course(config.child({"course", "the way that the robot is driven"}));
     const DriveLimits limits = read_limits(config);
+    const auto ground = std::make_shared<const Ground>(read_ground(config, seed));
     // Only what stands somewhere needs to know where the robot drives; that takes a while to find out.
-    const bool furnished =
-        config.has("landmarks") || config.has("walls_m") || config.has("boxes_m") || config.has("clutter");
-    World world = read_world(config, furnished ? nominal_path(course, limits) : Path{}, seed);
-    return {drive(course, limits, duration, seed), std::move(world), seed};
+    const bool furnished = config.has("landmarks") || config.has("walls_m") || config.has("boxes_m") ||
+                           config.has("clutter") || config.has("floors");
+    try {
+      const auto uneven = ground->is_level() ? nullptr : ground;
+      World world = read_world(config, *ground, furnished ? nominal_path(course, limits, uneven) : Path{}, seed);
+      Trajectory trajectory = drive(course, limits, duration, seed);
+      if (uneven) trajectory = trajectory.on(uneven, course.start_height_m());
+      return {std::move(trajectory), std::move(world), seed};
+    } catch (const std::domain_error& fall) {
+      config.fail("course", fall.what());
+    }
   }
 
   std::shared_ptr<const Reference> make_reference() const {

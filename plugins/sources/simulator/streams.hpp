@@ -41,7 +41,8 @@ enum class Draw : std::uint32_t {
   false_alarms,
   traffic,
   traffic_echoes,
-  ranges
+  ranges,
+  waves
 };
 
 /// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.

@@ -129,17 +129,17 @@ Beam beam_of(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
   return {origin, direction, is_vertical ? 0.0 : flatness, {origin.head<2>(), ahead}};
 }
 
-/// Where along the beam it is above the ground and not higher than a thing.
-std::optional<Crossing> between_heights(const Beam& beam, double height_m) {
+/// Where along the beam it is neither below a thing nor above it.
+std::optional<Crossing> between_heights(const Beam& beam, double base_m, double height_m) {
   const double z = beam.origin.z();
   const double rise = beam.direction.z();
   if (std::abs(rise) < 1e-12) {
-    if (z < 0.0 || z > height_m) return std::nullopt;
+    if (z < base_m || z > height_m) return std::nullopt;
     return Crossing{-World::kNothing, World::kNothing};
   }
-  const double to_ground = -z / rise;
+  const double to_base = (base_m - z) / rise;
   const double to_top = (height_m - z) / rise;
-  return Crossing{std::min(to_ground, to_top), std::max(to_ground, to_top)};
+  return Crossing{std::min(to_base, to_top), std::max(to_base, to_top)};
 }
 
 /// Where along the beam it is over the outline of a thing.
@@ -157,7 +157,7 @@ double nearest_of(const std::vector<Thing>& things, const Beam& beam, double nea
   for (const Thing& thing : things) {
     const auto outline = over_outline(thing, beam);
     if (!outline || outline->leave < 0.0 || outline->enter >= nearest) continue;
-    const auto heights = between_heights(beam, thing.height_m);
+    const auto heights = between_heights(beam, thing.base_m, thing.height_m);
     if (!heights) continue;
     const double enter = std::max(outline->enter, heights->enter);
     const double leave = std::min(outline->leave, heights->leave);
@@ -197,7 +197,11 @@ double World::cast(const Eigen::Vector3d& origin, double angle_rad) const {
 double World::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
   const Beam beam = beam_of(origin, direction);
   double nearest = kNothing;
-  if (has_ground) nearest = to_level(beam, 0.0, nearest);
+  if (!ground.is_level()) {
+    nearest = ground.cast(origin, direction, has_ground, nearest);
+  } else if (has_ground) {
+    nearest = to_level(beam, 0.0, nearest);
+  }
   if (ceiling_m < kNothing) nearest = to_level(beam, ceiling_m, nearest);
   nearest = nearest_of(landmarks, beam, nearest);
   nearest = nearest_of(stones, beam, nearest);

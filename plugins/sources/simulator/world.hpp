@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "ground.hpp"
 #include "texture.hpp"
 
 namespace waymark::simulator {
@@ -14,17 +15,19 @@ namespace waymark::simulator {
 struct Cylinder {
   Eigen::Vector2d center;  ///< in the map [m]
   double radius_m;
-  double height_m = 3.0;
+  double height_m = 3.0;    ///< of its top in the map, here and below
   std::size_t texture = 0;  ///< index into `World::textures`
+  double base_m = 0.0;      ///< height of its lower end
 };
 
-/// An upright box that stands on the ground.
+/// An upright box that stands on the ground or on a floor.
 struct Box {
   Eigen::Vector2d center;  ///< in the map [m]
   Eigen::Vector2d half_m;  ///< half its length and half its width
   double yaw_rad;          ///< of its length
   double height_m;
   std::size_t texture = 0;
+  double base_m = 0.0;
 };
 
 /// A thin upright wall.
@@ -33,6 +36,7 @@ struct Wall {
   Eigen::Vector2d to;
   double height_m;
   std::size_t texture = 0;
+  double base_m = 0.0;
 };
 
 /// Where a horizontal ray meets a thing, seen from above.
@@ -46,7 +50,7 @@ struct Hit {
   Eigen::Vector2d outward;  ///< unit normal at `enter_m`
 };
 
-/// What stands around the robot. The ground is z = 0.
+/// What stands around the robot.
 struct World {
   static constexpr double kNothing = std::numeric_limits<double>::infinity();
   static constexpr std::size_t kSurroundings = 4;  ///< textures of stones, boxes, walls and ground
@@ -59,15 +63,16 @@ struct World {
   std::vector<bool> metal;        ///< per texture
   bool has_ground = true;         ///< the ground is there to be seen from above
   double ceiling_m = kNothing;    ///< height of a ceiling over all of it
+  Ground ground;                  ///< z = 0, and what is not level about it
 
   /// Distance [m] in the plane from `origin` to the first surface in direction `angle_rad` (map frame,
   /// counter-clockwise from east) that is higher than the origin, or `kNothing`. From inside a cylinder its wall is
-  /// seen.
+  /// seen. For worlds with level ground.
   double cast(const Eigen::Vector3d& origin, double angle_rad) const;
 
   /// Distance [m] from `origin` to the first surface in the unit vector `direction`, or `kNothing`: what stands there
-  /// is solid up to its height, walls are thin; ground and ceiling have no end. From inside a thing its surface is
-  /// seen.
+  /// is solid from its base up to its height, walls are thin; ground and ceiling have no end. From inside a thing its
+  /// surface is seen.
   double cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
   /// All that a ray meets in front of `origin`, nearest first, in place of what `hits` held. What surrounds the origin

@@ -105,6 +105,45 @@ TEST(Odometry, TheResidualIsTheDifferenceToTheState) {
   EXPECT_TRUE(model.residual.isApprox(Eigen::Vector3d(0.6, 0.15, -0.5), kExact));
 }
 
+SensorBench in_space(const std::string& yaml) {
+  return SensorBench(make_sensor("odometry", yaml), StateLayout::Motion::spatial);
+}
+
+TEST(Odometry, InSpaceWheelsStayOnTheGround) {
+  for (const std::string yaml : {kDifferential, std::string("{ model: ackermann, wheelbase_m: 2.83 }")}) {
+    auto bench = in_space(yaml);
+    bench.mean.v_base = {1.0, 0.1, -0.3};
+    const auto& model = yaml == kDifferential ? bench.feed(wheels(1.0, 1.0)) : bench.feed(steering(1.0, 0.0));
+    ASSERT_EQ(model.residual.size(), 4) << yaml;
+    EXPECT_NEAR(model.residual[0], 0.0, kExact);
+    EXPECT_NEAR(model.residual[1], -0.1, kExact);
+    EXPECT_NEAR(model.residual[3], 0.3, kExact) << "v_z of the base is observed as 0";
+    // The density 0.05 · speed over the first interval, 0.1 s.
+    EXPECT_NEAR(model.R(3, 3), 0.05 * 0.05 / 0.1, kExact);
+  }
+}
+
+TEST(Odometry, TheMotionAlongZIsObservedAsTheYamlSays) {
+  auto noisy = in_space("{ model: differential, track_m: 0.5, vertical_noise_m_per_sqrt_s: [0.1, 0.2] }");
+  EXPECT_NEAR(noisy.feed(wheels(2.0, 2.0)).R(3, 3), 0.5 * 0.5 / 0.1, kExact);
+  auto none = in_space("{ model: differential, track_m: 0.5, vertical_noise_m_per_sqrt_s: none }");
+  EXPECT_EQ(none.feed(wheels(2.0, 2.0)).residual.size(), 3);
+  // A ready-made twist can be that of a drone, so it needs the key.
+  auto drone = in_space("{ model: twist }");
+  EXPECT_EQ(drone.feed(twist(1.0, 0.0, 0.1)).residual.size(), 3);
+  auto base = in_space("{ model: twist, vertical_noise_m_per_sqrt_s: [0.1, 0.2] }");
+  EXPECT_EQ(base.feed(twist(1.0, 0.0, 0.1)).residual.size(), 4);
+  auto step = in_space("{ model: increment, vertical_noise_m_per_sqrt_s: [0.1, 0.2] }");
+  EXPECT_EQ(step.feed(increment(0.5, 0.5, 0.0, 0.1)).residual.size(), 4);
+  // In the plane there is no v_z.
+  auto flat = odometry("{ model: differential, track_m: 0.5, vertical_noise_m_per_sqrt_s: [0.1, 0.2] }");
+  EXPECT_EQ(flat.feed(wheels(2.0, 2.0)).residual.size(), 3);
+  EXPECT_THAT(refusal("odometry", "{ model: differential, track_m: 0.5, vertical_noise_m_per_sqrt_s: [-1, 0] }"),
+              HasSubstr("vertical_noise_m_per_sqrt_s"));
+  EXPECT_THAT(refusal("odometry", "{ model: differential, track_m: 0.5, vertical_noise_m_per_sqrt_s: some }"),
+              HasSubstr("vertical_noise_m_per_sqrt_s"));
+}
+
 TEST(Odometry, AScaleErrorScalesSpeedAndRotationOfTheWheels) {
   auto bench = odometry("{ model: differential, track_m: 0.5, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }");
   bench.mean.block[0] = 0.1;
