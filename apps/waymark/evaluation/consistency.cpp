@@ -118,7 +118,8 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
 std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
                                                      const Trajectory& estimate, const Trajectory& reference,
                                                      const Pose& T_reference_estimate, double max_time_gap_s) {
-  const bool has_all = std::ranges::all_of(covariances, [](const PoseCovariance& one) { return one.P_spatial; });
+  const bool has_all =
+      std::ranges::all_of(covariances, [](const PoseCovariance& one) { return one.P_spatial.has_value(); });
   if (!has_all || estimate.orientation != Orientation::full || reference.orientation != Orientation::full)
     return std::nullopt;
   SpatialMatrix turn = SpatialMatrix::Zero();
