@@ -36,6 +36,7 @@ void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
   gaussian_.start(belief);
   anchors_.clear();
   landmarks_.clear();
+  frame_.clear();
   contradictions_ = 0;
   last_landmarks_ = 0;
 }
@@ -58,7 +59,8 @@ void JointBelief::update(const Update& model, int owner, const estimation::Geore
 std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidence,
                                                       const Correspondences& correspondences,
                                                       std::span<const AnchorPose> anchors) {
-  if (evidence.spatial) relate_height_and_tilt(gaussian_, *evidence.spatial);
+  if (evidence.is_spatial && !evidence.is_prior && evidence.writes && !frame_.has_begun()) frame_.begin(gaussian_);
+  if (evidence.spatial) frame_.relate(gaussian_, *evidence.spatial);
   if (evidence.is_prior) {
     relate_to_prior_map(gaussian_, evidence.match);
     return std::nullopt;
@@ -133,11 +135,12 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
-  archive.section("joint_belief", 1);
+  archive.section("joint_belief", 2);
   archive(gaussian_, last_landmarks_);
   archive.within(contradictions_, 0, kOften);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);
+  frame_.serialize(archive, gaussian_);
 }
 template void JointBelief::serialize(OutArchive& archive);
 template void JointBelief::serialize(InArchive& archive);

@@ -10,9 +10,9 @@
 
 #include "estimation/georeference.hpp"
 #include "joint/anchors.hpp"
+#include "joint/frame_node.hpp"
 #include "joint/joint_gaussian.hpp"
 #include "joint/landmark_nodes.hpp"
-#include "joint/spatial_match.hpp"
 #include "loops/keyframes.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
@@ -28,7 +28,8 @@ struct MapEvidence {
   double share = 1.0;                                  ///< exponent of the likelihood of landmarks
   bool writes = true;                                  ///< the observation will be added to the map
   bool is_prior = false;                               ///< the map was loaded: its places are not uncertain
-  std::optional<SpatialMatch> spatial = std::nullopt;  ///< of a map that matches all six of the pose
+  bool is_spatial = false;                             ///< a map that matches all six of the pose
+  std::optional<SpatialMatch> spatial = std::nullopt;  ///< its match, if there was something to match
 };
 
 /// The belief that the filter reports where maps localise: one Gaussian over the navigation state and the places of the
@@ -97,6 +98,7 @@ class WAYMARK_API JointBelief {
   JointGaussian gaussian_;
   Anchors anchors_;
   LandmarkNodes landmarks_;
+  FrameNode frame_;
   Linearization model_;                  // scratch
   estimation::StateJacobian H_;          // scratch
   int contradictions_ = 0;               // mapping steps in a row far from the particles

@@ -112,9 +112,9 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
   correct(own, white, first, H.considered);
 }
 
-void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
+void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
+                           const std::array<int, 3>& pose) {
   const auto rows = static_cast<int>(H_pose.rows());
-  const auto& pose = layout_.pose_indices();
   Factor own = Factor::Zero(layout_.size(), rows);
   auto W = W_.topLeftCorner(size_, rows);
   W.setZero();
@@ -190,11 +190,10 @@ void JointGaussian::reserve(int size) {
   W_.resize(more, kMaxUpdateRows);
 }
 
-JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q) {
+JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q, const std::array<int, 3>& pose) {
   const auto size = static_cast<int>(G.rows());
   const int offset = size_;
   reserve(offset + size);
-  const auto& pose = layout_.pose_indices();
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxErrorStates> P_pose(3, layout_.size());
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, Eigen::Dynamic, 3> of_nodes(offset, 3);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <vector>
@@ -21,7 +22,7 @@ namespace waymark::joint {
 /// errors are the caller's, who fetches their corrections.
 class WAYMARK_API JointGaussian {
  public:
-  /// Rows of a relation over the pose (x, y, yaw), or over one node.
+  /// Rows of a relation over three states of the pose, or over one node.
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 
   using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
@@ -47,15 +48,22 @@ class WAYMARK_API JointGaussian {
   /// Updates with a model that was linearised at the mean. No effect if the innovation's covariance is not positive
   /// definite.
   void update(const Linearization& model, const estimation::StateJacobian& H);
-  /// Updates with a relation between the pose and nodes, whose noise is white: ν = H_pose δ + Σ H_i δ_i + N(0, I).
-  void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes);
+  /// Updates with a relation between (x, y, yaw) and nodes, whose noise is white: ν = H_pose δ + Σ H_i δ_i + N(0, I).
+  void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
+    relate(nu, H_pose, nodes, layout_.pose_indices());
+  }
+  /// The same over other three error states of the pose.
+  void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
+              const std::array<int, 3>& pose);
   /// The correction of a node's mean since the last call for it, in its error states.
   Column take_correction(NodeId node);
   /// The same, without taking it.
   Column pending_correction(NodeId node) const;
 
   /// Adds a node δ = G · (δx, δy, δyaw) + N(0, Q).
-  NodeId add_node(const Rows& G, const Rows& Q);
+  NodeId add_node(const Rows& G, const Rows& Q) { return add_node(G, Q, layout_.pose_indices()); }
+  /// The same of other three error states of the pose.
+  NodeId add_node(const Rows& G, const Rows& Q, const std::array<int, 3>& pose);
   /// Removes a node: it is marginalised.
   void remove_node(NodeId node);
   bool has_node(NodeId node) const;

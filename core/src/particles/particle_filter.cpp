@@ -219,6 +219,7 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
                                       input.share,
                                       refinement.writes,
                                       modules_[module]->has_prior_map(),
+                                      modules_[module]->is_spatial(),
                                       scaled(refinement.spatial, input.share, from)};
     if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
