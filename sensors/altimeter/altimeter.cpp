@@ -57,6 +57,7 @@ class Altimeter final : public Sensor {
     if (offset_.tau_s == 0.0) offset_.stationary_sigma = 0.0;
   }
 
+  SensorTraits traits() const override { return {.observes_height = true}; }
   StateBlock block() const override { return offset_.initial_sigma > 0.0 ? StateBlock{offset_} : StateBlock{}; }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {

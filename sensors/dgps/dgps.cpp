@@ -82,7 +82,9 @@ class Dgps final : public Sensor {
     return block;
   }
   /// Speed and course are a motion source: enough where there is nothing else.
-  SensorTraits traits() const override { return {.is_motion_source = velocity_.sigma > 0.0, .is_absolute = true}; }
+  SensorTraits traits() const override {
+    return {.is_motion_source = velocity_.sigma > 0.0, .is_absolute = true, .observes_height = true};
+  }
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum* datum) const override {
     const auto& fix = measurement.as<GnssFix>();

@@ -182,7 +182,7 @@ class Odometry final : public Sensor {
   }
 
   StateBlock block() const override { return systematic_.block; }
-  SensorTraits traits() const override { return {.is_motion_source = true}; }
+  SensorTraits traits() const override { return {.is_motion_source = true, .observes_height = vertical_.has_value()}; }
 
   std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
     const WheelTwist twist = model_->twist(measurement);

@@ -291,6 +291,20 @@ Robot Robot::load(const std::filesystem::path& file, const std::vector<Config::O
   return load(yaml, plugin_loader(yaml));
 }
 
+namespace {
+
+/// Spatial motion whose height nothing observes.
+bool leaves_height_free(const Robot& robot) {
+  const auto observes = [](const SensorSlot& slot) {
+    return slot.enabled && slot.sensor && slot.sensor->traits().observes_height;
+  };
+  const auto matches = [](const MapSlot& slot) { return slot.localize && slot.module && slot.module->is_spatial(); };
+  return robot.settings.motion == StateLayout::Motion::spatial && std::ranges::none_of(robot.sensors, observes) &&
+         std::ranges::none_of(robot.maps, matches);
+}
+
+}  // namespace
+
 Robot Robot::load(const Config& yaml, const PluginLoader& loader, Mountings mountings) {
   const std::vector<Config> open = entries_mounted_by_robot(yaml);
   SourceObjects sources;
@@ -308,6 +322,11 @@ Robot Robot::load(const Config& yaml, const PluginLoader& loader, Mountings moun
   if (sources.empty()) sources = make_sources(yaml, loader, robot.rig);
   join_sources(robot, std::move(sources));
   std::ranges::move(old_names(yaml), std::back_inserter(robot.settings.notices));
+  if (leaves_height_free(robot)) {
+    robot.settings.notices.emplace_back(
+        "motion.kind: spatial: nothing observes the height, which drifts freely; wheels, GNSS, an altimeter or a map "
+        "with match.kind: spatial would, or use motion.kind: planar");
+  }
   yaml.reject_unread();
   robot.sensor_of_channel = connect(*robot.source, yaml, robot.rig, robot.sensors);
   robot.loader = std::make_shared<const PluginLoader>(loader);

@@ -14,7 +14,7 @@
 namespace waymark::imports {
 namespace {
 
-constexpr std::size_t kLargestTable = std::size_t{1} << 30;
+constexpr std::size_t kMostCloudBytes = std::size_t{1} << 30;
 constexpr std::array<std::string_view, 5> kTimes{"t", "time", "time_stamp", "timestamp", "offset_time"};
 
 }  // namespace
@@ -47,7 +47,7 @@ PointFile read_point_file(const std::filesystem::path& file, Time stamp) {
   std::array<char, 1 << 16> piece;
   while (const std::size_t count = bytes.read(piece.data(), piece.size())) {
     content.append(piece.data(), count);
-    if (content.size() > kLargestTable) throw DataError(name + ": is larger than 1 GiB, which no cloud is");
+    if (content.size() > kMostCloudBytes) throw DataError(name + ": is larger than 1 GiB, which no cloud is");
   }
   if (!bytes.problem().empty()) throw DataError(fmt::format("{}: {}", name, bytes.problem()));
   const std::filesystem::path plain = file.extension() == ".gz" ? file.stem() : file;

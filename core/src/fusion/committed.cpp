@@ -67,7 +67,13 @@ void Committed::update_health(Time now) {
                           {belief.P(pose[1], pose[0]), belief.P(pose[1], pose[1])}};
   const double mean = 0.5 * P.trace();
   const double largest = mean + std::sqrt(std::max(mean * mean - P.determinant(), 0.0));
-  health.judge(now, std::sqrt(std::max(largest, 0.0)));
+  monitoring::HealthMonitor::Uncertainty sigma{std::sqrt(std::max(largest, 0.0))};
+  if (filter.layout().motion() == StateLayout::Motion::spatial) {
+    const SpatialMatrix spatial = spatial_covariance(belief);
+    sigma.height = std::sqrt(std::max(spatial(2, 2), 0.0));
+    sigma.tilt = std::sqrt(std::max({spatial(3, 3), spatial(4, 4), 0.0}));
+  }
+  health.judge(now, sigma);
 }
 
 Mark Committed::mark(std::uint64_t at) const {

@@ -31,6 +31,8 @@ constexpr double kUsualSteps = 3.0;
 constexpr Duration kNeverDelivered = std::chrono::seconds(10);
 constexpr Duration kAfterReacquisition = std::chrono::seconds(5);
 constexpr Duration kDegradedFor = std::chrono::seconds(2);
+/// An attitude that is less certain than this (σ) is as good as not observed.
+constexpr double kUnknownTilt = 0.17;  // [rad], 10°
 /// P(χ² with two degrees of freedom > 9) = exp(−9 / 2): outside the 3σ ellipse of a consistent covariance.
 constexpr double kThreeSigmaSquared = 9.0;
 
@@ -179,7 +181,7 @@ bool HealthMonitor::is_position_observed() const {
   });
 }
 
-HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_sigma, fmt::memory_buffer& text) {
+HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(const Uncertainty& sigma, fmt::memory_buffer& text) {
   bool motion = motion_from_maps_;
   bool is_aided = false;
   bool has_aiding = false;
@@ -211,12 +213,16 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(double position_
     return {lost, "the covariance was inflated to re-acquire a sensor", true};
   if (!motion) return {lost, "no motion source delivers"};
   // A pose that was lost once stays so until something has narrowed it.
-  if (position_sigma > settings_.lost_sigma && (is_position_observed() || began_anew_))
+  if (sigma.position > settings_.lost_sigma && (is_position_observed() || began_anew_))
     return {lost, "the position is too uncertain"};
-  if (position_sigma > settings_.lost_sigma && has_map)
+  if (sigma.position > settings_.lost_sigma && has_map)
     return {degraded, "in new places: the position against the start is uncertain"};
   if (placement_ == Placement::doubtful)
     return {degraded, "what the robot sees fits the loaded map worse than usual", true};
+  // Where nothing observes the position at all, the robot is judged by what is observed.
+  if (sigma.height > settings_.lost_sigma && sigma.position <= settings_.lost_sigma)
+    return {degraded, "the height is too uncertain"};
+  if (sigma.tilt > kUnknownTilt) return {degraded, "roll and pitch are too uncertain"};
   if (has_aiding && !is_aided) return {degraded, "dead reckoning: no absolute sensor or map corrects the position"};
   if (worst == sensors_.size()) return {};
   const SensorHealth& worst_health = health_.sensors[worst];
@@ -234,7 +240,7 @@ void HealthMonitor::count_time() {
   time += passed;
 }
 
-void HealthMonitor::judge(Time now, double position_sigma) {
+void HealthMonitor::judge(Time now, const Uncertainty& sigma) {
   advance(now);
   count_time();
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
@@ -244,7 +250,7 @@ void HealthMonitor::judge(Time now, double position_sigma) {
   }
   health_.probability_off_3_sigma = off_probability();
   fmt::memory_buffer text;  // on the stack
-  const auto verdict = judge_pose(position_sigma, text);
+  const auto verdict = judge_pose(sigma, text);
   settled_.settle(verdict.state, verdict.why, verdict.is_certain, clock_, health_.state, health_.reason);
 }
 

@@ -76,8 +76,14 @@ class WAYMARK_API HealthMonitor {
     reacquired_ = clock_;
   }
 
-  /// Updates the states of sensors and pose at `now`. `position_sigma`: of the position, the larger axis [m].
-  void judge(Time now, double position_sigma);
+  /// σ of a pose.
+  struct Uncertainty {
+    double position = 0.0;  ///< in the plane, the larger axis [m]
+    double height = 0.0;    ///< [m]; 0 with planar motion
+    double tilt = 0.0;      ///< of roll and pitch, the larger [rad]; 0 with planar motion
+  };
+  /// Updates the states of sensors and pose at `now`.
+  void judge(Time now, const Uncertainty& sigma);
   const Health& health() const { return health_; }
   const HealthTimes& times() const { return times_; }
 
@@ -142,7 +148,7 @@ class WAYMARK_API HealthMonitor {
   void add(Track& track, const UpdateResult& result);
   void count_time();
   Verdict<SensorHealth::State> judge_sensor(const Track& track) const;
-  Verdict<Health::State> judge_pose(double position_sigma, fmt::memory_buffer& text);
+  Verdict<Health::State> judge_pose(const Uncertainty& sigma, fmt::memory_buffer& text);
   bool is_position_observed() const;
   double off_probability() const;
 

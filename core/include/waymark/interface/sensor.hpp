@@ -83,6 +83,7 @@ struct SensorTraits {
     std::string_view name = {};
     std::string_view unless = {};
   } instrument = {};
+  bool observes_height = false;  ///< the height, or the velocity up: else it drifts freely in spatial motion
 };
 
 /// One sensor: turns its measurements into updates. `process` is called once per measurement, in stamp order, on one

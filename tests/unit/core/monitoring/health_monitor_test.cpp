@@ -30,7 +30,7 @@ class HealthTest : public ::testing::Test {
     judge(t, sigma);
   }
   void judge(double t, double sigma = kCertain) {
-    monitor_.judge(at(t), sigma);
+    monitor_.judge(at(t), {sigma});
     const Health::State now = monitor_.health().state;
     if (now == state_) return;
     shortest_ = changed_ ? std::min(shortest_, t - *changed_) : shortest_;
@@ -74,6 +74,29 @@ TEST_F(HealthTest, ASensorThatIsSilentWhileOthersDeliverIsSilent) {
   EXPECT_EQ(health().state, Health::State::lost);
   EXPECT_EQ(health().reason, "no motion source delivers");
   EXPECT_EQ(health().sensors[kWheels].state, SensorHealth::State::silent);
+}
+
+TEST_F(HealthTest, AHeightThatNothingObservesIsDegraded) {
+  double height = 0.0;
+  for (int k = 0; k < 200; ++k) {
+    see(kWheels, 0.1 * k);
+    see(kAid, 0.1 * k, position());
+    if (k >= 100) height += 0.5;
+    monitor_.judge(at(0.1 * k), {.position = kCertain, .height = height});
+    if (k < 100) ASSERT_EQ(health().state, Health::State::ok) << k;
+  }
+  EXPECT_EQ(health().state, Health::State::degraded);
+  EXPECT_EQ(health().reason, "the height is too uncertain");
+}
+
+TEST_F(HealthTest, AnAttitudeThatNothingObservesIsDegraded) {
+  for (int k = 0; k < 100; ++k) {
+    see(kWheels, 0.1 * k);
+    see(kAid, 0.1 * k, position());
+    monitor_.judge(at(0.1 * k), {.position = kCertain, .tilt = 0.3});
+  }
+  EXPECT_EQ(health().state, Health::State::degraded);
+  EXPECT_EQ(health().reason, "roll and pitch are too uncertain");
 }
 
 TEST_F(HealthTest, APositionAtTheLimitDoesNotFlicker) {
@@ -126,7 +149,7 @@ TEST_F(HealthTest, ContinuesWhereItWasSaved) {
   for (int k = 80; k < 140; ++k) {
     see(kWheels, 0.1 * k);
     other.record(kWheels, at(0.1 * k), {});
-    other.judge(at(0.1 * k), kCertain);
+    other.judge(at(0.1 * k), {kCertain});
     ASSERT_EQ(other.health().state, health().state) << k;
   }
   EXPECT_EQ(other.times().lost_s, monitor_.times().lost_s);

@@ -261,7 +261,9 @@ TEST_F(ImportOfClouds, WhatDoesNotFitIsRefusedAndNothingIsWritten) {
   EXPECT_THAT(error(), HasSubstr("times.csv: has 2 times; there are 1 files"));
   write("times.csv", "1\nlater\n");
   EXPECT_THAT(error(), HasSubstr("times.csv:2: "));
-  settings_ = {.out = settings_.out, .files = {folder_ / "scan.csv", folder_ / "with.csv"}};
+  settings_.times.clear();
+  settings_.times_in_names = false;
+  settings_.files = {folder_ / "scan.csv", folder_ / "with.csv"};
   write("with.csv", "x,y,z,intensity\n1,2,3,4\n");
   EXPECT_THAT(error(), HasSubstr("with.csv: has intensities, unlike"));
   write("with.csv", "x,y,z,t\n1,2,3,4\n");
