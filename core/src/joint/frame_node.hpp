@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "joint/joint_gaussian.hpp"
+#include "waymark/base/api.hpp"
 #include "waymark/interface/map_module.hpp"
 #include "waymark/math/pose.hpp"
 
@@ -18,7 +19,7 @@ struct SpatialMatch {
 /// Height, roll and pitch of a map itself, as a node of (z [m], rotation about x, rotation about y [rad]) at its
 /// origin. The map was begun at the height and the tilt that the robot was believed to have. A match says how the robot
 /// stands to the map, and nothing about how the map stands to gravity: 0.1° of that is 3 cm of height at 20 m.
-class FrameNode {
+class WAYMARK_API FrameNode {
  public:
   void clear() { node_.reset(); }
   bool has_begun() const { return node_.has_value(); }

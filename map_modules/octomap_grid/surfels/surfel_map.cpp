@@ -13,15 +13,21 @@ namespace waymark::octomap_grid {
 using scan_matching::TileIndex;
 using scan_matching::TileRect;
 
+namespace {
+
+/// So far from the origin cells can lie.
+constexpr double kMostCells = double{TileIndex::kMost} * SurfelTile::kSide;
+
+}  // namespace
+
 void SurfelAddition::sort(std::span<const Eigen::Vector3f> points, const Pose& T_map_base, double cell) {
-  constexpr double kMost = double{TileIndex::kMost} * SurfelTile::kSide;
   points_.clear();
   points_.reserve(points.size());
   const Eigen::Matrix3d R = T_map_base.q.toRotationMatrix();
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3d p = R * point.cast<double>() + T_map_base.p;
     const Eigen::Vector3d at = (p / cell).array().floor();
-    if (!((at.array().abs() < kMost).all())) throw Error("the scan lies outside of what a grid can hold");
+    if (!(at.cwiseAbs().maxCoeff() < kMostCells)) throw Error("the scan lies outside of what a grid can hold");
     const Eigen::Vector3i index = at.cast<std::int32_t>();
     const Eigen::Vector3d middle = (at.array() + 0.5) * cell;
     points_.push_back({{index.x() >> SurfelTile::kBits, index.y() >> SurfelTile::kBits},
@@ -78,16 +84,17 @@ void SurfelWindow::open(const SurfelTree& tree, double cell, const Eigen::Vector
   const Eigen::Vector2d middle = center.head<2>();
   const double beyond = reach + cell;
   rect_ = TileRect::around(middle.array() - beyond, middle.array() + beyond, cell * SurfelTile::kSide);
-  constexpr double kMost = double{TileIndex::kMost} * SurfelTile::kSide;
-  if (!((std::abs(center.z()) + beyond) / cell < kMost)) throw Error("the scan lies outside of what a grid can hold");
+  if (!((std::abs(center.z()) + beyond) / cell < kMostCells))
+    throw Error("the scan lies outside of what a grid can hold");
   tiles_.resize(rect_.size());
   tree.gather(rect_, tiles_);
 }
 
 SurfelWindow::Plane SurfelWindow::nearest(const Eigen::Vector3d& p) const {
   const Eigen::Vector3d low = (p / cell_ - Eigen::Vector3d::Constant(0.5)).array().floor();
-  const Eigen::Vector3i first = low.cast<std::int32_t>();
   Plane best{nullptr, Eigen::Vector3d::Zero()};
+  if (!(low.cwiseAbs().maxCoeff() < kMostCells)) return best;  // a step that went astray
+  const Eigen::Vector3i first = low.cast<std::int32_t>();
   double best_distance = std::numeric_limits<double>::infinity();
   for (std::int32_t y = first.y(); y <= first.y() + 1; ++y) {
     const std::int32_t tile_y = (y >> SurfelTile::kBits) - rect_.low.y;

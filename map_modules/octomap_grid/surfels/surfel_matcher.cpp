@@ -125,9 +125,11 @@ SpatialMatch SurfelMatcher::match(const SurfelMap& map, double cell, std::span<c
                                   const scan_matching::MatchSettings& settings) {
   points_ = points;
   settings_ = &settings;
+  // A start that is farther away than the scan reaches matches nothing.
+  const double around = reach + settings.coarse_distance + std::min(prior.start.head<3>().norm(), reach);
   for (int level = 0; level < SurfelMap::kLevels; ++level) {
     windows_[static_cast<std::size_t>(level)].open(map.level(level), SurfelMap::cell_of(level, cell), prior.mean.p,
-                                                   reach + settings.coarse_distance + prior.start.head<3>().norm());
+                                                   around);
   }
   const auto is_failed = [&](const Optimum& at) { return !at.d.allFinite() || at.fit.score < settings.min_score; };
   Optimum optimum = descend_from(prior, prior.start);

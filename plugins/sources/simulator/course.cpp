@@ -203,10 +203,6 @@ Trajectory drive(const Course& course, const DriveLimits& limits, Duration durat
   double target = 0.0;
   std::vector<Motion> steps;
   for (Duration time{0}; time <= duration; time += Trajectory::kStep) {
-    if (time < limits.stands) {
-      steps.push_back(now);
-      continue;
-    }
     const Eigen::Vector2d p(now.x, now.y);
     while (target < course.length() && (course.point(target) - p).norm() < limits.lookahead_m) target += kTargetStep;
     const bool ending = target >= course.length();

@@ -42,8 +42,6 @@ DriveLimits read_limits(const Config& config) {
   limits.speed_swing = config.number_in(
       {"speed_swing", "", "the cruising speed falls by this share and comes back, every 20 s"}, 0.0, 0.9, 0.0);
   limits.acceleration_mps2 = config.positive({"acceleration_mps2", "m/s²", "when starting and braking"}, 0.5);
-  limits.stands = from_seconds(
-      config.number_in({"stands_s", "s", "the robot stands so long before it drives off"}, 0.0, 36000.0, 0.0));
   limits.turn_rate_radps = config.positive({"turn_rate_max_radps", "rad/s", "largest yaw rate"}, 1.0);
   // A shorter look-ahead lets the robot circle around a point that it can never reach.
   const double shortest = 2.0 * limits.speed_mps / limits.turn_rate_radps;

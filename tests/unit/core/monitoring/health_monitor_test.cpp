@@ -79,11 +79,13 @@ TEST_F(HealthTest, ASensorThatIsSilentWhileOthersDeliverIsSilent) {
 TEST_F(HealthTest, AHeightThatNothingObservesIsDegraded) {
   double height = 0.0;
   for (int k = 0; k < 200; ++k) {
-    see(kWheels, 0.1 * k);
-    see(kAid, 0.1 * k, position());
+    monitor_.record(kWheels, at(0.1 * k), {});
+    monitor_.record(kAid, at(0.1 * k), position());
     if (k >= 100) height += 0.5;
     monitor_.judge(at(0.1 * k), {.position = kCertain, .height = height});
-    if (k < 100) ASSERT_EQ(health().state, Health::State::ok) << k;
+    if (k < 100) {
+      ASSERT_EQ(health().state, Health::State::ok) << k;
+    }
   }
   EXPECT_EQ(health().state, Health::State::degraded);
   EXPECT_EQ(health().reason, "the height is too uncertain");
@@ -91,8 +93,8 @@ TEST_F(HealthTest, AHeightThatNothingObservesIsDegraded) {
 
 TEST_F(HealthTest, AnAttitudeThatNothingObservesIsDegraded) {
   for (int k = 0; k < 100; ++k) {
-    see(kWheels, 0.1 * k);
-    see(kAid, 0.1 * k, position());
+    monitor_.record(kWheels, at(0.1 * k), {});
+    monitor_.record(kAid, at(0.1 * k), position());
     monitor_.judge(at(0.1 * k), {.position = kCertain, .tilt = 0.3});
   }
   EXPECT_EQ(health().state, Health::State::degraded);
