@@ -202,7 +202,12 @@ Trajectory drive(const Course& course, const DriveLimits& limits, Duration durat
   Motion now{start.p.x(), start.p.y(), start.yaw(), 0.0, 0.0, 0.0};
   double target = 0.0;
   std::vector<Motion> steps;
+  const Duration start_time = from_seconds(limits.start_s);
   for (Duration time{0}; time <= duration; time += Trajectory::kStep) {
+    if (time < start_time) {
+      steps.push_back(now);
+      continue;
+    }
     const Eigen::Vector2d p(now.x, now.y);
     while (target < course.length() && (course.point(target) - p).norm() < limits.lookahead_m) target += kTargetStep;
     const bool ending = target >= course.length();
@@ -236,6 +241,7 @@ std::vector<Eigen::Vector3d> nominal_path(const Course& course, const DriveLimit
                                           const std::shared_ptr<const Ground>& ground) {
   DriveLimits nominal = limits;
   nominal.slip_m_per_sqrt_s = 0.0;
+  nominal.start_s = 0.0;
   // Two laps show every corner, also the one between laps. The limit in time is generous: the pursuit ends by itself.
   const Course laps = course.limited_to(2);
   const double longest_s =

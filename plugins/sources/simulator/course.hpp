@@ -44,6 +44,7 @@ struct DriveLimits {
   double turn_rate_radps;    ///< largest |yaw rate|
   double lookahead_m;        ///< of the pure pursuit; at least 2 speed / turn rate
   double slip_m_per_sqrt_s;  ///< density of the white sideways velocity while moving
+  double start_s;            ///< until when the robot stands on the first way point
 };
 
 /// What the robot does at one time: its motion as it is seen from above, and the surface that it stands on. The base's

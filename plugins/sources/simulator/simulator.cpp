@@ -55,6 +55,9 @@ DriveLimits read_limits(const Config& config) {
   }
   limits.slip_m_per_sqrt_s = config.non_negative(
       {"lateral_slip_m_per_sqrt_s", "m/√s", "the true robot drifts sideways at random while it moves"}, 0.0);
+  limits.start_s = config.number_in(
+      {"start_s", "s", "until then the robot stands on the first way point: time for an IMU to find its level"}, 0.0,
+      36000.0, 0.0);
   return limits;
 }
 

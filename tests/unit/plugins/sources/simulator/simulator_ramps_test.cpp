@@ -71,6 +71,17 @@ TEST(SimulatorRamps, TheHeightIsThatOfTheWayByWhichTheRobotCame) {
   EXPECT_GT(below_the_floor, 16.0);
 }
 
+TEST(SimulatorRamps, TheRobotStandsUntilItStarts) {
+  const std::string late = kOnTheRamp;
+  const auto source = make(late + ", start_s: 2" + kWheels);
+  const auto at_once = make(late + kWheels);
+  const auto& trajectory = source->reference()->trajectory;
+  const auto& earlier = at_once->reference()->trajectory;
+  for (std::size_t i = 0; i <= 40; ++i) ASSERT_EQ(trajectory[i].T_map_base.p, trajectory[0].T_map_base.p) << i;
+  for (std::size_t i = 40; i < trajectory.size(); ++i)
+    ASSERT_LT((trajectory[i].T_map_base.p - earlier[i - 40].T_map_base.p).norm(), 1e-9) << i;
+}
+
 TEST(SimulatorRamps, TheBaseMovesInTheSurfaceOnly) {
   const auto source = make(kUneven + kWheels);
   const auto& trajectory = source->reference()->trajectory;
