@@ -52,9 +52,11 @@ class GnssPseudoranges final : public Sensor {
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const auto& epoch = measurement.as<Pseudoranges>();
     const double interval = last_stamp_ ? to_seconds(measurement.stamp - *last_stamp_) : kMostInterval;
+    if (!first_stamp_) first_stamp_ = measurement.stamp;
     last_stamp_ = measurement.stamp;
     if (prediction.datum == nullptr) return;
-    std::vector<Signal> used = signals(epoch, LocalAxes(*prediction.datum));
+    std::vector<Signal> used =
+        signals(epoch, to_seconds(measurement.stamp - *first_stamp_), LocalAxes(*prediction.datum));
     if (used.empty() && !epoch.satellites.empty()) throw DataError("no satellite of the systems that are used");
     const double stays = 2.0 * receiver_->error_time() / std::clamp(interval, kLeastInterval, kMostInterval);
     make_gaussian(used, std::max(1.0, stays), prediction);
@@ -71,7 +73,7 @@ class GnssPseudoranges final : public Sensor {
   template <class Archive>
   void serialize(Archive& archive) {
     archive.section("gnss_pseudoranges", 1);
-    archive(last_stamp_);
+    archive(first_stamp_, last_stamp_);
   }
 
  private:
@@ -88,7 +90,7 @@ class GnssPseudoranges final : public Sensor {
   }
 
   /// The strongest first, as many as the host takes.
-  std::vector<Signal> signals(const Pseudoranges& epoch, const LocalAxes& axes) const {
+  std::vector<Signal> signals(const Pseudoranges& epoch, double since, const LocalAxes& axes) const {
     std::vector<Signal> used;
     used.reserve(epoch.satellites.size());
     for (const auto& one : epoch.satellites) {
@@ -98,7 +100,7 @@ class GnssPseudoranges final : public Sensor {
         throw DataError("satellite " + std::to_string(one.number) + " has no finite range or place");
       const Eigen::Vector3d s = axes.satellite(one.p_ecef_m);
       if (std::asin(s.normalized().z()) < receiver_->least_elevation()) continue;
-      used.push_back({{s, system, one.range_m - s.norm(), 0.0}, receiver_->noise(one)});
+      used.push_back({{{s, system, since}, one.range_m - s.norm(), 0.0}, receiver_->noise(one)});
     }
     std::ranges::stable_sort(used, {}, [](const Signal& signal) { return signal.noise.share; });
     if (used.size() > kMostRows) used.resize(kMostRows);
@@ -114,8 +116,7 @@ class GnssPseudoranges final : public Sensor {
     ErrorVector dx = ErrorVector::Zero(P.rows());
     for (Signal& signal : signals) {
       RangeRow& row = signal.row;
-      const ExpectedRange expected =
-          receiver_->expect(row.p_map_satellite, row.system, belief.mean.T_map_base.p + arm, prediction.block);
+      const ExpectedRange expected = receiver_->expect(row.from, belief.mean.T_map_base.p + arm, prediction.block);
       const ErrorVector H = jacobian(expected, arm, prediction.layout);
       const ErrorVector PH = P * H;
       const double prior = H.dot(PH);
@@ -147,6 +148,7 @@ class GnssPseudoranges final : public Sensor {
   std::string name_;
   Eigen::Vector3d arm_;
   std::shared_ptr<const Receiver> receiver_;
+  std::optional<Time> first_stamp_;
   std::optional<Time> last_stamp_;
 };
 

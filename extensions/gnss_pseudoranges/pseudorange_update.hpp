@@ -12,8 +12,7 @@ namespace waymark::gnss {
 
 /// One pseudorange with Gaussian noise.
 struct RangeRow {
-  Eigen::Vector3d p_map_satellite;
-  int system = 0;
+  Transmitter from;
   double value = 0.0;     ///< less |s| [m]
   double variance = 0.0;  ///< [m²]
 };
@@ -31,8 +30,7 @@ class PseudorangeUpdate final : public Update {
     const Eigen::Vector3d arm = state.nav.T_map_base.q * arm_;
     for (int i = 0; i < count_; ++i) {
       const RangeRow& row = rows_[static_cast<std::size_t>(i)];
-      const ExpectedRange expected =
-          receiver_->expect(row.p_map_satellite, row.system, state.nav.T_map_base.p + arm, state.block);
+      const ExpectedRange expected = receiver_->expect(row.from, state.nav.T_map_base.p + arm, state.block);
       out.residual[i] = row.value - expected.value;
       out.R(i, i) = row.variance;
       out.position().row(i) = expected.by_antenna;

@@ -58,9 +58,7 @@ Receiver::Receiver(const Config& config)
   };
   add("clock_m", config.positive({"clock_sigma_m", "m", "the clock's offset at the start: its σ"}, 3e5),
       config.non_negative({"clock_walk_m_per_sqrt_s", "m/√s", "white noise of the clock's frequency"}, 0.5));
-  add("drift_mps", config.positive({"drift_sigma_mps", "m/s", "the clock's drift at the start: its σ"}, 300.0),
-      config.non_negative({"drift_walk_mps_per_sqrt_s", "m/s/√s", "random walk of the drift"}, 0.3));
-  block_[0].rate = 1;
+  add("drift_mps", config.positive({"drift_sigma_mps", "m/s", "the clock's drift, a constant: its σ"}, 300.0), 0.0);
   const double offset =
       config.positive({"system_offset_sigma_m", "m", "time of a further system against the first: its σ"}, 30.0);
   const double offset_walk = config.non_negative({"system_offset_walk_m_per_sqrt_s", "m/√s", "its random walk"}, 0.05);
@@ -81,24 +79,25 @@ int Receiver::find_system(int number) const {
   return found == systems_.end() ? -1 : static_cast<int>(found - systems_.begin());
 }
 
-ExpectedRange Receiver::expect(const Eigen::Vector3d& p_map_satellite, int system, const Eigen::Vector3d& p_map_antenna,
+ExpectedRange Receiver::expect(const Transmitter& at, const Eigen::Vector3d& p_map_antenna,
                                const double* states) const {
-  const int offset = 1 + system;          // behind clock and drift; the first system has none
+  const int offset = 1 + at.system;       // behind clock and drift; the first system has none
   const int height = this->states() - 1;  // behind all others
   Eigen::Vector3d p = p_map_antenna;
   if (has_height_ && states != nullptr) p.z() += states[height];
-  const Eigen::Vector3d d = p - p_map_satellite;
+  const Eigen::Vector3d d = p - at.p_map;
   ExpectedRange out;
   // |p − s| − |s| without the difference of two numbers of 2·10⁷ m.
-  out.value = p.dot(d - p_map_satellite) / (d.norm() + p_map_satellite.norm());
+  out.value = p.dot(d - at.p_map) / (d.norm() + at.p_map.norm());
   out.by_antenna = d.normalized().transpose();
   out.by_block.setZero(this->states());
   out.by_block[0] = 1.0;
-  if (system > 0) out.by_block[offset] = 1.0;
+  out.by_block[1] = at.since_s;
+  if (at.system > 0) out.by_block[offset] = 1.0;
   if (has_height_) out.by_block[height] = out.by_antenna.z();
   if (states == nullptr) return out;
-  out.value += states[0];
-  if (system > 0) out.value += states[offset];
+  out.value += states[0] + states[1] * at.since_s;
+  if (at.system > 0) out.value += states[offset];
   return out;
 }
 

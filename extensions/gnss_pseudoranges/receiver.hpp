@@ -13,6 +13,13 @@ namespace waymark::gnss {
 
 using BlockRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxBlockStates>;
 
+/// Where a signal came from.
+struct Transmitter {
+  Eigen::Vector3d p_map;  ///< the satellite in the map [m]
+  int system = 0;         ///< place of its system in the list
+  double since_s = 0.0;   ///< Δt, from the first epoch on, for the clock's drift [s]
+};
+
 /// What a pseudorange should be, and how it depends on the antenna's place and on the receiver's states.
 struct ExpectedRange {
   double value = 0.0;             ///< less the satellite's distance from the map's origin [m]
@@ -20,8 +27,9 @@ struct ExpectedRange {
   BlockRow by_block;              ///< ∂/∂(states)
 };
 
-/// The receiver: its clock, its noise, and the height of its antenna. States: the clock's offset and its drift, an
-/// offset for each system but the first, and the height above the map's plane if that is one.
+/// The receiver: its clock, its noise, and the height of its antenna. States: the clock's offset, whose random walk is
+/// the noise of its frequency; its drift, which is constant; an offset for each system but the first; and the height
+/// above the map's plane if that is one.
 class Receiver {
  public:
   /// Reads the keys of the sensor. Throws ConfigError.
@@ -32,10 +40,9 @@ class Receiver {
   /// Place of a system in the list, or −1.
   int find_system(int number) const;
 
-  /// z − |s| = |p + h − s| − |s| + c + c_system, for the antenna at p and the satellite at s in the map. `states` may
-  /// be null: all zero.
-  ExpectedRange expect(const Eigen::Vector3d& p_map_satellite, int system, const Eigen::Vector3d& p_map_antenna,
-                       const double* states) const;
+  /// z − |s| = |p + h − s| − |s| + c + d Δt + c_system, for the antenna at p, `at` s and Δt. `states` may be null: all
+  /// zero.
+  ExpectedRange expect(const Transmitter& at, const Eigen::Vector3d& p_map_antenna, const double* states) const;
 
   /// Noise of a signal: σ, and the share of reflections by its carrier to noise density.
   LateSignal noise(const Pseudoranges::One& one) const;

@@ -69,10 +69,6 @@ StateBlock block_of(const py::object& sensor) {
         state.name = py::cast<std::string>(value);
         continue;
       }
-      if (name == "rate") {
-        state.rate = py::cast<int>(value);
-        continue;
-      }
       double* place = name == "initial"            ? &state.initial
                       : name == "initial_sigma"    ? &state.initial_sigma
                       : name == "walk_per_sqrt_s"  ? &state.walk_per_sqrt_s

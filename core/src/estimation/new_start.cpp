@@ -56,11 +56,7 @@ void age(Belief& belief, const StateLayout& layout, int i, double dt) {
     constexpr double kLongestWalk = 3600.0;
     const double start = state.initial_sigma * state.initial_sigma;
     const double walk_s = start > 0.0 ? dt : std::min(dt, kLongestWalk);
-    double grown = variance + state.walk_per_sqrt_s * state.walk_per_sqrt_s * walk_s;
-    if (const int rate = layout.block_rate(i); rate >= 0) {
-      belief.mean.block[i] += belief.mean.block[rate] * dt;
-      grown += belief.P(layout.core_size() + rate, layout.core_size() + rate) * dt * dt;
-    }
+    const double grown = variance + state.walk_per_sqrt_s * state.walk_per_sqrt_s * walk_s;
     belief.P(k, k) = start > 0.0 ? std::min(grown, std::max(variance, start)) : grown;
   }
 }

@@ -55,26 +55,6 @@ void propagate(ErrorMatrix& P, const Eigen::Matrix<double, kPose, kCore>& G,
   P.template topLeftCorner<kCore, kCore>() += Q;
 }
 
-/// What a rate of change makes of its integral over dt: the integral gains `gain` times the rate, and noise.
-struct RateStep {
-  double gain;            ///< [s]
-  double variance;        ///< of the integral [unit²]
-  double covariance = 0;  ///< of integral and rate at the end [unit²/s]
-};
-
-/// A random walk, or a Gauss–Markov process with decay a = exp(−dt/τ), integrated.
-RateStep rate_step(const BlockState& rate, double dt) {
-  if (rate.tau_s > 0.0) {
-    const double tau = rate.tau_s;
-    const double lost = -std::expm1(-dt / tau);  // 1 − a
-    const double variance = rate.stationary_sigma * rate.stationary_sigma;
-    return {tau * lost, variance * tau * (2.0 * dt - 2.0 * tau * lost - tau * lost * lost),
-            variance * tau * lost * lost};
-  }
-  const double density = rate.walk_per_sqrt_s * rate.walk_per_sqrt_s;
-  return {dt, density * dt * dt * dt / 3.0, density * dt * dt / 2.0};
-}
-
 }  // namespace
 
 void ProcessModel::predict_mean(NavState& mean, double dt) const {
@@ -90,10 +70,6 @@ void ProcessModel::predict_mean(NavState& mean, double dt) const {
     const Eigen::Vector3d phi = mean.w_base * dt;
     mean.T_map_base.p += mean.T_map_base.q * (so3::left_jacobian(phi) * mean.v_base * dt);
     mean.T_map_base.q = (mean.T_map_base.q * so3::exp(phi)).normalized();
-  }
-  for (int i = 0; i < layout_.block_size(); ++i) {
-    const int rate = layout_.block_rate(i);
-    if (rate >= 0) mean.block[i] += rate_step(layout_.block_state(rate), dt).gain * mean.block[rate];
   }
   for (int i = 0; i < layout_.block_size(); ++i) {
     const BlockState& state = layout_.block_state(i);
@@ -181,26 +157,13 @@ ErrorMatrix ProcessModel::transition(const NavState& mean, double dt) const {
   }
   for (int i = 0; i < layout_.block_size(); ++i) {
     const BlockState& state = layout_.block_state(i);
-    const int k = layout_.core_size() + i;
-    if (state.tau_s > 0.0) F(k, k) = std::exp(-dt / state.tau_s);
-    const int rate = layout_.block_rate(i);
-    if (rate >= 0) F(k, layout_.core_size() + rate) = rate_step(layout_.block_state(rate), dt).gain;
+    if (state.tau_s > 0.0) F(layout_.core_size() + i, layout_.core_size() + i) = std::exp(-dt / state.tau_s);
   }
   return F;
 }
 
 void ProcessModel::predict_blocks(Belief& belief, double dt, bool standing) const {
   const double distance = standing ? 0.0 : belief.mean.v_base.norm() * dt;
-  // What integrates a rate comes first, while the rate still is that of the interval's begin.
-  for (int i = 0; i < layout_.block_size(); ++i) {
-    const int rate = layout_.block_rate(i);
-    if (rate < 0) continue;
-    const int k = layout_.core_size() + i;
-    const int r = layout_.core_size() + rate;
-    const RateStep step = rate_step(layout_.block_state(rate), dt);
-    belief.P.row(k) += step.gain * belief.P.row(r);
-    belief.P.col(k) += step.gain * belief.P.col(r);
-  }
   for (int i = 0; i < layout_.block_size(); ++i) {
     const BlockState& state = layout_.block_state(i);
     const int k = layout_.core_size() + i;
@@ -214,16 +177,6 @@ void ProcessModel::predict_blocks(Belief& belief, double dt, bool standing) cons
       growth += state.walk_per_sqrt_s * state.walk_per_sqrt_s * dt;
     }
     belief.P(k, k) += growth;
-  }
-  for (int i = 0; i < layout_.block_size(); ++i) {
-    const int rate = layout_.block_rate(i);
-    if (rate < 0) continue;
-    const int k = layout_.core_size() + i;
-    const int r = layout_.core_size() + rate;
-    const RateStep step = rate_step(layout_.block_state(rate), dt);
-    belief.P(k, k) += step.variance;
-    belief.P(k, r) += step.covariance;
-    belief.P(r, k) += step.covariance;
   }
 }
 

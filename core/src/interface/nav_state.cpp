@@ -12,20 +12,6 @@ namespace {
 /// Core error states that planar motion keeps: x, y, yaw, v_x, v_y, omega_z.
 constexpr std::array<int, 6> kPlanarStates = {0, 1, 5, 6, 7, 11};
 
-/// Throws Error unless the rate of each state is a state of the same block that has none.
-void check_rates(const StateLayout::Owner& owner) {
-  const auto size = static_cast<int>(owner.block.size());
-  for (const BlockState& state : owner.block) {
-    if (state.rate < 0) continue;
-    if (state.rate >= size || owner.block[static_cast<std::size_t>(state.rate)].rate >= 0 || state.tau_s > 0.0) {
-      throw Error(fmt::format(
-          "sensor \"{}\": state {} has state {} of its block as its rate; expected is one of {} that has no "
-          "rate itself, and no tau_s",
-          owner.name, state.name, state.rate, size));
-    }
-  }
-}
-
 }  // namespace
 
 StateLayout::StateLayout(Motion motion, std::vector<Owner> owners) : motion_(motion), owners_(std::move(owners)) {
@@ -42,14 +28,9 @@ StateLayout::StateLayout(Motion motion, std::vector<Owner> owners) : motion_(mot
   size_ = core_size_;
   std::string sizes;
   for (const Owner& owner : owners_) {
-    check_rates(owner);
-    const int offset = size_ - core_size_;
-    offsets_.push_back(offset);
+    offsets_.push_back(size_ - core_size_);
     size_ += static_cast<int>(owner.block.size());
-    for (const BlockState& state : owner.block) {
-      flat_.push_back(&state);
-      rates_.push_back(state.rate < 0 ? -1 : offset + state.rate);
-    }
+    for (const BlockState& state : owner.block) flat_.push_back(&state);
     if (!owner.block.empty())
       sizes += fmt::format("{}{}: {}", sizes.empty() ? "" : ", ", owner.name, owner.block.size());
   }

@@ -38,9 +38,6 @@ struct BlockState {
   double walk_per_sqrt_m = 0.0;   ///< random walk in distance driven [unit/√m]
   double tau_s = 0.0;             ///< > 0: first-order Gauss–Markov with this time constant [s]
   double stationary_sigma = 0.0;  ///< σ of the Gauss–Markov process [unit]
-  /// Index within the block of the state that is this one's rate of change [unit/s], as a clock's drift is of its
-  /// offset; −1: it has none. A state with a rate has no `tau_s`, and its rate has no rate.
-  int rate = -1;
 };
 
 /// The states that one sensor appends to the filter's; empty for most sensors.
@@ -57,8 +54,7 @@ class WAYMARK_API StateLayout {
     StateBlock block;
   };
 
-  /// Throws ConfigError with the number of states of each owner if the blocks exceed `kMaxBlockStates`, and Error if
-  /// the rate of a state is none.
+  /// Throws ConfigError with the number of states of each owner if the blocks exceed `kMaxBlockStates`.
   StateLayout(Motion motion, std::vector<Owner> owners);
 
   Motion motion() const { return motion_; }
@@ -75,8 +71,6 @@ class WAYMARK_API StateLayout {
   int block_offset(int owner) const { return offsets_[static_cast<std::size_t>(owner)]; }
   /// Process model of state `index` of `NavState::block`.
   const BlockState& block_state(int index) const { return *flat_[static_cast<std::size_t>(index)]; }
-  /// Index within `NavState::block` of the rate of state `index`; −1: it has none.
-  int block_rate(int index) const { return rates_[static_cast<std::size_t>(index)]; }
 
   StateLayout(const StateLayout&) = delete;
   StateLayout& operator=(const StateLayout&) = delete;
@@ -86,7 +80,6 @@ class WAYMARK_API StateLayout {
   std::vector<Owner> owners_;
   std::vector<int> offsets_;
   std::vector<const BlockState*> flat_;
-  std::vector<int> rates_;
   std::array<int, kCoreStates> active_{};
   std::array<int, 3> pose_{};
   int core_size_ = 0;
