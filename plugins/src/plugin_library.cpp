@@ -75,6 +75,14 @@ void require_same(const PluginDescriptor& descriptor, const PluginRecord& record
   if (descriptor.create == nullptr) throw PluginError("its descriptor is incomplete; use WAYMARK_PLUGIN(...)");
 }
 
+void register_payloads(const PluginDescriptor& descriptor) {
+  try {
+    descriptor.register_payloads();
+  } catch (const Error& error) {
+    throw PluginError(error.what());
+  }
+}
+
 PluginLibrary open(const std::filesystem::path& file, const PluginRecord& record) {
   const auto path = canonical_path(file);
   auto& libraries = open_libraries();
@@ -85,6 +93,7 @@ PluginLibrary open(const std::filesystem::path& file, const PluginRecord& record
   if (!library->has(kSymbol)) throw not_a_plugin();
   const auto& descriptor = library->get<const PluginDescriptor>(kSymbol);
   require_same(descriptor, record);
+  if (descriptor.register_payloads != nullptr) register_payloads(descriptor);
   return {library, &descriptor};
 }
 

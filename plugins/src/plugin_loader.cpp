@@ -103,18 +103,23 @@ std::string origin(const Config& config) {
   return path.empty() ? config.place() : fmt::format("{}: {}", config.place(), path);
 }
 
+// The library that a node of the YAML asks for.
+PluginLibrary open_for(std::string_view kind, std::string_view name, const Config& config,
+                       const std::vector<std::filesystem::path>& folders) {
+  try {
+    return open_fitting(find_file(name, folders), kind, name);
+  } catch (const PluginError& error) {
+    throw PluginError(fmt::format("{}: {}", origin(config), error.what()));
+  }
+}
+
 }  // namespace
 
 PluginLoader::PluginLoader(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
 
 std::shared_ptr<void> PluginLoader::create_erased(std::string_view kind, std::string_view name, const Config& config,
                                                   const Rig& rig, void (*destroy)(void*)) const {
-  PluginLibrary library{};
-  try {
-    library = open_fitting(find_file(name, folders_), kind, name);
-  } catch (const PluginError& error) {
-    throw PluginError(fmt::format("{}: {}", origin(config), error.what()));
-  }
+  const PluginLibrary library = open_for(kind, name, config, folders_);
   void* object = nullptr;
   try {
     object = library.descriptor->create(config, rig);
@@ -131,6 +136,10 @@ std::shared_ptr<void> PluginLoader::create_erased(std::string_view kind, std::st
   }
   if (object == nullptr) config.fail(fmt::format("plugin \"{}\" could not be built: it returned nothing", name));
   return {object, [keep = library.handle, destroy](void* plugin) { destroy(plugin); }};
+}
+
+void PluginLoader::load_library(std::string_view kind, std::string_view name, const Config& config) const {
+  open_for(kind, name, config, folders_);
 }
 
 std::vector<PluginInfo> PluginLoader::list() const {

@@ -34,4 +34,5 @@ const ::waymark::PluginDescriptor waymark_plugin = {::waymark::kPluginAbi,
                                                     ::waymark::plugin_kind<WAYMARK_PYTHON_INTERFACE>(),
                                                     WAYMARK_PYTHON_NAME,
                                                     "1.0.0",
-                                                    &create};
+                                                    &create,
+                                                    nullptr};

@@ -96,6 +96,12 @@ TEST(BadPlugins, DescriptorThatDiffersFromTheRecordIsRefused) {
       HasSubstr(file_of("two_names") + ": its symbol \"waymark_plugin\" differs from its section \".waymark_plugin\""));
 }
 
+TEST(BadPlugins, PayloadWithANameOfCoreIsRefused) {
+  EXPECT_THAT(error_of<PluginError>("registers_payload_of_core"),
+              EndsWith(file_of("registers_payload_of_core") +
+                       ": waymark/Height@1 is a payload of core; a plugin's own has another vendor"));
+}
+
 TEST(BadPlugins, MissingSymbolIsNamed) {
   for (const char* name : {"no_symbol", "without_symbol"}) {
     EXPECT_THAT(error_of<PluginError>(name),

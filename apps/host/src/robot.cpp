@@ -194,6 +194,21 @@ std::string mounting_text(const Pose& T_base_sensor) {
                      kDegrees * std::atan2(R(1, 0), R(0, 0)));
 }
 
+/// Loads the plugins of a list, also of those that are switched off: a source may deliver a payload that one of them
+/// registers. One that cannot be loaded is reported where it is used.
+template <class Interface>
+void load_plugins(const Config& yaml, const char* list, const PluginLoader& loader) {
+  if (!yaml.is_list(list)) return;
+  for (const Config& entry : yaml.items(list)) {
+    if (!entry.has("plugin")) continue;
+    try {
+      loader.load<Interface>(entry.text("plugin"), entry);
+    } catch (const PluginError&) {
+      continue;
+    }
+  }
+}
+
 /// The entries of `sensors:` that leave the mounting to the robot.
 std::vector<Config> entries_mounted_by_robot(const Config& yaml) {
   if (!yaml.is_list("sensors")) return {};  // load_parts reports it
@@ -306,6 +321,8 @@ bool leaves_height_free(const Robot& robot) {
 }  // namespace
 
 Robot Robot::load(const Config& yaml, const PluginLoader& loader, Mountings mountings) {
+  load_plugins<Sensor>(yaml, "sensors", loader);
+  load_plugins<MapModule>(yaml, "maps", loader);
   const std::vector<Config> open = entries_mounted_by_robot(yaml);
   SourceObjects sources;
   if (mountings == Mountings::assumed) {

@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
@@ -12,8 +11,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/host/reference.hpp"
-#include "waymark/interface/payload_description.hpp"
-#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/payload_registry.hpp"
 #include "waymark/plugin_inspection.hpp"
 #include "waymark/plugin_loader.hpp"
 
@@ -42,10 +40,8 @@ struct PayloadFields {
 
 std::vector<PayloadFields> payloads() {
   std::vector<PayloadFields> all;
-  const auto add = [&all]<class T>(const T&) {
-    all.push_back({std::string(short_type_name(T::kType)), std::string(T::kType), describe_fields<T>()});
-  };
-  std::apply([&](const auto&... payload) { (add(payload), ...); }, CorePayloads());
+  for (const KnownPayload& known : known_payloads())
+    all.push_back({std::string(short_type_name(known.type)), std::string(known.type), known.describe()});
   return all;
 }
 
@@ -111,6 +107,10 @@ void print_reference(const PluginLoader& loader, const std::string& name, bool m
   }
   if (!of_robot) print_output("{} {} {}, {}\n", plugin.kind, plugin.name, plugin.version, plugin.file.string());
   print_keys(keys);
+  // Those of this plugin: no other is loaded.
+  for (const KnownPayload& known : known_payloads()) {
+    if (!is_of_core(known.type)) print_payload(std::string(known.type));
+  }
   if (plugin.kind == "source")
     print_output("payloads: {}; waymark plugins PAYLOAD lists the fields of one\n", names_of_payloads());
 }

@@ -66,13 +66,4 @@ std::string_view RadarTargets::contradiction() const {
   return behind ? "a target's range is negative" : "";
 }
 
-std::shared_ptr<Payload> make_payload(std::string_view type) {
-  std::shared_ptr<Payload> made;
-  const auto make_if_named = [&]<class T>(const T&) {
-    if (type == T::kType) made = std::make_shared<T>();
-  };
-  std::apply([&](const auto&... payload) { (make_if_named(payload), ...); }, CorePayloads());
-  return made;
-}
-
 }  // namespace waymark

@@ -42,6 +42,13 @@ class PluginLoader {
         plugin_kind<Interface>(), name, config, rig, [](void* object) { delete static_cast<Interface*>(object); }));
   }
 
+  /// Loads the library of a plugin, checked as by `create`, and creates nothing: its payloads are known then, to
+  /// sources that are made before it. Throws PluginError.
+  template <class Interface>
+  void load(std::string_view name, const Config& config) const {
+    load_library(plugin_kind<Interface>(), name, config);
+  }
+
   /// All libraries `waymark_*.so` in the folders, sorted by name. Loads none of them.
   std::vector<PluginInfo> list() const;
 
@@ -50,6 +57,8 @@ class PluginLoader {
  private:
   std::shared_ptr<void> create_erased(std::string_view kind, std::string_view name, const Config& config,
                                       const Rig& rig, void (*destroy)(void*)) const;
+
+  void load_library(std::string_view kind, std::string_view name, const Config& config) const;
 
   std::vector<std::filesystem::path> folders_;
 };

@@ -17,6 +17,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
+#include "waymark/interface/payload_registry.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::message_log {
@@ -179,11 +180,9 @@ void TopicSource::choose_decoder(Route& route, const Topic& topic, const Config&
     if (topic.encoding != Topic::Encoding::cdr || topic.definition.empty())
       entry.fail("fields", fmt::format("the definition of {} was not recorded", topic.type));
     std::string names;
-    const auto choose = [&]<class T>(const T&) {
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", short_type_name(T::kType));
-      if (is_asked(T::kType)) route.payload_type = T::kType;
-    };
-    std::apply([&](const auto&... payload) { (choose(payload), ...); }, CorePayloads());
+    for (const KnownPayload& known : known_payloads())
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", short_type_name(known.type));
+    route.payload_type = find_payload_type(route.payload);
     if (route.payload_type.empty())
       entry.fail("payload", fmt::format("with `fields` the payload is needed; one of {} is expected", names));
     route.decode = make_field_decoder(topic.type, topic.definition, route.payload_type, entry);
@@ -193,7 +192,9 @@ void TopicSource::choose_decoder(Route& route, const Topic& topic, const Config&
     if (!route.payload.empty() && !is_asked(topic.payload))
       entry.fail("payload", fmt::format("\"{}\" carries {}", topic.name, topic.payload));
     if (!make_payload(topic.payload))
-      entry.fail("topic", fmt::format("\"{}\" carries {}, which is not a payload of core", topic.name, topic.payload));
+      entry.fail("topic",
+                 fmt::format("\"{}\" carries {}, which is a payload neither of core nor of a plugin of this robot",
+                             topic.name, topic.payload));
     require_layout(ros::payload_definition(topic.payload), topic, entry);
     route.payload_type = topic.payload;
     route.decode = payload_decoder(topic.payload);

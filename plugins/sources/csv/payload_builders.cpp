@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "payload_builders.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <vector>
@@ -9,8 +10,10 @@
 #include "image_builder.hpp"
 #include "motion_builder.hpp"
 #include "number_text.hpp"
+#include "registered_builder.hpp"
 #include "scan_builder.hpp"
 #include "waymark/config/source_config.hpp"
+#include "waymark/interface/payload_registry.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::csv {
@@ -21,6 +24,15 @@ constexpr std::array<std::string_view, 14> kTypes = {
     GnssFix::kType,        LaserScan::kType,     Image::kType,     ImuSample::kType,
     CompassHeading::kType, MagneticField::kType, Height::kType,    LandmarkObservations::kType,
     Ranges::kType,         RadarTargets::kType};
+
+/// Those of `kTypes`, and all that plugins have registered.
+std::vector<std::string_view> readable_types() {
+  std::vector<std::string_view> types(kTypes.begin(), kTypes.end());
+  for (const KnownPayload& known : known_payloads()) {
+    if (!is_of_core(known.type)) types.push_back(known.type);
+  }
+  return types;
+}
 
 /// Payloads of which one row holds all fields.
 template <class T>
@@ -146,17 +158,19 @@ std::optional<Duration> PayloadBuilder::stamp_before_end(Payload&, std::optional
 }
 
 std::string_view payload_type(const Config& entry) {
-  std::vector<std::string_view> names;
-  std::string meaning = "what the rows hold: ";
-  for (const std::string_view type : kTypes) {
-    meaning.append(names.empty() ? "`" : ", `").append(short_type_name(type)).append("`");
-    names.push_back(short_type_name(type));
-  }
-  const std::string name = entry.text({"payload", meaning});
-  for (const std::string_view type : kTypes) {
-    if (name == type || name == short_type_name(type)) return type;
-  }
-  entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
+  std::string meaning = "what the rows hold";
+  for (const std::string_view type : kTypes)
+    meaning.append(type == kTypes.front() ? ": `" : ", `").append(short_type_name(type)).append("`");
+}
+meaning += "; or a payload that a plugin of the robot registers";
+const std::string name = entry.text({"payload", meaning});
+std::vector<std::string_view> names;
+const std::vector<std::string_view> types = readable_types();
+const std::string_view asked = find_payload_type(name);
+if (std::ranges::find(types, asked) != types.end()) return asked;
+names.reserve(types.size());
+for (const std::string_view type : types) names.push_back(short_type_name(type));
+entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
 }
 
 bool holds_totals(const Config& entry) {
@@ -219,7 +233,10 @@ std::unique_ptr<PayloadBuilder> make_payload_builder(std::string_view type, cons
   if (type == RadarTargets::kType) {
     return std::make_unique<SetBuilder<RadarTargets, &RadarTargets::targets>>(columns, finder);
   }
-  return std::make_unique<SetBuilder<LandmarkObservations, &LandmarkObservations::landmarks>>(columns, finder);
+  if (type == LandmarkObservations::kType) {
+    return std::make_unique<SetBuilder<LandmarkObservations, &LandmarkObservations::landmarks>>(columns, finder);
+  }
+  return std::make_unique<RegisteredBuilder>(type, columns, finder);
 }
 
 }  // namespace waymark::csv

@@ -16,7 +16,7 @@
 #include "server_feed.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/payload_registry.hpp"
 #include "waymark/io/bad_record_list.hpp"
 #include "waymark/plugin/source.hpp"
 
@@ -114,15 +114,10 @@ std::unique_ptr<LineFeed> JsonSource::make_feed(const Config& config) {
 
 void JsonSource::add_channel(const Config& entry, const Rig& rig) {
   const std::string name = entry.text({"payload", "what its messages hold: `WheelSpeeds`, `GnssFix`, …"});
-  std::string type;
-  std::vector<std::string> names;
-  std::apply(
-      [&]<class... P>(const P&...) {
-        (names.emplace_back(short_type_name(P::kType)), ...);
-        ((name == P::kType || name == short_type_name(P::kType) ? type = P::kType : type), ...);
-      },
-      CorePayloads());
+  const std::string_view type = find_payload_type(name);
   if (type.empty()) {
+    std::vector<std::string> names;
+    for (const KnownPayload& known : known_payloads()) names.emplace_back(short_type_name(known.type));
     const std::string nearest = nearest_name(name, names);
     std::string list;
     for (const std::string& one : names) list += (list.empty() ? "" : ", ") + one;

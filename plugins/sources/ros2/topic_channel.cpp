@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <tuple>
 #include <vector>
 
 #include "plugins/shared/cdr/message.hpp"
@@ -15,7 +14,7 @@
 #include "plugins/shared/dds/names.hpp"
 #include "waymark/config/nearest_name.hpp"
 #include "waymark/config/source_config.hpp"
-#include "waymark/interface/payloads.hpp"
+#include "waymark/interface/payload_registry.hpp"
 
 namespace waymark::ros2 {
 namespace {
@@ -95,18 +94,17 @@ void TopicChannel::choose_decoder(const Config& entry, const std::string& payloa
     channel_.payload_type = kind.payload;
     decode_ = kind.make(settings, entry);
   }
-  const auto try_payload = [&]<class T>(const T&) {
-    types.push_back(ros::payload_message_type(T::kType));
-    if (type_ != types.back()) return;
-    payloads.emplace_back(short_type_name(T::kType));
-    if (!is_asked(T::kType)) return;
+  for (const KnownPayload& known : known_payloads()) {
+    types.push_back(ros::payload_message_type(known.type));
+    if (type_ != types.back()) continue;
+    payloads.emplace_back(short_type_name(known.type));
+    if (!is_asked(known.type)) continue;
     is_payload_ = true;
-    channel_.payload_type = T::kType;
-    decode_ = [](const ros::WireReader& in) {
-      return ros::Decoded{std::nullopt, {}, ros::payload_from_cdr(T::kType, in)};
+    channel_.payload_type = known.type;
+    decode_ = [type = known.type](const ros::WireReader& in) {
+      return ros::Decoded{std::nullopt, {}, ros::payload_from_cdr(type, in)};
     };
-  };
-  std::apply([&](const auto&... one) { (try_payload(one), ...); }, CorePayloads());
+  }
   if (decode_) return;
   if (!payloads.empty()) {
     entry.fail("payload",

@@ -56,4 +56,4 @@ class BeaconRangeSensor : public Sensor {
 
 }  // namespace
 
-WAYMARK_PLUGIN(Sensor, BeaconRangeSensor, "beacon_range", "1.0.0")
+WAYMARK_PLUGIN(Sensor, BeaconRangeSensor, "beacon_range", "1.0.0", BeaconRange)

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "waymark/config/config.hpp"
+#include "waymark/interface/payload_registry.hpp"
 #include "waymark/interface/rig.hpp"
 
 /// The binary interface of plugin library and host. A plugin includes the header of its kind instead, which includes
@@ -15,7 +16,7 @@
 namespace waymark {
 
 /// Raised whenever an interface of core changes incompatibly.
-inline constexpr std::uint32_t kPluginAbi = 14;
+inline constexpr std::uint32_t kPluginAbi = 15;
 
 #define WAYMARK_STRINGIFY_(x) #x
 #define WAYMARK_STRINGIFY(x) WAYMARK_STRINGIFY_(x)
@@ -56,6 +57,7 @@ struct PluginDescriptor {
   const char* name;
   const char* version;
   void* (*create)(const Config& config, const Rig& rig);  ///< returns the interface's pointer; may throw Error
+  void (*register_payloads)();  ///< makes the plugin's own payloads known; may throw Error; null: it has none
 };
 
 /// Copies a text into a field of a PluginRecord; does not compile if it is too long.
@@ -94,6 +96,12 @@ void* create_plugin(const Config& config, const Rig& rig) {
   }
 }
 
+/// Makes the payloads P of a plugin known.
+template <class... P>
+void register_payloads() {
+  (register_payload<P>(), ...);
+}
+
 }  // namespace waymark
 
 /// Places a PluginRecord where the host finds it in the file. Nothing refers to it; the attributes make
@@ -102,8 +110,11 @@ void* create_plugin(const Config& config, const Rig& rig) {
   __attribute__((section(WAYMARK_PLUGIN_SECTION), used, \
                  retain)) static constexpr ::waymark::PluginRecord kWaymarkPluginRecord = record;
 
-/// Exports class `Class` as the plugin `name_text` of this library.
-#define WAYMARK_PLUGIN(Interface, Class, name_text, version_text)                                                    \
+/// Exports class `Class` as the plugin `name_text` of this library. The plugin's own payloads follow, if it has any, so
+/// that sources that read any payload (csv, json, mcap, …) can make them:
+///
+///     WAYMARK_PLUGIN(waymark::Sensor, BeaconRangeSensor, "beacon_range", "1.0.0", BeaconRange)
+#define WAYMARK_PLUGIN(Interface, Class, name_text, version_text, ...)                                               \
   WAYMARK_PLUGIN_RECORD(::waymark::make_plugin_record(::waymark::plugin_kind<Interface>(), name_text, version_text)) \
   extern "C" __attribute__((visibility("default"))) const ::waymark::PluginDescriptor waymark_plugin;                \
   const ::waymark::PluginDescriptor waymark_plugin = {::waymark::kPluginAbi,                                         \
@@ -112,4 +123,5 @@ void* create_plugin(const Config& config, const Rig& rig) {
                                                       ::waymark::plugin_kind<Interface>(),                           \
                                                       name_text,                                                     \
                                                       version_text,                                                  \
-                                                      &::waymark::create_plugin<Interface, Class>};
+                                                      &::waymark::create_plugin<Interface, Class>,                   \
+                                                      &::waymark::register_payloads<__VA_ARGS__>};
