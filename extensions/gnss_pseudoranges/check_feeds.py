@@ -99,10 +99,10 @@ def main():
         satellites.write("t,system,number,range,x,y,z,cn0\n")
         for t, v, w, seen in drive():
             odometry.write(f"{t},{v},{w}\n")
-            log.write(json.dumps({"sensor": "odometry", "stamp": t, "v_x_mps": v, "w_z_radps": w}) + "\n")
+            log.write(json.dumps({"sensor": "odometry", "stamp_ns": round(10 * t) * 10**8, "v_x_mps": v, "w_z_radps": w}) + "\n")
             for one in seen:
                 satellites.write(f"{t}," + ",".join(repr(value) for value in one.values()) + "\n")
-            log.write(json.dumps({"sensor": "gnss", "stamp": t, "satellites": seen}) + "\n")
+            log.write(json.dumps({"sensor": "gnss", "stamp_ns": round(10 * t) * 10**8, "satellites": seen}) + "\n")
     results = {}
     for name, source in {"csv": CSV, "json": JSON, "mcap": MCAP, "record": RECORD}.items():
         (out / f"{name}.yaml").write_text(source + ROBOT)

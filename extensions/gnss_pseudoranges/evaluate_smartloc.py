@@ -55,14 +55,14 @@ def with_noise(log, out, seed):
 
 
 def errors_of(trajectory, places):
-    errors = []
+    errors = {}  # several poses of one time: the last one, after all its measurements
     for line in trajectory.read_text().splitlines():
         if line.startswith("#"):
             continue
         t, x, y = (float(word) for word in line.split()[:3])
         if round(t, 3) in places:
-            errors.append((t, math.dist((x, y), places[round(t, 3)])))
-    return errors
+            errors[t] = math.dist((x, y), places[round(t, 3)])
+    return sorted(errors.items())
 
 
 def main():

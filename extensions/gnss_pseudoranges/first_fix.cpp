@@ -86,7 +86,9 @@ std::optional<FirstFix> first_fix(const Pseudoranges& epoch, const Receiver& rec
   if (static_cast<int>(used.size()) < 4 + systems) return std::nullopt;
   const auto found = solve(used, rough->x, true);
   if (!found || std::abs(to_datum(found->x.head<3>()).height_m) > 2e4) return std::nullopt;
-  const double sigma = std::sqrt(found->covariance.topLeftCorner<3, 3>().trace());
+  const Eigen::Vector3d up = found->x.head<3>().normalized();
+  const Eigen::Matrix3d P = found->covariance.topLeftCorner<3, 3>();
+  const double sigma = std::sqrt(0.5 * (P.trace() - up.dot(P * up)));
   constexpr double kCertain = 100.0;  // [m]
   if (!(sigma < kCertain)) return std::nullopt;
   return FirstFix{found->x.head<3>(), sigma};

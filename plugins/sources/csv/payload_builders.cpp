@@ -161,16 +161,15 @@ std::string_view payload_type(const Config& entry) {
   std::string meaning = "what the rows hold";
   for (const std::string_view type : kTypes)
     meaning.append(type == kTypes.front() ? ": `" : ", `").append(short_type_name(type)).append("`");
-}
-meaning += "; or a payload that a plugin of the robot registers";
-const std::string name = entry.text({"payload", meaning});
-std::vector<std::string_view> names;
-const std::vector<std::string_view> types = readable_types();
-const std::string_view asked = find_payload_type(name);
-if (std::ranges::find(types, asked) != types.end()) return asked;
-names.reserve(types.size());
-for (const std::string_view type : types) names.push_back(short_type_name(type));
-entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
+  meaning += "; or a payload that a plugin of the robot registers";
+  const std::string name = entry.text({"payload", meaning});
+  const std::vector<std::string_view> types = readable_types();
+  const std::string_view asked = find_payload_type(name);
+  if (std::ranges::find(types, asked) != types.end()) return asked;
+  std::vector<std::string_view> names;
+  names.reserve(types.size());
+  for (const std::string_view type : types) names.push_back(short_type_name(type));
+  entry.fail("payload", "there is no payload " + in_quotes(name) + suggestion(name, names));
 }
 
 bool holds_totals(const Config& entry) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "bad_row.hpp"
 #include "iso_time.hpp"
 #include "number_text.hpp"
 #include "units.hpp"
