@@ -110,7 +110,7 @@ SensorBench in_space(const std::string& yaml) {
 }
 
 TEST(Odometry, InSpaceWheelsStayOnTheGround) {
-  for (const std::string yaml : {kDifferential, std::string("{ model: ackermann, wheelbase_m: 2.83 }")}) {
+  for (const std::string& yaml : {kDifferential, std::string("{ model: ackermann, wheelbase_m: 2.83 }")}) {
     auto bench = in_space(yaml);
     bench.mean.v_base = {1.0, 0.1, -0.3};
     const auto& model = yaml == kDifferential ? bench.feed(wheels(1.0, 1.0)) : bench.feed(steering(1.0, 0.0));
