@@ -45,6 +45,8 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
   /// What is run of a configuration that takes long: its cloud, scan and image of every fifth of a second.
   static std::vector<std::string> short_of() {
     if (GetParam() == "figure_2_1") return {"--until", "20"};
+    if (GetParam() == "ramp_3d" || GetParam() == "uneven_3d") return {"--until", "10"};
+    if (GetParam() == "hilti") return {"--set", "sources.0.last_cloud=20"};
     return {};
   }
   static Outcome run(const std::filesystem::path& config, const std::filesystem::path& out) {

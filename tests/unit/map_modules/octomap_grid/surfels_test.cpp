@@ -39,6 +39,7 @@ std::vector<Eigen::Vector3d> room(std::uint32_t seed, int points) {
 
 std::vector<Eigen::Vector3f> seen_from(const Pose& T_map_base, std::uint32_t seed, int points) {
   std::vector<Eigen::Vector3f> out;
+  out.reserve(static_cast<std::size_t>(points));
   for (const Eigen::Vector3d& p : room(seed, points)) out.emplace_back((T_map_base.inverse() * p).cast<float>());
   return out;
 }
@@ -142,6 +143,7 @@ TEST_F(InARoom, AFloorAloneLeavesThePlaneFree) {
   std::vector<Eigen::Vector3f> points;
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(-4.0f, 4.0f);
+  points.reserve(8000);
   for (int i = 0; i < 8000; ++i) points.emplace_back(uniform(random), uniform(random), -1.0f);
   floor.add(points, {}, kCell, addition_);
   std::vector<Eigen::Vector3f> some(points.begin(), points.begin() + 800);
