@@ -25,10 +25,13 @@ class FrameNodeTest : public ::testing::Test {
     frame_.begin(gaussian_);
   }
 
-  /// The robot moves by (x, y) as its wheels say: along the surface that it takes for level.
+  /// The robot moves by (x, y), and knows badly where to, nor how it stands then.
   void drive(double x, double y) {
     gaussian_.add_noise([&](Belief& belief) { belief.mean.T_map_base.p += Eigen::Vector3d(x, y, 0.0); });
-    gaussian_.add_noise([](Belief& belief) { belief.P.diagonal().head<6>().array() += 1e-2; });
+    gaussian_.add_noise([](Belief& belief) {
+      belief.P.diagonal().head<3>().array() += 100.0;
+      belief.P.diagonal().segment<3>(3).array() += 1e-2;
+    });
   }
   /// A match that finds the robot where the belief has it.
   void match() {
