@@ -67,7 +67,8 @@ TEST(SpatialMap, AHeightThatNothingObservesIsReported) {
                                      "--set", "maps=[]", "--set", "filter.particles=1"});
   EXPECT_THAT(outcome.err, testing::HasSubstr("nothing observes the height"));
   const nlohmann::json diagnostics = nlohmann::json::parse(read_text(out / "diagnostics.json"));
-  EXPECT_NE(diagnostics.at("health").at("state"), "ok") << outcome.err;
+  EXPECT_GT(diagnostics.at("health").at("degraded_s").get<double>(), 8.0) << diagnostics.at("health").dump();
+  EXPECT_THAT(diagnostics.at("health").dump(), testing::HasSubstr("the height is too uncertain"));
 }
 
 TEST(SpatialMap, AScannerThatIsCarriedByHandIsTrackedAlone) {
