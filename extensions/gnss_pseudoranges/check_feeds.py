@@ -43,7 +43,8 @@ MCAP = """source:
     - { topic: /waymark/gnss, sensor: gnss }
 """
 RECORD = "source: { plugin: mcap, file: out_csv/flight.mcap }\n"
-ROBOT = """motion: { kind: planar }
+ROBOT = """initial: { yaw_deg: 0 }
+motion: { kind: planar }
 sensors:
   - { name: odometry, plugin: odometry, model: twist }
   - { name: gnss, plugin: gnss_pseudoranges, base_p_antenna_m: none, systems: [1, 4], error_time_s: 0 }

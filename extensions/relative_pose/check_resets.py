@@ -5,11 +5,12 @@
     WAYMARK_PLUGIN_PATH=build ./check_resets.py computed|recorded --waymark WAYMARK --out OUT [--seeds 5]
 
 The true poses are a computed drive, or those of a Jackal by motion capture (jackal_mocap_scan, needs WAYMARK_DATA; else it ends with 77).
-Every 0.1 s the odometry gives a motion with 3 mm and 0.15° of noise. Its frame begins anew at six random times (the motion of that
-interval is then that between two frames: metres), and twice the track is lost for half a second. Compared, at the end and at worst:
+Every 0.1 s the odometry gives a motion with 3 mm and 0.15° of noise. Its frame begins anew at six random times: the motion of that
+interval is then that between two frames, metres. Compared, at the end and at worst (min / median / max over drives and seeds):
   clean     the odometry without resets, and relative_pose
   hidden    with resets that the odometry does not report
   reported  with resets that it reports (`tracked` 0)
+  lost      the same, and twice the track is lost for half a second: what the robot does meanwhile nobody knows
   plain     with resets that it does not report, and waymark's `odometry` in the place of relative_pose
 """
 import argparse
@@ -25,6 +26,8 @@ import sys
 FOLDER = pathlib.Path(__file__).parent
 STEP, SIGMA_M, SIGMA_RAD = 0.1, 0.003, math.radians(0.15)
 CAMERA = (0.1, 0.0, 0.0)  # in the base frame, as in track.yaml
+# What a Jackal does, by its motions without resets; it steers by skidding, in jerks.
+JACKAL = {"max_speed_mps": 1.0, "max_rate_degps": 110, "max_acceleration_mps2": 8, "max_angular_acceleration_degps2": 700}
 PLAIN = """source:
   plugin: csv
   files:
@@ -71,7 +74,7 @@ def recorded():
         sys.exit(77)
     folder = pathlib.Path(os.environ["WAYMARK_DATA"]) / "jackal_mocap_scan"
     drives = {}
-    for name in ("2026-02-17-15-00-16", "2026-02-17-15-18-31", "2026-02-17-16-26-34"):
+    for name in ("2026-02-17-15-18-31", "2026-02-17-16-26-34"):  # the stamps of a third come in bursts: no speeds can be had of it
         poses, last = [], -1.0
         for line in gzip.open(folder / f"{name}_mocap.csv.gz", "rt"):
             if line[0] == "t":
@@ -143,16 +146,18 @@ def main():
             count = len(truth) - 1
             resets = set(draws.sample(range(20, count), 6))
             lost = {k + i for k in draws.sample(range(20, count - 5), 2) for i in range(5)}
-            for case in ("clean", "hidden", "reported", "plain"):
+            for case in ("clean", "hidden", "reported", "lost", "plain"):
                 log = (arguments.out / f"{name}_{seed}_{case}.csv").resolve()
                 write_log(log, truth, set() if case == "clean" else resets,
-                          lost if case == "reported" else set(), case == "reported", random.Random(seed))
+                          lost if case == "lost" else set(), case in ("reported", "lost"), random.Random(seed))
                 out = arguments.out / f"{name}_{seed}_{case}"
                 yaml = FOLDER / "track.yaml"
                 if case == "plain":
                     yaml = arguments.out / "plain.yaml"
                     yaml.write_text(PLAIN.format(log=log))
                 settings = [] if case == "plain" else ["--set", f"variables.log={log}"]
+                if case != "plain" and arguments.drive == "recorded":
+                    settings += [word for key, value in JACKAL.items() for word in ("--set", f"sensors.camera.{key}={value}")]
                 subprocess.run([arguments.waymark, "run", yaml, "--out", out, "--quiet"] + settings, check=True)
                 largest, last = errors(out / "trajectory.txt", truth)
                 ends.setdefault(case, []).append(last)
@@ -160,11 +165,12 @@ def main():
     for case in ends:
         print(f"{case:9s} at the end {min(ends[case]):.3f} / {statistics.median(ends[case]):.3f} / {max(ends[case]):.3f} m, at worst "
               f"{min(worst[case]):.3f} / {statistics.median(worst[case]):.3f} / {max(worst[case]):.3f} m")
-    # Unknown motion of half a second, twice, or of six tenths: not more than some decimetres. A reset that is believed is metres.
+    # Six tenths of a second of unknown motion are decimetres. A reset that is believed is metres.
     for case in ("hidden", "reported"):
-        moved = max(worst[case]) - max(worst["clean"])
+        moved = max(a - b for a, b in zip(worst[case], worst["clean"]))
         if moved > 0.5:
             sys.exit(f"{case}: resets move the robot by {moved:.2f} m; expected at most 0.5 m")
+        print(f"{case}: resets move the robot by {moved:.2f} m at most")
     if not statistics.median(worst["plain"]) > 1.0:
         sys.exit("the resets move nothing, even if they are believed: this test shows nothing")
 

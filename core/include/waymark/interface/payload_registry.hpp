@@ -9,8 +9,8 @@
 #include "waymark/interface/measurement.hpp"
 #include "waymark/interface/payload_description.hpp"
 
-/// The payloads that this program can make by their names: those of core, and those that a plugin registers. Sources
-/// that read any payload, checkpoints and reference pages find them here.
+/// The payloads that this program can make by their names (`make_payload`): those of core, and those that a plugin
+/// registers. Sources that read any payload, checkpoints and reference pages find them here.
 namespace waymark {
 
 /// A payload that can be made by its name.

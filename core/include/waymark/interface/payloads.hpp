@@ -434,7 +434,8 @@ using CorePayloads =
     std::tuple<WheelSpeeds, WheelSteering, BodyTwist, PoseIncrement, GnssFix, LaserScan, PointCloud, Image, ImuSample,
                CompassHeading, MagneticField, Height, LandmarkObservations, Ranges, RadarTargets>;
 
-/// A core payload with its defaults, by its versioned name; null if there is none of that name.
+/// A payload with its defaults by its versioned name, of core or registered by a plugin (payload_registry.hpp); null if
+/// there is none of that name.
 WAYMARK_API std::shared_ptr<Payload> make_payload(std::string_view type);
 
 }  // namespace waymark
