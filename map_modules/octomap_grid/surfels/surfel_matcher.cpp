@@ -71,7 +71,7 @@ PlaneFit SurfelMatcher::fit(const SurfelWindow& window, const SpatialPrior& prio
   // Points of one plane share its error.
   std::ranges::sort(used_);
   const auto points = static_cast<double>(used_.size());
-  const auto planes = static_cast<double>(std::ranges::unique(used_).begin() - used_.begin());
+  const auto planes = static_cast<double>(std::unique(used_.begin(), used_.end()) - used_.begin());
   out.information *= planes / points;
   out.descent *= planes / points;
   return out;
