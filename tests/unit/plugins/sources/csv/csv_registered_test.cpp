@@ -89,7 +89,7 @@ class CsvRegistered : public CsvTest {
 TEST_F(CsvRegistered, ARowHoldsAllFields) {
   write("a.csv", "t,level,wx,wy,wz,w,x,y,z,n,open,sky\n1,250,1,2,3,0,0,0,2e0,7,1,5\n2,300,4,5,6,1,0,0,0,8,0,4\n");
   const auto source = make(
-      "files: [{ path: a.csv, sensor: gps, payload: Station, time: t, columns: { level_cm: level, "
+      "files: [{ path: a.csv, sensor: other, payload: Station, time: t, columns: { level_cm: level, "
       "wind_x_mps: wx, wind_y_mps: wy, wind_z_mps: wz, number: n, open: open, "
       "weather: { column: sky, map: { 4: dry, 5: wet } } } }]");
   const auto all = read_all(*source);
@@ -107,7 +107,7 @@ TEST_F(CsvRegistered, ARowHoldsAllFields) {
 TEST_F(CsvRegistered, AFieldWithoutAColumnKeepsItsDefault) {
   write("a.csv", "t,level,w,x,y,z\n1,2,0,0,0,1\n");
   const auto source = make(
-      "files: [{ path: a.csv, sensor: gps, payload: csv_test/Station@1, time: t, columns: { level_m: level, q_w: w, "
+      "files: [{ path: a.csv, sensor: other, payload: csv_test/Station@1, time: t, columns: { level_m: level, q_w: w, "
       "q_x: x, q_y: y, q_z: z } }]");
   const auto all = read_all(*source);
   ASSERT_THAT(all, SizeIs(1));
@@ -119,7 +119,8 @@ TEST_F(CsvRegistered, AFieldWithoutAColumnKeepsItsDefault) {
 TEST_F(CsvRegistered, RowsOfOneTimeFormASet) {
   write("a.csv", "t,r,b,g\n1,10,0,3\n1,11,1,4\n1,12,2,5\n2,20,0,6\n");
   const auto source = make(
-      "files: [{ path: a.csv, sensor: gps, payload: Echoes, time: t, group_by_time: true, columns: { range_m: r, beam: "
+      "files: [{ path: a.csv, sensor: other, payload: Echoes, time: t, group_by_time: true, columns: { range_m: r, "
+      "beam: "
       "b, gain_db: g } }]");
   const auto all = read_all(*source);
   ASSERT_THAT(all, SizeIs(2));
@@ -136,7 +137,7 @@ TEST_F(CsvRegistered, RowsOfOneTimeFormASet) {
 TEST_F(CsvRegistered, ARowWithoutAnElementIsAnEmptySet) {
   write("a.csv", "t,r\n1,\n2,20\n");
   const auto source = make(
-      "files: [{ path: a.csv, sensor: gps, payload: Echoes, time: t, empty_is_unknown: true, columns: { range_m: r } "
+      "files: [{ path: a.csv, sensor: other, payload: Echoes, time: t, empty_is_unknown: true, columns: { range_m: r } "
       "}]");
   const auto all = read_all(*source);
   ASSERT_THAT(all, SizeIs(2));
@@ -147,7 +148,8 @@ TEST_F(CsvRegistered, ARowWithoutAnElementIsAnEmptySet) {
 TEST_F(CsvRegistered, RulesOfThePayloadMakeBadRows) {
   write("a.csv", "t,level\n1,2\n2,13\n3,51\n4,5\n");
   const auto source = make(
-      "max_bad_rows: 2\nfiles: [{ path: a.csv, sensor: gps, payload: Station, time: t, columns: { level_m: level } }]");
+      "max_bad_rows: 2\nfiles: [{ path: a.csv, sensor: other, payload: Station, time: t, columns: { level_m: level } "
+      "}]");
   EXPECT_THAT(read_all(*source), SizeIs(2));
   ASSERT_THAT(source->bad_records(), SizeIs(2));
   EXPECT_THAT(source->bad_records()[0].reason, HasSubstr("nobody measures 13 m"));
@@ -156,7 +158,7 @@ TEST_F(CsvRegistered, RulesOfThePayloadMakeBadRows) {
 
 TEST_F(CsvRegistered, ErrorsNameWhatThereIs) {
   write("a.csv", "t,level\n1,2\n");
-  const std::string file = "{ path: a.csv, sensor: gps, time: t, ";
+  const std::string file = "{ path: a.csv, sensor: other, time: t, ";
   EXPECT_THAT(error_of(file + "payload: Station, columns: { number: 1 } }"), HasSubstr("level_m"));
   EXPECT_THAT(error_of(file + "payload: Station, columns: { level_m: level, nunber: 1 } }"), HasSubstr("\"number\""));
   EXPECT_THAT(error_of(file + "payload: Station, columns: { level_m: level, wind_x_mps: 1 } }"),
