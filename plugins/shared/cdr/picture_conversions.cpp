@@ -41,7 +41,7 @@ struct PointNumber {
 };
 
 /// A turn of a scanner takes 0.05 to 1 s; a time far from the stamp is none, or the stamp is not the clock's.
-constexpr float kLongestSweep_s = 60.0f;
+constexpr float kLongestSweep = 60.0f;
 
 constexpr std::array<std::size_t, 9> kPointFieldSizes{0, 1, 1, 2, 2, 4, 4, 4, 8};
 
@@ -177,9 +177,9 @@ std::shared_ptr<PointCloud> to_point_cloud(const sensor_msgs::PointCloud2& messa
       if (intensity.is_there()) cloud->intensities.push_back(static_cast<float>(value_at(intensity, point, swapped)));
       if (!time.is_there()) continue;
       const auto offset = static_cast<float>(offset_s(time, value_at(time, point, swapped), stamp));
-      if (!(std::abs(offset) <= kLongestSweep_s)) {
+      if (!(std::abs(offset) <= kLongestSweep)) {
         throw Unusable(fmt::format("a point was measured {} s after the stamp of its cloud; at most {} s are expected",
-                                   offset, kLongestSweep_s));
+                                   offset, kLongestSweep));
       }
       cloud->offsets_s.push_back(offset);
     }

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little);
 inline constexpr std::string_view kCompact = "PTS30001";
 inline constexpr std::string_view kFull = "PTS30002";
 
-inline constexpr double kCompactUnit_m = 0.002;
+inline constexpr double kCompactUnit = 0.002;
 inline constexpr std::uint32_t kHasIntensities = 1;
 inline constexpr std::uint32_t kHasTimes = 2;
 

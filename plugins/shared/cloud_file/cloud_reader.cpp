@@ -171,7 +171,7 @@ std::size_t CloudReader::read(const Thinning& thinning, PointCloud& cloud) {
     for (const char* at = buffer_.data(); at != buffer_.data() + points * point_bytes_; at += point_bytes_) {
       if (!selection.next()) continue;
       if (is_compact_) {
-        constexpr auto kUnit_m = static_cast<float>(kCompactUnit_m);
+        constexpr auto kUnit_m = static_cast<float>(kCompactUnit);
         cloud.points_m.emplace_back(kUnit_m * static_cast<float>(number_at<std::int16_t>(at)),
                                     kUnit_m * static_cast<float>(number_at<std::int16_t>(at + 2)),
                                     kUnit_m * static_cast<float>(number_at<std::int16_t>(at + 4)));

@@ -39,7 +39,9 @@ class CloudWriter::Deflater {
       // avail_in has 32 bits.
       const std::string_view part = bytes.substr(0, std::size_t{1} << 30);
       bytes.remove_prefix(part.size());
-      stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(part.data()));
+      // zlib does not write to its input, but its interface does not say so.
+      stream_.next_in =
+          reinterpret_cast<Bytef*>(const_cast<char*>(part.data()));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
       stream_.avail_in = static_cast<uInt>(part.size());
       do {
         stream_.next_out = reinterpret_cast<Bytef*>(piece.data());
