@@ -119,7 +119,8 @@ Equations::Equations(const Recording& recording, const Config& yaml, std::vector
   for (const Wheels& wheels : recording.wheels)
     wheels_given_.push_back({number_of(yaml, wheels.sensor, "speed_scale", 1.0),
                              number_of(yaml, wheels.sensor, "curvature_per_m", 0.0),
-                             number_of(yaml, wheels.sensor, "yaw_scale", 1.0)});
+                             number_of(yaml, wheels.sensor, "yaw_scale", 1.0),
+                             number_of(yaml, wheels.sensor, "track_m", 0.0)});
   for (const Positions& positions : recording.positions) {
     // A fix's own σ is larger than the level in the YAML, or that counts.
     const double given = number_of(yaml, positions.sensor, "sigma_m", 0.0);
@@ -307,10 +308,18 @@ void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out
         wheels.rate.mean(middle - 0.5 * kSmoothSeconds, middle + 0.5 * kSmoothSeconds).value_or(rate.value_or(0.0));
     const double per_span = 1.0 / std::sqrt(span);
 
+    // Two wheels of unequal size also move the robot forward while it turns: (b − a)/4 · (right − left), with the
+    // wheels' scales a and b, whose difference is the curvature times the track.
+    const double raw_speed = *speed / given.speed_scale;
+    const double raw_rate = rate ? *rate - given.curvature * raw_speed : 0.0;
+    const double by_unequal = 0.25 * given.track * given.track * std::exp(value(length_column)) * raw_rate;
+    const double forward = v.x() - curvature * by_unequal;
     out.measurement();
     enter_speed(0, 1.0 / scale);
-    out.entry(scale_column, -v.x() / (scale * scale * given.speed_scale));
-    out.row(middle, v.x() / scale - *speed, std::max(kMinDensity, density_of(speed_level, smooth_speed)) * per_span,
+    out.entry(scale_column, -forward / (scale * scale * given.speed_scale));
+    out.entry(curvature_column, -by_unequal / scale);
+    out.entry(length_column, -curvature * by_unequal / scale);
+    out.row(middle, forward / scale - *speed, std::max(kMinDensity, density_of(speed_level, smooth_speed)) * per_span,
             {{speed_level, -1}, {2.0, 0.0}});
 
     out.measurement();
@@ -322,8 +331,6 @@ void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out
 
     if (!rate) continue;
     // rate = rotation_scale · (what the wheels say without the curvature) + curvature · speed without scale
-    const double raw_speed = *speed / given.speed_scale;
-    const double raw_rate = *rate - given.curvature * raw_speed;
     const double turned = (turn / span - curvature * raw_speed) / rotation_scale;
     out.measurement();
     out.entry(at + 2, -1.0 / (span * rotation_scale));

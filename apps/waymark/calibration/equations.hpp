@@ -99,6 +99,7 @@ class Equations {
     double speed_scale;
     double curvature;
     double yaw_scale;
+    double track;  ///< 0: it has none
   };
   std::vector<WheelsGiven> wheels_given_;
   std::vector<std::array<Slow, 2>> offsets_;  // of the positions

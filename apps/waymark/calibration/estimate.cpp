@@ -174,6 +174,8 @@ Estimate estimate(const Equations& equations, const std::function<void(const Est
   Eigen::VectorXd x = equations.start();
   Eigen::VectorXd reference = x;
   Eigen::VectorXd log_levels = Eigen::VectorXd::Zero(levels);
+  Eigen::VectorXd damping = Eigen::VectorXd::Ones(levels);
+  Eigen::VectorXd last_level_step = Eigen::VectorXd::Zero(levels);
   Eigen::MatrixXd signs;
   Solver solver;
   while (!result.converged && result.iterations < kMostIterations) {
@@ -213,8 +215,12 @@ Estimate estimate(const Equations& equations, const std::function<void(const Est
     const Eigen::VectorXd level_sigma =
         level_solver.solve(Eigen::MatrixXd::Identity(levels, levels)).diagonal().cwiseMax(1e-12).cwiseSqrt();
     if (result.iterations > 3) {
-      const Eigen::VectorXd level_step =
+      Eigen::VectorXd level_step =
           level_solver.solve(gradient).cwiseMax(-kLongestLevelStep).cwiseMin(kLongestLevelStep);
+      // Near zero a level's logarithm jumps back and forth about its place.
+      for (Eigen::Index k = 0; k < levels; ++k) damping(k) *= level_step(k) * last_level_step(k) < 0.0 ? 0.5 : 1.0;
+      level_step = level_step.cwiseProduct(damping);
+      last_level_step = level_step;
       log_levels += level_step;
       is_settled = is_settled && ((level_step.array().abs() < kSmallLevelStep) ||
                                   (level_step.array().abs() < kSmallStep * level_sigma.array()))

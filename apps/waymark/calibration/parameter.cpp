@@ -218,9 +218,8 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
   // A changed delay changes the order of the measurements; the filter puts them in order again.
   plan.overrides = {"filter.max_latency_s=1", "filter.history_s=0", "filter.smooth=false", "clock.max_ahead_s=5",
                     "sinks=[]"};
-  // Maps hold the path of one particle together as well.
-  if (yaml.has("maps"))
-    plan.overrides.insert(plan.overrides.end(), {"filter.particles=1", "filter.sampling_fraction=0"});
+  // The wheels hold the path together, and scans are compared in pairs.
+  if (yaml.has("maps")) plan.overrides.emplace_back("maps=[]");
   for (const Config& sensor : yaml.items("sensors")) {
     if (sensor.has("enabled") && !sensor.boolean("enabled", true)) continue;
     const std::string name = sensor.text("name");
@@ -254,6 +253,9 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
     if (std::ranges::any_of(plan.parameters, begins_so) || std::ranges::any_of(plan.imus, is_of)) continue;
     throw Error(fmt::format("--only {}: no parameter of this robot begins so", word));
   }
+  const Config motion = yaml.child_or_empty("motion");
+  if (!plan.parameters.empty() && motion.has("source") && motion.text("source") == "maps")
+    throw Error("motion.source is maps: a calibration needs wheels or another odometry, which gives a speed");
   if (plan.parameters.empty() && plan.imus.empty())
     throw Error("no sensor of this robot has a parameter that can be estimated");
   return plan;

@@ -170,8 +170,8 @@ std::optional<double> Integral::mean(double a, double b) const {
 }
 
 Recording read_recording(const std::filesystem::path& yaml, const std::vector<Config::Override>& overrides,
-                         const std::vector<Config::Override>& filter_overrides, std::optional<double> until_s) {
-  FilterPass pass = filter(yaml, filter_overrides, until_s);
+                         std::optional<double> until_s) {
+  FilterPass pass = filter(yaml, overrides, until_s);
   const host::Robot robot = load_log(yaml, overrides);
   std::map<std::uint32_t, std::vector<Seen>> seen;
   std::map<std::uint32_t, ScanPairs> scans;

@@ -99,10 +99,10 @@ struct Recording {
   std::vector<PathPoint> path;
 };
 
-/// Reads the log of a YAML, or its first part, twice: through the filter for the path, and by itself. `overrides` are
-/// for the filter's run only. What the YAML holds out of the filter is left out. Throws what `Robot::load` and sources
+/// Reads the log of a YAML, or its first part, twice: through the filter for the path, and by itself. What the YAML
+/// holds out of the filter is left out. Throws what `Robot::load` and sources
 /// throw, and Error if the log has no motion sensor or the filter never starts.
 Recording read_recording(const std::filesystem::path& yaml, const std::vector<Config::Override>& overrides,
-                         const std::vector<Config::Override>& filter_overrides, std::optional<double> until_s);
+                         std::optional<double> until_s);
 
 }  // namespace waymark::calibration

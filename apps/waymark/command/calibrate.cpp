@@ -47,10 +47,10 @@ void calibrate(const CalibrateOptions& options) {
   std::string heading =
       fmt::format("# waymark calibrate {}: copy what you trust into the YAML.\n", options.config.string());
   if (!plan.parameters.empty()) {
-    std::vector<Config::Override> filter_overrides = options.overrides;
-    filter_overrides.insert(filter_overrides.end(), plan.overrides.begin(), plan.overrides.end());
+    std::vector<Config::Override> overrides = options.overrides;
+    overrides.insert(overrides.end(), plan.overrides.begin(), plan.overrides.end());
     const calibration::Recording recording =
-        calibration::read_recording(options.config, options.overrides, filter_overrides, options.until_s);
+        calibration::read_recording(options.config, overrides, options.until_s);
     std::vector<calibration::Parameter> all = plan.parameters;
     all.insert(all.end(), plan.others.begin(), plan.others.end());
     const calibration::Equations equations(recording, yaml, all);
