@@ -117,16 +117,14 @@ Equations::Equations(const Recording& recording, const Config& yaml, std::vector
     (parameters_[i].kind == Parameter::Kind::noise ? levels_ : columns_).push_back(static_cast<int>(i));
   }
   for (const Wheels& wheels : recording.wheels)
-    wheels_given_.push_back({number_of(yaml, wheels.sensor, "speed_scale", 1.0),
-                             number_of(yaml, wheels.sensor, "curvature_per_m", 0.0),
-                             number_of(yaml, wheels.sensor, "yaw_scale", 1.0),
-                             number_of(yaml, wheels.sensor, "track_m", 0.0)});
+    wheels_given_.push_back(
+        {number_of(yaml, wheels.sensor, "speed_scale", 1.0), number_of(yaml, wheels.sensor, "curvature_per_m", 0.0),
+         number_of(yaml, wheels.sensor, "yaw_scale", 1.0), number_of(yaml, wheels.sensor, "track_m", 0.0)});
   for (const Positions& positions : recording.positions) {
     // A fix's own σ is larger than the level in the YAML, or that counts.
     const double given = number_of(yaml, positions.sensor, "sigma_m", 0.0);
-    const auto follows = std::ranges::count_if(positions.fixes, [&](const Positions::Fix& fix) {
-      return std::abs(fix.sigma - given) < 0.01 * given;
-    });
+    const auto follows = std::ranges::count_if(
+        positions.fixes, [&](const Positions::Fix& fix) { return std::abs(fix.sigma - given) < 0.01 * given; });
     const bool is_key = 2 * static_cast<std::size_t>(follows) > positions.fixes.size();
     const int level = is_key ? level_of(positions.sensor, "sigma_m") : -1;
     position_levels_.push_back(level >= 0 ? level : hidden_level());
@@ -252,8 +250,7 @@ void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out
   const WheelsGiven& given = wheels_given_[index];
   const int scale_column = column_of(wheels.sensor, "speed_scale");
   const int curvature_column = column_of(wheels.sensor, "curvature_per_m");
-  const int length_column =
-      std::max(column_of(wheels.sensor, "track_m"), column_of(wheels.sensor, "wheelbase_m"));
+  const int length_column = std::max(column_of(wheels.sensor, "track_m"), column_of(wheels.sensor, "wheelbase_m"));
   const int yaw_scale_column = column_of(wheels.sensor, "yaw_scale");
   const auto value = [&](int column) { return column < 0 ? 0.0 : out.x(column); };
   const double scale = 1.0 + value(scale_column) / given.speed_scale;  // of what the YAML gives
@@ -325,8 +322,7 @@ void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out
     out.measurement();
     enter_speed(1, 1.0 / scale);
     out.entry(scale_column, -v.y() / (scale * scale * given.speed_scale));
-    out.row(middle, v.y() / scale - *lateral,
-            std::max(kMinDensity, density_of(lateral_level, smooth_speed)) * per_span,
+    out.row(middle, v.y() / scale - *lateral, std::max(kMinDensity, density_of(lateral_level, smooth_speed)) * per_span,
             {{lateral_level, -1}, {2.0, 0.0}});
 
     if (!rate) continue;
@@ -340,8 +336,8 @@ void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out
     out.entry(length_column, turned);
     out.entry(yaw_scale_column, -turned / (given.yaw_scale + value(yaw_scale_column)));
     const double steady = density_of(yaw_level, smooth_speed);
-    const double turning = turn_level < 0 ? 0.0
-                                          : out.level(turn_level) * density(turn_level, 0) * std::abs(smooth_rate);
+    const double turning =
+        turn_level < 0 ? 0.0 : out.level(turn_level) * density(turn_level, 0) * std::abs(smooth_rate);
     const double all = std::max(kMinDensity, steady + turning);
     out.row(middle, turned - raw_rate, all * per_span,
             {{yaw_level, turn_level}, {2.0 * steady / all, 2.0 * turning / all}});

@@ -64,10 +64,10 @@ class Equations {
     Eigen::Index count = 0;
     double begin = 0.0;
     double step = 1.0;
-    double sigma = 0.0;        ///< of the first node
-    double keeps = 1.0;        ///< of one node's value at the next one
-    double walk_sigma = 0.0;   ///< of what comes in addition
-    int level = -1;            ///< of its noise
+    double sigma = 0.0;       ///< of the first node
+    double keeps = 1.0;       ///< of one node's value at the next one
+    double walk_sigma = 0.0;  ///< of what comes in addition
+    int level = -1;           ///< of its noise
   };
   struct Builder;
   struct PoseAt;

@@ -240,8 +240,7 @@ Estimate estimate(const Equations& equations, const std::function<void(const Est
       if (i < 0) continue;
       result.change(i) = log_levels(k);
       result.sigma(i) = level_sigma(k);
-      result.information(i) =
-          1.0 - std::min(1.0, level_sigma(k) * level_sigma(k) / (kLevelPrior * kLevelPrior));
+      result.information(i) = 1.0 - std::min(1.0, level_sigma(k) * level_sigma(k) / (kLevelPrior * kLevelPrior));
     }
     result.converged = is_settled;
     progress(result);

@@ -57,8 +57,7 @@ std::vector<double> usual_yaw_noise(const Config& wheels) {
 }
 
 std::vector<Offer> offers_of_wheels(const Config& wheels) {
-  std::vector<Offer> offers{value("speed_scale", "", 0.1, {1.0}),
-                            value("curvature_per_m", "1/m", 0.1, {0.0})};
+  std::vector<Offer> offers{value("speed_scale", "", 0.1, {1.0}), value("curvature_per_m", "1/m", 0.1, {0.0})};
   if (wheels.has("track_m")) {
     offers.push_back(length("track_m"));
   } else if (wheels.has("wheelbase_m")) {
@@ -83,8 +82,7 @@ std::vector<Offer> offers_of(const Config& sensor, const std::string& plugin) {
     std::vector<Offer> offers{delay()};
     if (sensor.has("base_T_sensor")) {
       offers.push_back(yaw());
-      for (const int axis : {0, 1})
-        offers.push_back(element("base_T_sensor.xyz_m", axis, "m", 0.3, {0.0, 0.0, 0.0}));
+      for (const int axis : {0, 1}) offers.push_back(element("base_T_sensor.xyz_m", axis, "m", 0.3, {0.0, 0.0, 0.0}));
     }
     return offers;
   }

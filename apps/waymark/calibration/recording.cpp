@@ -209,8 +209,8 @@ Recording read_recording(const std::filesystem::path& yaml, const std::vector<Co
       recording.scanners.push_back({robot.sensors[sensor].name, pairs.lever(), pairs.motions()});
   }
   if (recording.wheels.empty())
-    throw Error(fmt::format("{}: no sensor of this log gives a speed; wheels or another odometry are needed",
-                            yaml.string()));
+    throw Error(
+        fmt::format("{}: no sensor of this log gives a speed; wheels or another odometry are needed", yaml.string()));
   recording.path = std::move(pass.path);
   return recording;
 }

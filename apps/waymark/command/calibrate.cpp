@@ -49,8 +49,7 @@ void calibrate(const CalibrateOptions& options) {
   if (!plan.parameters.empty()) {
     std::vector<Config::Override> overrides = options.overrides;
     overrides.insert(overrides.end(), plan.overrides.begin(), plan.overrides.end());
-    const calibration::Recording recording =
-        calibration::read_recording(options.config, overrides, options.until_s);
+    const calibration::Recording recording = calibration::read_recording(options.config, overrides, options.until_s);
     std::vector<calibration::Parameter> all = plan.parameters;
     all.insert(all.end(), plan.others.begin(), plan.others.end());
     const calibration::Equations equations(recording, yaml, all);

@@ -83,8 +83,7 @@ Recording record(const Truth& truth, unsigned seed) {
   for (double t = 1.0; t < kDuration - 1.0; t += 0.2) {
     const Eigen::Vector3d pose = pose_at(path, t);
     const Eigen::Vector2d p = pose.head<2>() + turned(pose.z(), truth.antenna);
-    gps.fixes.push_back(
-        {t + truth.gps_delay, p + 0.05 * Eigen::Vector2d(normal(random), normal(random)), 0.1});
+    gps.fixes.push_back({t + truth.gps_delay, p + 0.05 * Eigen::Vector2d(normal(random), normal(random)), 0.1});
   }
   recording.positions.push_back(gps);
   Headings compass;
@@ -107,8 +106,7 @@ void add_scanner(const Truth& truth, unsigned seed, Recording& recording) {
   for (double t = 1.0; t < kDuration - 2.0; t += 0.3) {
     const Eigen::Vector3d a = pose_at(path, t);
     const Eigen::Vector3d b = pose_at(path, t + 0.3);
-    const Eigen::Vector2d way =
-        b.head<2>() + turned(b.z(), truth.scanner) - a.head<2>() - turned(a.z(), truth.scanner);
+    const Eigen::Vector2d way = b.head<2>() + turned(b.z(), truth.scanner) - a.head<2>() - turned(a.z(), truth.scanner);
     const double mounted = truth.scanner_deg * M_PI / 180.0;
     Scanner::Motion motion{t + truth.scanner_delay, t + 0.3 + truth.scanner_delay, {}, Eigen::Matrix3d::Zero()};
     // The YAML has the scanner straight ahead.
@@ -146,14 +144,11 @@ const std::vector<std::string> kOutdoors{"wheels", "gps", "compass"};
 
 TEST(CalibrationEstimate, FindsWhatIsWrongWithinItsSigma) {
   const Truth truth;
-  const std::map<std::string, double> expected{{"wheels.speed_scale", truth.speed_scale - 1.0},
-                                               {"wheels.curvature_per_m", 0.0},
-                                               {"wheels.track_m", std::log(truth.track / 0.5)},
-                                               {"gps.base_p_antenna_m[0]", truth.antenna.x()},
-                                               {"gps.base_p_antenna_m[1]", truth.antenna.y()},
-                                               {"gps.delay_s", truth.gps_delay},
-                                               {"compass.delay_s", truth.compass_delay},
-                                               {"compass.base_T_sensor.yaw_deg", truth.compass_deg}};
+  const std::map<std::string, double> expected{
+      {"wheels.speed_scale", truth.speed_scale - 1.0}, {"wheels.curvature_per_m", 0.0},
+      {"wheels.track_m", std::log(truth.track / 0.5)}, {"gps.base_p_antenna_m[0]", truth.antenna.x()},
+      {"gps.base_p_antenna_m[1]", truth.antenna.y()},  {"gps.delay_s", truth.gps_delay},
+      {"compass.delay_s", truth.compass_delay},        {"compass.base_T_sensor.yaw_deg", truth.compass_deg}};
   int within = 0;
   int all = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -191,8 +186,7 @@ TEST(CalibrationEquations, DerivativesAreThoseOfTheResiduals) {
   for (Eigen::Index k = equations.first_parameter(); k < equations.size(); ++k) x(k) = 0.01;
   const Rows rows = equations.linearize(x, x, levels);
   const Eigen::MatrixXd J = rows.J.middleCols(300, 6).toDense();
-  const Eigen::MatrixXd of_parameters =
-      rows.J.rightCols(equations.size() - equations.first_parameter()).toDense();
+  const Eigen::MatrixXd of_parameters = rows.J.rightCols(equations.size() - equations.first_parameter()).toDense();
   const auto check = [&](Eigen::Index column, const Eigen::VectorXd& derivative) {
     constexpr double kStep = 1e-6;
     Eigen::VectorXd up = x;
@@ -205,8 +199,7 @@ TEST(CalibrationEquations, DerivativesAreThoseOfTheResiduals) {
     EXPECT_LT((numeric - derivative).cwiseAbs().maxCoeff(), 0.01 * (1.0 + numeric.cwiseAbs().maxCoeff())) << column;
   };
   for (Eigen::Index k = 0; k < J.cols(); ++k) check(300 + k, J.col(k));
-  for (Eigen::Index k = 0; k < of_parameters.cols(); ++k)
-    check(equations.first_parameter() + k, of_parameters.col(k));
+  for (Eigen::Index k = 0; k < of_parameters.cols(); ++k) check(equations.first_parameter() + k, of_parameters.col(k));
 }
 
 // A regression on what the wheels say would find a turn that is too small (errors in variables).
