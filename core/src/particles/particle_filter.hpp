@@ -222,7 +222,7 @@ class WAYMARK_API ParticleFilter {
   Eigen::Vector3d moved_ = Eigen::Vector3d::Zero();        // by dead reckoning, since the last step of that map
   Correspondences correspondences_;                        // scratch
   std::vector<joint::JointGaussian::NodeId> new_anchors_;  // of the mapping step
-  bool is_spatial_ = false;  // a map matches all six of the pose
+  bool is_spatial_ = false;                                // a map matches all six of the pose
   std::unique_ptr<Present> now_;
   Belief mixture_;
   bool mixture_is_current_ = false;
