@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of the sensor relative_pose: the contract kit in the plane and in space, and what it makes of a jump, of a
-// lost track, and of a mounting. Prints what is wrong, and fails if anything is.
+// Checks of the sensor relative_pose: the contract kit in the plane and in space, and how it takes a jump, a
+// lost track, and a mounting. Prints what is wrong, and fails if anything is.
 #include <cmath>
 #include <cstdio>
 
@@ -53,7 +53,7 @@ struct Seen {
   bool is_degraded;
 };
 
-/// What the sensor makes of each frame: the twist of the base, as a robot that stands sees it.
+/// What the sensor estimates from each frame: the twist of the base, as a robot that stands sees it.
 std::vector<Seen> seen(RelativePoseSensor& sensor, const std::vector<Measurement>& measurements) {
   const StateLayout layout(StateLayout::Motion::spatial, {});
   Belief belief;

@@ -99,17 +99,18 @@ void ParticleOctomap::refine_spatially(const PoseGaussian& prior, const Pose& st
   const OctomapGridSettings& settings = model_->settings;
   const SpatialMatch match =
       storage().surfel_matcher.match(surfels_, settings.surfel_cell, cloud.matched, cloud.reach, own, settings.match);
-  out.failed = match.failed;
-  out.log_evidence = match.log_evidence;
-  association.outcome = match.failed ? scan_matching::MatchAssociation::Outcome::failed
-                                     : scan_matching::MatchAssociation::Outcome::matched;
-  association.searched = match.searched;
-  association.score = match.score;
-  if (match.failed) return;
-  out.spatial = {R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};
-  const SpatialInformation::Marginal planar = out.spatial->planar();
-  out.information = planar.information;
-  out.gradient = planar.gradient;
+  scan_matching::Match planar;
+  planar.log_evidence = match.log_evidence;
+  planar.score = match.score;
+  planar.searched = match.searched;
+  planar.failed = match.failed;
+  if (!match.failed) {
+    out.spatial = {R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};
+    const SpatialInformation::Marginal marginal = out.spatial->planar();
+    planar.information = marginal.information;
+    planar.gradient = marginal.gradient;
+  }
+  association.report(planar, out);
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {

@@ -68,6 +68,32 @@ Consistency summary(std::vector<double> nees, int dimensions) {
   return out;
 }
 
+/// eᵀ P⁻¹ e; nothing if P is not positive definite.
+std::optional<double> squared_in_units_of(const Eigen::MatrixXd& P, const Eigen::VectorXd& error) {
+  const Eigen::LDLT<Eigen::MatrixXd> factor(P);
+  if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) return std::nullopt;
+  return error.dot(factor.solve(error));
+}
+
+/// `nees_of(covariance, estimated, truth)`: at each time at which both are known and the position is not held for
+/// certain.
+template <class NeesOf>
+Consistency score(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
+                  const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s, int dimensions,
+                  const NeesOf& nees_of) {
+  std::vector<double> nees;
+  for (const PoseCovariance& covariance : covariances) {
+    Pose estimated;
+    Pose truth;
+    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
+        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
+      continue;
+    if (const auto one = nees_of(covariance, T_reference_estimate * estimated, truth)) nees.push_back(*one);
+  }
+  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
+  return summary(std::move(nees), dimensions);
+}
+
 }  // namespace
 
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) {
@@ -95,24 +121,13 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   const int dimensions = reference.orientation == Orientation::none ? 2 : 3;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
-  std::vector<double> nees;
-  for (const PoseCovariance& covariance : covariances) {
-    Pose estimated;
-    Pose truth;
-    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
-        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found)
-      continue;
-    estimated = T_reference_estimate * estimated;
+  const auto nees_of = [&](const PoseCovariance& covariance, const Pose& estimated, const Pose& truth) {
     const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
                                 so3::wrap(estimated.yaw() - truth.yaw()));
-    if (is_certain(covariance)) continue;
     const Eigen::Matrix3d P = turn * covariance.P * turn.transpose();
-    const Eigen::LDLT<Eigen::MatrixXd> factor(P.topLeftCorner(dimensions, dimensions));
-    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
-    nees.push_back(error.head(dimensions).dot(factor.solve(error.head(dimensions))));
-  }
-  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
-  return summary(std::move(nees), dimensions);
+    return squared_in_units_of(P.topLeftCorner(dimensions, dimensions), error.head(dimensions));
+  };
+  return score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, dimensions, nees_of);
 }
 
 std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
@@ -124,22 +139,12 @@ std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovar
     return std::nullopt;
   SpatialMatrix turn = SpatialMatrix::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_reference_estimate.q.toRotationMatrix();
-  std::vector<double> nees;
-  for (const PoseCovariance& covariance : covariances) {
-    Pose estimated;
-    Pose truth;
-    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
-        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
-      continue;
-    estimated = T_reference_estimate * estimated;
+  const auto nees_of = [&](const PoseCovariance& covariance, const Pose& estimated, const Pose& truth) {
     SpatialVector error;
     error << estimated.p - truth.p, so3::log(estimated.q * truth.q.conjugate());
-    const Eigen::LDLT<SpatialMatrix> factor(turn * *covariance.P_spatial * turn.transpose());
-    if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) continue;
-    nees.push_back(error.dot(factor.solve(error)));
-  }
-  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
-  return summary(std::move(nees), 6);
+    return squared_in_units_of(turn * *covariance.P_spatial * turn.transpose(), error);
+  };
+  return score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, 6, nees_of);
 }
 
 }  // namespace waymark::evaluation

@@ -4,14 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <memory>
 #include <system_error>
 
 #include "apps/waymark/import/point_file.hpp"
+#include "apps/waymark/import/whole_file.hpp"
 #include "plugins/shared/cloud_file/cloud_writer.hpp"
-#include "plugins/shared/compression/byte_stream.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::imports {
@@ -36,14 +35,7 @@ Time time_in_name(const std::filesystem::path& file) {
 /// The first column of a table: a time on each line. A first line that is none is a header.
 std::vector<Time> read_times(const std::filesystem::path& file) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 28;
-  compression::ByteStream bytes(file);
-  std::string content;
-  std::array<char, 1 << 16> piece;
-  while (const std::size_t count = bytes.read(piece.data(), piece.size())) {
-    content.append(piece.data(), count);
-    if (content.size() > kMostBytes) throw DataError(file.string() + ": is larger than 256 MiB");
-  }
-  if (!bytes.problem().empty()) throw DataError(fmt::format("{}: {}", file.string(), bytes.problem()));
+  const std::string content = read_whole(file, kMostBytes, "256 MiB");
   std::vector<Time> times;
   std::size_t line_number = 0;
   for (std::size_t at = 0; at < content.size();) {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "plugins/shared/compression/byte_stream.hpp"
+#include "apps/waymark/import/whole_file.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::imports {
@@ -42,14 +42,7 @@ void PointCollector::add(const Eigen::Vector3f& p, double intensity, double time
 
 PointFile read_point_file(const std::filesystem::path& file, Time stamp) {
   const std::string name = file.string();
-  std::string content;
-  compression::ByteStream bytes(file);
-  std::array<char, 1 << 16> piece;
-  while (const std::size_t count = bytes.read(piece.data(), piece.size())) {
-    content.append(piece.data(), count);
-    if (content.size() > kMostCloudBytes) throw DataError(name + ": is larger than 1 GiB, which no cloud is");
-  }
-  if (!bytes.problem().empty()) throw DataError(fmt::format("{}: {}", name, bytes.problem()));
+  const std::string content = read_whole(file, kMostCloudBytes, "1 GiB, which no cloud is");
   const std::filesystem::path plain = file.extension() == ".gz" ? file.stem() : file;
   return plain.extension() == ".pcd" ? read_pcd(content, name, stamp) : read_point_table(content, name, stamp);
 }

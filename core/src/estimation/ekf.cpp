@@ -78,16 +78,12 @@ using PoseMatrix = Eigen::Matrix<double, N, N>;
 /// rounding errors of its covariances with other states by it, at every scan of a standing robot.
 constexpr double kRounding = 1e-12;
 
-constexpr std::array<int, 6> kSpatialIndices{0, 1, 2, 3, 4, 5};
-
 /// The columns of P that belong to the pose.
 template <int N>
 PoseColumns<N> pose_columns(const Belief& belief, const StateLayout& layout) {
   PoseColumns<N> columns(layout.size(), N);
-  for (int i = 0; i < N; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    columns.col(i) = belief.P.col(N == 3 ? layout.pose_indices()[k] : kSpatialIndices[k]);
-  }
+  for (int i = 0; i < N; ++i)
+    columns.col(i) = belief.P.col(N == 3 ? layout.pose_indices()[static_cast<std::size_t>(i)] : i);
   return columns;
 }
 
@@ -137,6 +133,11 @@ void sample(Belief& belief, const StateLayout& layout, double fraction, const Po
   for (int i = 0; i < layout.size(); ++i) belief.P(i, i) = std::max(belief.P(i, i), 0.0);
 }
 
+void sample_spatial(Belief& belief, const StateLayout& layout, double fraction, const SpatialVector& normal) {
+  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(spatial_covariance(belief));
+  sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), normal);
+}
+
 }  // namespace
 
 bool apply_pose_information(Belief& belief, const StateLayout& layout, const Eigen::Matrix3d& information,
@@ -155,17 +156,15 @@ void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Ran
 }
 
 void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
-  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(spatial_covariance(belief));
   SpatialVector normal;
   normal.head<3>() = gaussian::standard_normal(random);
   normal.tail<3>() = gaussian::standard_normal(random);
-  sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), normal);
+  sample_spatial(belief, layout, fraction, normal);
 }
 
 void sample_first_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
   sample_pose(belief, layout, fraction, random);
-  const Eigen::SelfAdjointEigenSolver<SpatialMatrix> eigen(spatial_covariance(belief));
-  sample<6>(belief, layout, fraction, eigen.eigenvalues(), eigen.eigenvectors(), SpatialVector::Zero());
+  sample_spatial(belief, layout, fraction, SpatialVector::Zero());
 }
 
 namespace {

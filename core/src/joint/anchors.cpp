@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "joint/twist.hpp"
+#include "joint/white_match.hpp"
 #include "loops/planar.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
@@ -24,26 +25,10 @@ constexpr double kNearestShare = 0.25;
 /// x, y, yaw of the mean.
 Eigen::Vector3d pose_of(const JointGaussian& gaussian) { return loops::planar(gaussian.belief().mean.T_map_base); }
 
-/// A match with white noise: W d = target + N(0, I); a direction without information has a row of zeros.
-struct WhiteMatch {
-  Eigen::Matrix3d W;
-  Eigen::Vector3d target;
-};
-
-WhiteMatch whiten(const PoseMatch& match) {
-  const gaussian::Eigen3 eigen = gaussian::eigen(match.information);
-  const Eigen::Vector3d root = eigen.values.cwiseSqrt();
-  WhiteMatch white;
-  white.W = root.asDiagonal() * eigen.vectors.transpose();
-  const Eigen::Vector3d rotated = eigen.vectors.transpose() * match.gradient;
-  for (int i = 0; i < 3; ++i) white.target[i] = root[i] > 0.0 ? rotated[i] / root[i] : 0.0;
-  return white;
-}
-
 }  // namespace
 
 void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match) {
-  const WhiteMatch white = whiten(match);
+  const WhiteMatch white = whiten(match.information, match.gradient);
   gaussian.relate(white.target - white.W * loops::difference(pose_of(gaussian), match.prior), white.W, {});
 }
 
@@ -69,7 +54,7 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   double sum = 0.0;
   for (const Share& share : shares_) sum += share.points;
 
-  const WhiteMatch white = whiten(match);
+  const WhiteMatch white = whiten(match.information, match.gradient);
   // What is drawn from elsewhere moves what was there. It is no state: a state would take its share of every
   // innovation.
   const Eigen::Matrix3d G = twist_of_error(pose_of(gaussian).head<2>());

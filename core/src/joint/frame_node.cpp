@@ -2,10 +2,9 @@
 #include "joint/frame_node.hpp"
 
 #include <array>
-#include <cmath>
 
+#include "joint/white_match.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/math/gaussian.hpp"
 #include "waymark/math/so3.hpp"
 
 namespace waymark::joint {
@@ -41,20 +40,12 @@ void FrameNode::relate(JointGaussian& gaussian, const SpatialMatch& match) const
   const Eigen::Matrix3d J = at(pose.p);
   if (node_) d -= J * gaussian.pending_correction(*node_);
 
-  // Λ = Wᵀ W, so that the noise is white: ν = W⁻ᵀ η − W d.
-  const gaussian::Eigen3 eigen = gaussian::eigen(information);
-  Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d nu = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (eigen.values(i) <= 0.0) continue;
-    const double root = std::sqrt(eigen.values(i));
-    W.row(i) = root * eigen.vectors.col(i).transpose();
-    nu(i) = eigen.vectors.col(i).dot(gradient) / root - W.row(i).dot(d);
-  }
+  const WhiteMatch white = whiten(information, gradient);
+  const Eigen::Vector3d nu = white.target - white.W * d;
   if (node_) {
-    gaussian.relate(nu, W, {{*node_, -W * J}}, kUpright);
+    gaussian.relate(nu, white.W, {{*node_, -white.W * J}}, kUpright);
   } else {
-    gaussian.relate(nu, W, {}, kUpright);
+    gaussian.relate(nu, white.W, {}, kUpright);
   }
 }
 
