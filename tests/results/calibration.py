@@ -51,7 +51,7 @@ def spread(values, digits):
     return " / ".join(f"{v:.{digits}g}" for v in (min(values), statistics.median(values), max(values)))
 
 
-def calibrate(seed, waymark, jobs, folder):
+def calibrate(seed, waymark, folder):
     """The truth of one drive, and what was found."""
     overrides, truth = drive(seed)
     found = folder / "found.json"
@@ -62,11 +62,11 @@ def calibrate(seed, waymark, jobs, folder):
     run = subprocess.run(record, capture_output=True, text=True)
     if run.returncode == 1:
         sys.exit(f"seed {seed}: {run.stderr}")
-    run = subprocess.run([waymark, "calibrate", drive_out / "log/replay.yaml", "--jobs", str(jobs), "--json", found, "--out", folder / "found.yaml"],
+    run = subprocess.run([waymark, "calibrate", drive_out / "log/replay.yaml", "--json", found, "--out", folder / "found.yaml"],
                          capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit(f"seed {seed}: {run.stderr}")
-    return {"truth": truth, "found": json.loads(found.read_text())}
+    return {"truth": truth, "found": json.loads(found.read_text()), "converged": "not converged" not in run.stderr}
 
 
 def table(drives):
@@ -87,7 +87,6 @@ def main():
     parser.add_argument("--waymark", default="build/release/bin/waymark")
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=pathlib.Path, help="folder for what calibrate found in each drive, as JSON; a drive that is there is not repeated")
     arguments = parser.parse_args()
     drives = []
@@ -97,12 +96,13 @@ def main():
             if kept and kept.exists():
                 drives.append(json.loads(kept.read_text()))
                 continue
-            drives.append(calibrate(seed, arguments.waymark, arguments.jobs, pathlib.Path(temporary)))
+            drives.append(calibrate(seed, arguments.waymark, pathlib.Path(temporary)))
             if kept:
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 kept.write_text(json.dumps(drives[-1]))
             print(f"seed {seed}: done", file=sys.stderr, flush=True)
     print(table(drives))
+    print(f"\nConverged: {sum(one['converged'] for one in drives)} of {len(drives)}.")
 
 
 if __name__ == "__main__":

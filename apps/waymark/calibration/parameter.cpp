@@ -25,28 +25,26 @@ struct Offer {
   int elements;
   std::string_view unit;
   Kind kind;
-  double step;
   double prior_sigma;
   std::vector<double> fallback;  ///< where the YAML leaves the key out; empty: then it is not estimated
 };
 
 // Priors: what a careful owner with a tape measure achieves, times three or so.
-Offer value(std::string_view key, std::string_view unit, double step, double prior_sigma,
-            std::vector<double> fallback = {}) {
-  return {key, -1, 1, unit, Kind::value, step, prior_sigma, std::move(fallback)};
+Offer value(std::string_view key, std::string_view unit, double prior_sigma, std::vector<double> fallback = {}) {
+  return {key, -1, 1, unit, Kind::value, prior_sigma, std::move(fallback)};
 }
-Offer element(std::string_view key, int at, std::string_view unit, double step, double prior_sigma,
+Offer element(std::string_view key, int at, std::string_view unit, double prior_sigma,
               std::vector<double> fallback = {}) {
-  return {key, at, 1, unit, Kind::value, step, prior_sigma, std::move(fallback)};
+  return {key, at, 1, unit, Kind::value, prior_sigma, std::move(fallback)};
 }
 /// Known to 10 %.
-Offer length(std::string_view key) { return {key, -1, 1, "m", Kind::factor, 0.01, 0.1, {}}; }
+Offer length(std::string_view key) { return {key, -1, 1, "m", Kind::factor, 0.1, {}}; }
 /// Known up to a factor of e². `count` elements of a list from `first` on; a number if that is negative.
 Offer noise(std::string_view key, int first, int count, std::string_view unit, std::vector<double> fallback = {}) {
-  return {key, first, count, unit, Kind::noise, 0.05, 2.0, std::move(fallback)};
+  return {key, first, count, unit, Kind::noise, 2.0, std::move(fallback)};
 }
-Offer delay() { return value("delay_s", "s", 0.02, 0.15, {0.0}); }
-Offer yaw() { return value("base_T_sensor.yaw_deg", "°", 1.0, 10.0, {0.0}); }
+Offer delay() { return value("delay_s", "s", 0.15, {0.0}); }
+Offer yaw() { return value("base_T_sensor.yaw_deg", "°", 10.0, {0.0}); }
 
 /// The default of `yaw_noise_rad_per_sqrt_s`, which goes with the model.
 std::vector<double> usual_yaw_noise(const Config& wheels) {
@@ -59,14 +57,13 @@ std::vector<double> usual_yaw_noise(const Config& wheels) {
 }
 
 std::vector<Offer> offers_of_wheels(const Config& wheels) {
-  std::vector<Offer> offers{value("speed_scale", "", 0.005, 0.1, {1.0}),
-                            value("curvature_per_m", "1/m", 0.005, 0.1, {0.0})};
+  std::vector<Offer> offers{value("speed_scale", "", 0.1, {1.0}), value("curvature_per_m", "1/m", 0.1, {0.0})};
   if (wheels.has("track_m")) {
     offers.push_back(length("track_m"));
   } else if (wheels.has("wheelbase_m")) {
     offers.push_back(length("wheelbase_m"));
   } else {
-    offers.push_back(value("yaw_scale", "", 0.005, 0.1, {1.0}));
+    offers.push_back(value("yaw_scale", "", 0.1, {1.0}));
   }
   offers.push_back(noise("speed_noise_m_per_sqrt_s", 0, 2, "m/√s", {0.02, 0.05}));
   offers.push_back(noise("lateral_noise_m_per_sqrt_s", 0, 2, "m/√s", {0.0, 0.1}));
@@ -85,8 +82,7 @@ std::vector<Offer> offers_of(const Config& sensor, const std::string& plugin) {
     std::vector<Offer> offers{delay()};
     if (sensor.has("base_T_sensor")) {
       offers.push_back(yaw());
-      for (const int axis : {0, 1})
-        offers.push_back(element("base_T_sensor.xyz_m", axis, "m", 0.02, 0.3, {0.0, 0.0, 0.0}));
+      for (const int axis : {0, 1}) offers.push_back(element("base_T_sensor.xyz_m", axis, "m", 0.3, {0.0, 0.0, 0.0}));
     }
     return offers;
   }
@@ -94,7 +90,7 @@ std::vector<Offer> offers_of(const Config& sensor, const std::string& plugin) {
   if (plugin == "dgps") {
     std::vector<Offer> offers{delay(), noise("sigma_m", -1, 1, "m")};
     if (sensor.has("base_p_antenna_m") && sensor.is_list("base_p_antenna_m")) {
-      for (const int axis : {0, 1}) offers.push_back(element("base_p_antenna_m", axis, "m", 0.1, 0.5));
+      for (const int axis : {0, 1}) offers.push_back(element("base_p_antenna_m", axis, "m", 0.5));
     }
     offers.push_back(noise("offset_sigma_m", -1, 1, "m"));
     return offers;
@@ -102,25 +98,9 @@ std::vector<Offer> offers_of(const Config& sensor, const std::string& plugin) {
   if (plugin == "compass") {
     std::vector<Offer> offers{delay(), noise("sigma_deg", -1, 1, "°", {5.0})};
     if (sensor.has("base_T_sensor")) offers.push_back(yaw());
-    if (sensor.has("hard_iron_t") && sensor.has("payload") && sensor.text("payload").ends_with("MagneticField")) {
-      for (const int axis : {0, 1}) offers.push_back(element("hard_iron_t", axis, "T", 1e-6, 2e-5));
-    }
     return offers;
   }
   if (plugin == "imu") return {delay()};
-  return {};
-}
-
-/// What stands between a parameter and the innovations that it changes.
-std::vector<std::string> to_switch_off(const std::string& plugin) {
-  if (plugin == "odometry")
-    return {"speed_scale_sigma=0",     "speed_scale_walk_per_sqrt_m=0",
-            "curvature_sigma_per_m=0", "curvature_walk_per_m_sqrt_m=0",
-            "yaw_scale_sigma=0",       "yaw_scale_walk_per_sqrt_m=0"};
-  if (plugin == "dgps")
-    return {"jump_sigmas=0",        "frozen_distance_m=0", "drift_sigmas=0",
-            "adaptive_noise=false", "settling_s=0",        "reacquisition_fixes=0"};
-  if (plugin == "compass") return {"jump_sigmas=0"};
   return {};
 }
 
@@ -194,6 +174,13 @@ Values::Values(const Config& yaml, const std::vector<Parameter>& parameters) : p
   }
 }
 
+std::vector<double> Values::given(std::size_t i) const {
+  const Parameter& parameter = parameters_[i];
+  const std::vector<double>& numbers = numbers_.at(fmt::format("sensors.{}.{}", parameter.sensor, parameter.key));
+  const std::span<const double> scaled = scaled_by(parameter, std::span(numbers));
+  return {scaled.begin(), scaled.end()};
+}
+
 double Values::value(std::size_t i, double delta) const {
   const Parameter& parameter = parameters_[i];
   const std::vector<double>& numbers = numbers_.at(fmt::format("sensors.{}.{}", parameter.sensor, parameter.key));
@@ -229,38 +216,34 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
   // A changed delay changes the order of the measurements; the filter puts them in order again.
   plan.overrides = {"filter.max_latency_s=1", "filter.history_s=0", "filter.smooth=false", "clock.max_ahead_s=5",
                     "sinks=[]"};
-  // One particle that samples nothing is an EKF: its innovations are smooth functions of the parameters.
-  if (yaml.has("maps"))
-    plan.overrides.insert(plan.overrides.end(), {"filter.particles=1", "filter.sampling_fraction=0"});
+  // The wheels hold the path together, and scans are compared in pairs.
+  if (yaml.has("maps")) plan.overrides.emplace_back("maps=[]");
   for (const Config& sensor : yaml.items("sensors")) {
     if (sensor.has("enabled") && !sensor.boolean("enabled", true)) continue;
     const std::string name = sensor.text("name");
     const std::string plugin = plugin_of(sensor);
-    const auto add = [&](std::string_view key_and_value) {
-      plan.overrides.push_back(fmt::format("sensors.{}.{}", name, key_and_value));
-    };
     if (!plugin.empty()) {
-      add("gate_probability=0.999999999999");
-      add("max_consecutive_rejections=0");
+      plan.overrides.push_back(fmt::format("sensors.{}.gate_probability=0.999999999999", name));
+      plan.overrides.push_back(fmt::format("sensors.{}.max_consecutive_rejections=0", name));
     }
-    for (const std::string& one : to_switch_off(plugin)) add(one);
-    std::vector<Parameter> wanted;
+    std::vector<Parameter> all;
     for (const Offer& offer : offers_of(sensor, plugin)) {
       const auto [node, key] = find(sensor, offer.key);
       if (!node.has(key) && offer.fallback.empty()) continue;
-      Parameter parameter{name,           std::string(offer.key),  offer.element,
-                          offer.elements, std::string(offer.unit), offer.kind,
-                          offer.step,     offer.prior_sigma};
-      if (is_wanted(parameter, only)) wanted.push_back(std::move(parameter));
+      all.push_back({name, std::string(offer.key), offer.element, offer.elements, std::string(offer.unit), offer.kind,
+                     offer.prior_sigma});
     }
     // A factor changes nothing of a zero.
-    const Values values(yaml, wanted);
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      if (wanted[i].kind == Kind::value || values.value(i, 0.0) > 0.0) plan.parameters.push_back(wanted[i]);
+    const Values values(yaml, all);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].kind != Kind::value && !(values.value(i, 0.0) > 0.0)) continue;
+      if (is_wanted(all[i], only)) {
+        plan.parameters.push_back(all[i]);
+      } else if (all[i].kind == Kind::noise) {
+        plan.others.push_back(all[i]);
+      }
     }
     if (plugin == "imu" && is_wanted(gyro_noise_of(name), only)) plan.imus.push_back(name);
-    const auto is_own = [&](const Parameter& one) { return one.sensor == name; };
-    if (plugin == "odometry" && std::ranges::any_of(plan.parameters, is_own)) plan.inputs.push_back(name);
   }
   for (const std::string& word : only) {
     const auto begins_so = [&](const Parameter& one) { return one.name().starts_with(word); };
@@ -268,6 +251,9 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
     if (std::ranges::any_of(plan.parameters, begins_so) || std::ranges::any_of(plan.imus, is_of)) continue;
     throw Error(fmt::format("--only {}: no parameter of this robot begins so", word));
   }
+  const Config motion = yaml.child_or_empty("motion");
+  if (!plan.parameters.empty() && motion.has("source") && motion.text("source") == "maps")
+    throw Error("motion.source is maps: a calibration needs wheels or another odometry, which gives a speed");
   if (plan.parameters.empty() && plan.imus.empty())
     throw Error("no sensor of this robot has a parameter that can be estimated");
   return plan;

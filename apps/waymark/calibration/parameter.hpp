@@ -25,7 +25,6 @@ struct Parameter {
   int elements = 1;  ///< so many of the list
   std::string unit;
   Kind kind = Kind::value;
-  double step = 0.0;         ///< of the numerical derivative: in the unit, or of the logarithm
   double prior_sigma = 0.0;  ///< how far the given value may be off, before the log is read; the same
 
   /// "wheels.track_m", "gps.base_p_antenna_m[0]", "wheels.yaw_noise_rad_per_sqrt_s[0..1]".
@@ -40,6 +39,8 @@ class Values {
 
   /// The values with parameter i changed by delta(i), as overrides of the YAML.
   std::vector<Config::Override> changed(const Eigen::VectorXd& delta) const;
+  /// What a level's factor scales, as the YAML gives it.
+  std::vector<double> given(std::size_t i) const;
   /// The value of parameter i, changed; of a level that of its first element that is not zero.
   double value(std::size_t i, double delta) const;
 
@@ -49,14 +50,13 @@ class Values {
   std::map<std::string, bool> is_list_;
 };
 
-/// What of a robot can be estimated, after the plugins of its sensors; and what has to be switched off for that
-/// (gates, noise that adapts itself, states that would take over), as overrides.
+/// What of a robot can be estimated, after the plugins of its sensors; and overrides with which the filter follows the
+/// path in spite of wrong parameters (open gates), for a first guess.
 struct Plan {
   std::vector<Parameter> parameters;
+  /// Levels of noise that weigh the equations and are not asked for.
+  std::vector<Parameter> others;
   std::vector<Config::Override> overrides;
-  /// Sensors whose readings are scaled by a parameter. They are inputs of the filter: their own innovations say nothing
-  /// about the scale, since a smaller reading has smaller ones.
-  std::vector<std::string> inputs;
   /// IMUs whose noise is read from a standing stretch.
   std::vector<std::string> imus;
 };

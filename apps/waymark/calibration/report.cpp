@@ -16,22 +16,23 @@ constexpr double kDetermined = 0.75;
 /// A level of noise also if the log contradicts the given one by so many σ: of one that is near zero a log says hardly
 /// more than that it is small.
 constexpr double kContradicted = 2.0;
+/// A value so many σ of its prior away from what the YAML gives rather shows that the equations do not describe the
+/// log.
+constexpr double kImplausible = 3.0;
+
+bool is_implausible(const Findings& findings, std::size_t i) {
+  const Parameter& parameter = findings.parameters[i];
+  return parameter.kind != Parameter::Kind::noise &&
+         std::abs(findings.estimate.change(static_cast<Eigen::Index>(i))) > kImplausible * parameter.prior_sigma;
+}
 
 bool is_determined(const Findings& findings, std::size_t i) {
   const auto index = static_cast<Eigen::Index>(i);
   const Estimate& estimate = findings.estimate;
+  if (!estimate.converged || is_implausible(findings, i)) return false;
   if (estimate.information(index) >= kDetermined) return true;
   return findings.parameters[i].kind == Parameter::Kind::noise &&
          std::abs(estimate.change(index)) >= kContradicted * estimate.sigma(index);
-}
-
-/// The change of what the drive determined, zero elsewhere.
-Eigen::VectorXd determined_change(const Findings& findings) {
-  Eigen::VectorXd change = findings.estimate.change;
-  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
-    if (!is_determined(findings, i)) change(static_cast<Eigen::Index>(i)) = 0.0;
-  }
-  return change;
 }
 
 /// Given and estimated value of a parameter, and σ in its unit.
@@ -46,6 +47,37 @@ Row row_of(const Findings& findings, const Values& values, std::size_t i) {
   Row row{values.value(i, 0.0), values.value(i, findings.estimate.change(index)), findings.estimate.sigma(index)};
   if (findings.parameters[i].kind != Parameter::Kind::value) row.sigma *= std::abs(row.estimated);
   return row;
+}
+
+/// How late the time base is [s]: as much as the sensor that is most ahead of it. At `parameter`, −1: it is not.
+struct Lateness {
+  double seconds = 0.0;
+  int parameter = -1;
+};
+
+Lateness lateness_of(const Findings& findings, const Values& values) {
+  Lateness late;
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    if (findings.parameters[i].key != "delay_s" || !is_determined(findings, i)) continue;
+    const Row row = row_of(findings, values, i);
+    if (-row.estimated > std::max(2.0 * row.sigma, late.seconds)) late = {-row.estimated, static_cast<int>(i)};
+  }
+  return late;
+}
+
+/// The change of what the drive determined, zero elsewhere.
+Eigen::VectorXd determined_change(const Findings& findings, const Values& values) {
+  const Lateness late = lateness_of(findings, values);
+  Eigen::VectorXd change = findings.estimate.change;
+  for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
+    double& one = change(static_cast<Eigen::Index>(i));
+    if (!is_determined(findings, i)) {
+      one = 0.0;
+    } else if (findings.parameters[i].key == "delay_s") {
+      one += late.seconds;
+    }
+  }
+  return change;
 }
 
 /// With as many digits as σ makes sense of.
@@ -63,6 +95,13 @@ std::string element_of(const Parameter& parameter) {
 
 /// What is known of the values under one key.
 std::string comment_of(const Findings& findings, const Values& values, const std::string& path) {
+  if (path == fmt::format("sensors.{}.delay_s", findings.time_base)) {
+    const Lateness late = lateness_of(findings, values);
+    const Parameter& ahead = findings.parameters[static_cast<std::size_t>(late.parameter)];
+    const double sigma = findings.estimate.sigma(late.parameter);
+    return fmt::format("± {}, was {}; {} is ahead of it by so much", number(sigma, sigma),
+                       number(findings.time_base_delay, sigma), ahead.sensor);
+  }
   std::string comment;
   for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
     const Parameter& parameter = findings.parameters[i];
@@ -95,9 +134,11 @@ std::string table(const Findings& findings, const Values& values) {
     const Parameter& parameter = findings.parameters[i];
     const Row row = row_of(findings, values, i);
     const double shown = std::max(row.sigma, 1e-12);
+    const char* verdict = is_implausible(findings, i)  ? "  implausible: check this sensor's stamps and model"
+                          : is_determined(findings, i) ? ""
+                                                       : "  not determined by this drive";
     text += fmt::format("{:<{}}  {:>12}  {:>12}  {:>12} {}{}\n", parameter.name(), width, number(row.given, shown),
-                        number(row.estimated, shown), number(row.sigma, shown), parameter.unit,
-                        is_determined(findings, i) ? "" : "  not determined by this drive");
+                        number(row.estimated, shown), number(row.sigma, shown), parameter.unit, verdict);
   }
   return text;
 }
@@ -153,7 +194,7 @@ std::string json(const Findings& findings, const Values& values) {
 }
 
 std::vector<Config::Override> overrides(const Findings& findings, const Values& values) {
-  std::vector<Config::Override> all = values.changed(determined_change(findings));
+  std::vector<Config::Override> all = values.changed(determined_change(findings, values));
   std::erase_if(all, [&](const Config::Override& one) {
     for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
       const Parameter& parameter = findings.parameters[i];
@@ -162,6 +203,8 @@ std::vector<Config::Override> overrides(const Findings& findings, const Values& 
     }
     return true;
   });
+  if (const Lateness late = lateness_of(findings, values); late.parameter >= 0)
+    all.push_back(fmt::format("sensors.{}.delay_s={}", findings.time_base, findings.time_base_delay + late.seconds));
   for (const Standing& standing : findings.standing)
     all.push_back(fmt::format("sensors.{}.{}={}", standing.sensor, kGyroNoise,
                               number(standing.noise.density, standing.noise.sigma)));
@@ -170,7 +213,7 @@ std::vector<Config::Override> overrides(const Findings& findings, const Values& 
 
 std::string yaml_block(const Findings& findings, const Values& values, const std::string& heading) {
   const std::vector<Config::Override> all = overrides(findings, values);
-  std::vector<std::string> sensors;
+  std::vector<std::string> sensors{findings.time_base};
   for (const Parameter& parameter : findings.parameters) sensors.push_back(parameter.sensor);
   for (const Standing& standing : findings.standing) sensors.push_back(standing.sensor);
   std::string text;

@@ -12,6 +12,8 @@ namespace waymark::calibration {
 
 /// All that was found out about one robot.
 struct Findings {
+  std::string time_base;         ///< the sensor of motion against whose stamps delays count
+  double time_base_delay = 0.0;  ///< what the YAML gives it [s]
   std::vector<Parameter> parameters;
   Estimate estimate;  ///< of these
   std::vector<Standing> standing;
@@ -30,7 +32,8 @@ std::string yaml_block(const Findings& findings, const Values& values, const std
 /// `gyro_noise_rad_per_sqrt_s` and `gyro_bias_radps[0]` to `[2]`, which no key holds (`given` is null).
 std::string json(const Findings& findings, const Values& values);
 
-/// What was determined as overrides for the command line.
+/// What was determined as overrides for the command line. Nothing is stamped before it happens, so a delay that comes
+/// out negative is one of the time base: all delays grow by it.
 std::vector<Config::Override> overrides(const Findings& findings, const Values& values);
 
 }  // namespace waymark::calibration

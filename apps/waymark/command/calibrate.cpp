@@ -7,16 +7,17 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "apps/waymark/calibration/equations.hpp"
 #include "apps/waymark/calibration/estimate.hpp"
-#include "apps/waymark/calibration/innovations.hpp"
 #include "apps/waymark/calibration/parameter.hpp"
+#include "apps/waymark/calibration/recording.hpp"
 #include "apps/waymark/calibration/report.hpp"
 #include "apps/waymark/calibration/standing.hpp"
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
 
 namespace waymark::command {
@@ -30,20 +31,12 @@ struct CalibrateOptions {
   std::vector<std::string> overrides;
   std::vector<std::string> only;
   std::optional<double> until_s;
-  int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 };
 
 void calibrate(const CalibrateOptions& options) {
   const Config yaml = Config::load(options.config, options.overrides);
   const calibration::Plan plan = calibration::plan_for(yaml, options.only);
   const calibration::Values values(yaml, plan.parameters);
-  const auto rerun = [&](const Eigen::VectorXd& change) {
-    std::vector<Config::Override> overrides = options.overrides;
-    overrides.insert(overrides.end(), plan.overrides.begin(), plan.overrides.end());
-    const std::vector<Config::Override> changed = values.changed(change);
-    overrides.insert(overrides.end(), changed.begin(), changed.end());
-    return calibration::run_over_log(options.config, overrides, options.until_s, plan.inputs);
-  };
   calibration::Findings findings;
   findings.parameters = plan.parameters;
   if (!plan.imus.empty())
@@ -55,19 +48,22 @@ void calibrate(const CalibrateOptions& options) {
   std::string heading =
       fmt::format("# waymark calibrate {}: copy what you trust into the YAML.\n", options.config.string());
   if (!plan.parameters.empty()) {
-    print_output("{} parameters; each step runs the log {} times\n", plan.parameters.size(),
-                 2 * plan.parameters.size() + 1);
+    std::vector<Config::Override> overrides = options.overrides;
+    overrides.insert(overrides.end(), plan.overrides.begin(), plan.overrides.end());
+    const calibration::Recording recording = calibration::read_recording(options.config, overrides, options.until_s);
+    std::vector<calibration::Parameter> all = plan.parameters;
+    all.insert(all.end(), plan.others.begin(), plan.others.end());
+    const calibration::Equations equations(recording, yaml, all);
+    findings.time_base = recording.wheels.front().sensor;
+    for (const Config& sensor : yaml.items("sensors")) {
+      if (sensor.text("name") == findings.time_base && sensor.has("delay_s"))
+        findings.time_base_delay = sensor.number("delay_s");
+    }
     const auto progress = [](const calibration::Estimate& so_far) {
-      print_message("step {}: mean NIS per row {:.3f} -> {:.3f}\n", so_far.iterations, so_far.nis_before,
-                    so_far.nis_after);
+      print_message("step {}: {:.2g} σ\n", so_far.iterations, so_far.largest_step);
     };
-    findings.estimate = calibration::estimate(plan.parameters, rerun, options.jobs, progress);
+    findings.estimate = calibration::estimate(equations, progress);
     print_output("\n{}\n", calibration::table(findings, values));
-    if (!findings.estimate.converged)
-      print_message("waymark: warning: not converged after {} steps; the values are the best so far\n",
-                    findings.estimate.iterations);
-    heading += fmt::format("# NIS per row {:.3f} before, {:.3f} after.\n", findings.estimate.nis_before,
-                           findings.estimate.nis_after);
   }
   print_output("{}", calibration::standing_tables(findings));
   const std::string block = calibration::yaml_block(findings, values, heading);
@@ -87,6 +83,11 @@ void calibrate(const CalibrateOptions& options) {
   const std::vector<Config::Override> found = calibration::overrides(findings, values);
   if (!found.empty())
     print_output("\nto try it: waymark run {} --set '{}'\n", options.config.string(), fmt::join(found, "' --set '"));
+  if (!plan.parameters.empty() && !findings.estimate.converged)
+    throw Error(fmt::format(
+        "{}: not converged after {} steps, so no value is proposed: the equations do not describe this log; waymark "
+        "doctor checks its stamps, --only leaves parameters out",
+        options.config.string(), findings.estimate.iterations));
 }
 
 }  // namespace
@@ -103,7 +104,6 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   command->add_option("--json", options->json, "file for the table as JSON");
   command->add_option("--set", options->overrides, "key=value: overrides a key of the YAML");
   command->add_option("--until", options->until_s, "only the first seconds of the log")->check(positive_number());
-  command->add_option("--jobs", options->jobs, "runs at the same time")->check(CLI::Range(1, 256));
   command->callback([options, &exit_code] {
     calibrate(*options);
     exit_code = kSuccess;
