@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: compass, csv, dgps, imu, log, odometry, simulator
+// needs plugins: compass, csv, dgps, imu, log, odometry, rosbag1, simulator
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -164,6 +164,21 @@ sensors:
   EXPECT_LT(found["lidar.delay_s"].sigma, 0.008);
   EXPECT_NEAR(found["lidar.base_T_sensor.xyz_m[0]"].estimated, 0.007, 0.015);
   EXPECT_NEAR(found["lidar.base_T_sensor.xyz_m[1]"].estimated, 0.0, 0.015);
+}
+
+// The rates of wheels and gyro correlate best, by another program, with wheels 0.36 s late; its receiver wanders.
+TEST(Calibrate, WheelsThatAreLateAmongOthers) {
+  if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";
+  const TemporaryFolder folder;
+  const Outcome outcome = waymark({"calibrate", WAYMARK_SOURCE_DIR "/config/rl_husky.yaml", "--json",
+                                   (folder / "found.json").string(), "--out", (folder / "found.yaml").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, Found> found = read_found(folder / "found.json");
+  EXPECT_NEAR(found["imu.delay_s"].estimated, -0.36, 0.03);
+  EXPECT_NEAR(found["wheels.speed_scale"].estimated, 0.98, 0.03)
+      << "by the best similarity of fixes and dead reckoning";
+  EXPECT_FALSE(found["wheels.speed_noise_m_per_sqrt_s[0..1]"].is_determined);
+  EXPECT_THAT(read_text(folder / "found.yaml"), HasSubstr("imu is ahead of it by so much"));
 }
 
 TEST(Calibrate, NeedsASpeed) {

@@ -29,7 +29,7 @@ const char* const kNoSolution =
     "the equations of the calibration have no solution: they do not describe this log; waymark doctor checks its "
     "stamps";
 
-using Solver = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>;
+using Solver = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>;
 
 /// Share of the squares of Gaussian residuals that is left under Huber's weights: E[n w(n)] / rows, for n ~ χ².
 double share_under_weights(Eigen::Index rows) {
