@@ -28,6 +28,7 @@ step(
   -G
   ${GENERATOR}
   -DCMAKE_CXX_COMPILER=${CXX}
+  -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
   -DCMAKE_BUILD_TYPE=RelWithDebInfo
   -DCMAKE_PREFIX_PATH=${WORK_DIR}/install)
 step("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build)
@@ -54,6 +55,7 @@ step(
   -G
   ${GENERATOR}
   -DCMAKE_CXX_COMPILER=${CXX}
+  -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
   -DCMAKE_BUILD_TYPE=RelWithDebInfo
   -DCMAKE_PREFIX_PATH=${WORK_DIR}/install)
 step("build the hosts" ${CMAKE_COMMAND} --build ${WORK_DIR}/host)
