@@ -87,7 +87,8 @@ TEST(PointLandmark, IsTheMeanOfItsSightings) {
 TEST(PointLandmark, ItsPlaceIsAsUncertainAsThePoseFromWhichItWasSeen) {
   PointLandmark one;
   one.fuse(prior(), {2.0, 0.0, 0.0}, kNoise);
-  EXPECT_GT(one.P.trace(), kNoise.trace() + prior().P.topLeftCorner<2, 2>().trace());
+  const Eigen::Matrix2d of_pose = prior().P.topLeftCorner<2, 2>();
+  EXPECT_GT(one.P.trace(), kNoise.trace() + of_pose.trace());
 }
 
 }  // namespace
