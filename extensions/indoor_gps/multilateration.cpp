@@ -100,7 +100,8 @@ std::optional<Solution> descend(const Beacons& beacons, std::span<const RangeRow
   return std::nullopt;
 }
 
-/// Where a search begins: the beacons' centre, and where two circles meet, or come nearest to each other.
+/// Where a search begins: the beacons' centre, and where two circles meet, or come nearest to each other; of each
+/// beacon the last range, since those before it lie beside it.
 std::vector<Eigen::Vector2d> beginnings(const Beacons& beacons, std::span<const RangeRow> ranges) {
   std::vector<Eigen::Vector2d> out;
   out.reserve(1 + ranges.size() * ranges.size());
@@ -108,9 +109,13 @@ std::vector<Eigen::Vector2d> beginnings(const Beacons& beacons, std::span<const 
   for (const Beacon& beacon : beacons.all())
     centre += beacon.p_map.head<2>() / static_cast<double>(beacons.all().size());
   out.push_back(centre);
+  const auto begins = [&](std::size_t i) {
+    const auto after = ranges.subspan(i + 1);
+    return ranges[i].reference < 0 && std::ranges::find(after, ranges[i].beacon, &RangeRow::beacon) == after.end();
+  };
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (ranges[i].reference >= 0 || ranges[j].reference >= 0) continue;
+      if (!begins(i) || !begins(j)) continue;
       const Eigen::Vector2d a = beacons.all()[static_cast<std::size_t>(ranges[i].beacon)].p_map.head<2>();
       const Eigen::Vector2d d = beacons.all()[static_cast<std::size_t>(ranges[j].beacon)].p_map.head<2>() - a;
       const double apart = d.norm();
