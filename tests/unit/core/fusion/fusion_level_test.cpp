@@ -98,6 +98,15 @@ TEST(FusionLevel, TheFirstScanWaitsUntilRollAndPitchAreKnown) {
   EXPECT_THAT(robot.events(), Not(HasSubstr("askew")));
 }
 
+TEST(FusionLevel, AllParticlesBeginTheirMapsAtTheSamePlace) {
+  FusionRobot robot = make({});
+  robot.play(log_of(3.0));
+  const auto first_x = [&](std::size_t particle) {
+    return static_cast<const ToyMap&>(*robot.filter().particles()[particle].maps[0]).written().front();
+  };
+  for (const std::size_t particle : {1U, 2U}) EXPECT_EQ(first_x(particle), first_x(0));
+}
+
 TEST(FusionLevel, ASensorThatNeverFindsThemIsNotAwaitedForEver) {
   FusionRobot robot = make({.level_from = kNever});
   robot.play(log_of(12.0));
