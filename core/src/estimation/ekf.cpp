@@ -164,6 +164,10 @@ void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fract
 
 void sample_first_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
   sample_pose(belief, layout, fraction, random);
+  take_spatial_pose(belief, layout, fraction);
+}
+
+void take_spatial_pose(Belief& belief, const StateLayout& layout, double fraction) {
   sample_spatial(belief, layout, fraction, SpatialVector::Zero());
 }
 

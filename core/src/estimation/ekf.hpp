@@ -54,6 +54,9 @@ WAYMARK_API void sample_spatial_pose(Belief& belief, const StateLayout& layout, 
 /// it, as the start pose is its origin.
 WAYMARK_API void sample_first_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
+/// All six are taken as they are.
+WAYMARK_API void take_spatial_pose(Belief& belief, const StateLayout& layout, double fraction);
+
 /// Sets body velocity and rate to zero with zero covariance, for standstill.
 WAYMARK_API void stop(Belief& belief, const StateLayout& layout);
 

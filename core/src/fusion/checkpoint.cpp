@@ -52,7 +52,7 @@ void serialize_counted(Archive& archive, fusion::SensorRecord& sensor, std::uint
 /// it takes.
 template <class Archive, class Parts>
 void serialize_progress(Archive& archive, Parts& p, Progress& progress) {
-  if (archive.section("fusion", 6) < 6) throw DataError("the checkpoint has an older version");
+  if (archive.section("fusion", 7) < 7) throw DataError("the checkpoint has an older version");
   serialize_sensor_names(archive, p.committed.sensors);
   archive(progress.arrived, progress.started);
   if (!progress.started) return;

@@ -9,6 +9,12 @@
 
 namespace waymark::fusion {
 
+double tilt_sigma(const Belief& belief, const StateLayout& layout) {
+  if (layout.motion() == StateLayout::Motion::planar) return 0.0;
+  const SpatialMatrix P = spatial_covariance(belief);
+  return std::sqrt(std::max({P(3, 3), P(4, 4), 0.0}));
+}
+
 void Committed::note(Time stamp, std::string text) { events.push_back({std::move(text), stamp}); }
 
 void Committed::note_failure(Time stamp, std::string_view name, std::string_view why) {
@@ -68,11 +74,9 @@ void Committed::update_health(Time now) {
   const double mean = 0.5 * P.trace();
   const double largest = mean + std::sqrt(std::max(mean * mean - P.determinant(), 0.0));
   monitoring::HealthMonitor::Uncertainty sigma{std::sqrt(std::max(largest, 0.0))};
-  if (filter.layout().motion() == StateLayout::Motion::spatial) {
-    const SpatialMatrix spatial = spatial_covariance(belief);
-    sigma.height = std::sqrt(std::max(spatial(2, 2), 0.0));
-    sigma.tilt = std::sqrt(std::max({spatial(3, 3), spatial(4, 4), 0.0}));
-  }
+  if (filter.layout().motion() == StateLayout::Motion::spatial)
+    sigma.height = std::sqrt(std::max(spatial_covariance(belief)(2, 2), 0.0));
+  sigma.tilt = tilt_sigma(belief, filter.layout());
   health.judge(now, sigma);
 }
 

@@ -18,6 +18,9 @@
 
 namespace waymark::fusion {
 
+/// σ of roll and pitch [rad], the larger one; 0 with planar motion.
+double tilt_sigma(const Belief& belief, const StateLayout& layout);
+
 /// The committed state before one measurement, restored by a rollback.
 struct Mark {
   std::uint64_t at = 0;  ///< number of that measurement since the start of the filter

@@ -63,7 +63,7 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
 
 Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
   return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, motion_is_measured_},
-                       committed_);
+                       tilt_sigma(belief, committed_.filter.layout()), committed_);
 }
 
 void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,

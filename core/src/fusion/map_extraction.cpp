@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
+#include "fusion/setup.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::fusion {
@@ -30,13 +32,40 @@ std::vector<Companion> MapExtraction::companions_of(const MapSlot& map, const Me
   return companions;
 }
 
-Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& motion, Committed& committed) {
+bool MapExtraction::waits_for_level(std::size_t map, const Measurement& m, bool motion_is_measured, double tilt_sigma,
+                                    Committed& committed) {
+  const MapModule& module = *maps_[map].module;
+  const auto observes_tilt = [](const SensorRecord& sensor) {
+    return sensor.traits.observes_roll_and_pitch && sensor.state.sensor && sensor.mode == SensorMode::fused &&
+           sensor.slot.enabled && is_fused_after_start(sensor.slot);
+  };
+  // A loaded map shows the tilt by itself. Without a motion sensor only the map shows the motion.
+  if (!module.is_spatial() || module.has_prior_map() || !motion_is_measured ||
+      std::ranges::none_of(committed.sensors, observes_tilt)) {
+    level_[map].end();
+  }
+  const LevelWait::State state = level_[map].at(m.stamp, tilt_sigma);
+  if (state == LevelWait::State::begins_askew) {
+    committed.note(
+        m.stamp, fmt::format("map {}: begun with roll and pitch known to {:.1f}° only, after no sensor has "
+                             "found them within {:.0f} s: it may lie askew by so much",
+                             maps_[map].name, tilt_sigma * 180.0 / std::numbers::pi, to_seconds(LevelWait::kPatience)));
+  }
+  return state == LevelWait::State::waits;
+}
+
+Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& motion, double tilt_sigma,
+                                  Committed& committed) {
   Extraction result;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const MapSlot& map = maps_[i];
     if (!map.module || map.inputs.front() != static_cast<int>(m.sensor)) continue;
     if (!enabled_[i]) {
       result.held_out = true;
+      continue;
+    }
+    if (waits_for_level(i, m, motion.is_measured, tilt_sigma, committed)) {
+      result.skipped = true;
       continue;
     }
     try {
@@ -98,7 +127,7 @@ void MapExtraction::serialize(Archive& archive, particles::ParticleFilter& filte
       throw DataError(fmt::format("the checkpoint was made with a map \"{}\" where now \"{}\" stands", name, map.name));
     bool in_service = map.module != nullptr;
     bool enabled = enabled_[i];
-    archive(unusable_[i], in_service, enabled);
+    archive(unusable_[i], in_service, enabled, level_[i]);
     enabled_[i] = enabled;
     if (in_service) {
       serialize_module(archive, *map.module);

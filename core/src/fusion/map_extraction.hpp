@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fusion/committed.hpp"
+#include "fusion/level_wait.hpp"
 #include "particles/particle.hpp"
 #include "waymark/host/fusion_settings.hpp"
 #include "waymark/interface/map_module.hpp"
@@ -27,7 +28,7 @@ struct Extraction {
 class MapExtraction {
  public:
   explicit MapExtraction(std::vector<MapSlot> maps)
-      : maps_(std::move(maps)), unusable_(maps_.size()), enabled_(maps_.size(), true) {}
+      : maps_(std::move(maps)), unusable_(maps_.size()), enabled_(maps_.size(), true), level_(maps_.size()) {}
 
   const std::vector<MapSlot>& maps() const { return maps_; }
   bool empty() const { return maps_.empty(); }
@@ -40,9 +41,10 @@ class MapExtraction {
   void enable(std::size_t map, bool enabled);
   bool is_enabled(std::size_t map) const { return enabled_.at(map); }
 
-  /// The observations of every module that this measurement triggers. A module that throws anything but DataError is
-  /// taken out of service.
-  Extraction extract(const Measurement& m, const MotionWindow& motion, Committed& committed);
+  /// The observations of every module that this measurement triggers; a map of all six of the pose waits until roll and
+  /// pitch are known. A module that throws anything but DataError is taken out of service. `tilt_sigma`: σ of roll and
+  /// pitch [rad], the larger one.
+  Extraction extract(const Measurement& m, const MotionWindow& motion, double tilt_sigma, Committed& committed);
   /// Drops a module and its maps, and adds an event with the reason.
   void take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed);
   /// Adds an event with the number of unusable measurements for each map that had several.
@@ -56,9 +58,14 @@ class MapExtraction {
  private:
   std::vector<Companion> companions_of(const MapSlot& map, const Measurement& m, const Committed& committed) const;
 
+  /// True while the map's first scan is still to come, since the robot's tilt is not known yet but will be.
+  bool waits_for_level(std::size_t map, const Measurement& m, bool motion_is_measured, double tilt_sigma,
+                       Committed& committed);
+
   std::vector<MapSlot> maps_;
   std::vector<std::uint64_t> unusable_;  // per map, unusable measurements
   std::vector<bool> enabled_;            // per map
+  std::vector<LevelWait> level_;         // per map
 };
 
 }  // namespace waymark::fusion

@@ -52,6 +52,8 @@ ParticleFilterSettings filter_settings(const FusionSettings& settings, const std
   ParticleFilterSettings filter = settings.filter;
   filter.loops.enabled = settings.filter.loops.enabled && !has_absolute(sensors, true);
   filter.relocation.enabled = settings.filter.relocation.enabled && !has_absolute(sensors, true);
+  filter.maps_begin_anywhere =
+      !any_prior_map(maps) && (!has_absolute(sensors, true) || needs_georeference(settings, sensors, maps));
   filter.history = maps.empty() ? Duration::zero() : settings.history;
   return filter;
 }

@@ -44,14 +44,21 @@ class ParticleFilter::Present final : public Instant {
   /// The reported moments are those of the refined mixture before it is sampled.
   void sample(std::uint32_t sensor) override {
     filter_.mixture();
+    // Draws would shift and turn the particles' maps against each other, and the few that are left in the end with
+    // them.
+    const bool begins_maps =
+        filter_.is_spatial_ && filter_.settings_.maps_begin_anywhere && filter_.mapping_steps_ == 0;
     const auto sample_one = [&](int slot) {
       const auto i = static_cast<std::size_t>(slot);
       if (!filter_.mapping_.writes(i)) return;
+      Belief& belief = filter_.set_[i].belief;
+      const double fraction = filter_.settings_.sampling_fraction;
+      if (begins_maps) return ekf::take_spatial_pose(belief, filter_.layout(), fraction);
       Random stream = filter_.streams_(slot, filter_.stamp(), sensor);
       const auto spatial =
           filter_.mapping_.begins_spatial_map(i) ? ekf::sample_first_spatial_pose : ekf::sample_spatial_pose;
       const auto sample = filter_.is_spatial_ ? spatial : ekf::sample_pose;
-      sample(filter_.set_[i].belief, filter_.layout(), filter_.settings_.sampling_fraction, stream);
+      sample(belief, filter_.layout(), fraction, stream);
     };
     filter_.workers_.for_each(static_cast<int>(filter_.set_.size()), std::cref(sample_one), kSerialUpdates);
   }

@@ -35,8 +35,14 @@ SpatialMatrix with_floor(const SpatialMatrix& information, const SpatialVector& 
 
 }  // namespace
 
-PlaneFit SurfelMatcher::fit(const SurfelWindow& window, const SpatialPrior& prior, const SpatialVector& d,
-                            double scale) {
+SurfelWindow::Plane SurfelMatcher::nearest(int level, const Eigen::Vector3d& p) const {
+  SurfelWindow::Plane plane{nullptr, Eigen::Vector3d::Zero()};
+  for (; plane.surfel == nullptr && level < SurfelMap::kLevels; ++level)
+    plane = windows_[static_cast<std::size_t>(level)].nearest(p);
+  return plane;
+}
+
+PlaneFit SurfelMatcher::fit(int level, const SpatialPrior& prior, const SpatialVector& d, double scale) {
   const Pose T_map_base = moved(prior.mean, d);
   const Eigen::Matrix3d R = T_map_base.q.toRotationMatrix();
   // d is a rotation vector: a small turn after it is a change of d by the inverse of this.
@@ -48,7 +54,7 @@ PlaneFit SurfelMatcher::fit(const SurfelWindow& window, const SpatialPrior& prio
   for (const Eigen::Vector3f& point : points_) {
     const Eigen::Vector3d arm = R * point.cast<double>();
     const Eigen::Vector3d p = arm + T_map_base.p;
-    const SurfelWindow::Plane plane = window.nearest(p);
+    const SurfelWindow::Plane plane = nearest(level, p);
     double likelihood = 0.0;
     if (plane.surfel != nullptr) {
       const Eigen::Vector3d normal = plane.surfel->normal.cast<double>();
@@ -77,12 +83,11 @@ PlaneFit SurfelMatcher::fit(const SurfelWindow& window, const SpatialPrior& prio
   return out;
 }
 
-void SurfelMatcher::descend(const SurfelWindow& window, const SpatialPrior& prior, double scale, bool is_last,
-                            Optimum& at) {
+void SurfelMatcher::descend(int level, const SpatialPrior& prior, double scale, bool is_last, Optimum& at) {
   // Steps below these end a stage: m and rad.
   const double least = is_last ? 2e-4 : 3e-3;
   for (int i = 0; i < settings_->max_iterations; ++i) {
-    at.fit = fit(window, prior, at.d, scale);
+    at.fit = fit(level, prior, at.d, scale);
     const SpatialVector gradient = at.fit.information * at.d + at.fit.descent;
     at.pull = (SpatialMatrix::Identity() + at.fit.information * prior.P).partialPivLu().solve(gradient);
     const SpatialVector next = prior.P * at.pull;
@@ -95,24 +100,23 @@ void SurfelMatcher::descend(const SurfelWindow& window, const SpatialPrior& prio
 SurfelMatcher::Optimum SurfelMatcher::descend_from(const SpatialPrior& prior, const SpatialVector& start) {
   Optimum at;
   at.d = start;
-  for (int level = SurfelMap::kLevels - 1; level >= 0; --level) {
-    const SurfelWindow& window = windows_[static_cast<std::size_t>(level)];
-    descend(window, prior, kScale * window.cell(), false, at);
-  }
-  descend(windows_.front(), prior, kLastScale * settings_->narrow_sigma, true, at);
+  for (int level = SurfelMap::kLevels - 1; level >= 0; --level)
+    descend(level, prior, kScale * windows_[static_cast<std::size_t>(level)].cell(), false, at);
+  descend(0, prior, kLastScale * settings_->narrow_sigma, true, at);
   return at;
 }
 
 SpatialVector SurfelMatcher::best_heading(const SpatialPrior& prior) {
-  const SurfelWindow& window = windows_.back();
+  constexpr int kLargest = SurfelMap::kLevels - 1;
+  const double scale = kScale * windows_.back().cell();
   const int steps = static_cast<int>(settings_->coarse_angle / kHeadingStep);
   SpatialVector best = SpatialVector::Zero();
   double best_score = -1.0;
   for (int i = -steps; i <= steps; ++i) {
     Optimum at;
     at.d[5] = i * kHeadingStep;
-    descend(window, prior, kScale * window.cell(), false, at);
-    const double score = at.d.allFinite() ? fit(windows_.front(), prior, at.d, kScale * window.cell()).score : 0.0;
+    descend(kLargest, prior, scale, false, at);
+    const double score = at.d.allFinite() ? fit(0, prior, at.d, scale).score : 0.0;
     if (score <= best_score) continue;
     best_score = score;
     best = at.d;
@@ -141,7 +145,7 @@ SpatialMatch SurfelMatcher::match(const SurfelMap& map, double cell, std::span<c
   }
   match.failed = is_failed(optimum);
   if (match.failed) {
-    const PlaneFit alone = fit(windows_.front(), prior, SpatialVector::Zero(), kLastScale * settings.narrow_sigma);
+    const PlaneFit alone = fit(0, prior, SpatialVector::Zero(), kLastScale * settings.narrow_sigma);
     match.score = alone.score;
     match.log_evidence = settings.evidence_tempering * alone.log_likelihood;
     return match;

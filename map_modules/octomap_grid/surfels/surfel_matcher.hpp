@@ -56,10 +56,14 @@ class SurfelMatcher {
     PlaneFit fit;
   };
 
-  /// The fit with the base at prior ⊞ d. `scale`: residuals of this size count a quarter [m].
-  PlaneFit fit(const SurfelWindow& window, const SpatialPrior& prior, const SpatialVector& d, double scale);
+  /// The plane nearest to `p` [m, in the map]: of this level, or of the next larger cells that have one there. What is
+  /// far away has few points so far, and alone may say how far the robot has driven.
+  SurfelWindow::Plane nearest(int level, const Eigen::Vector3d& p) const;
+  /// The fit with the base at prior ⊞ d, to planes of this level and larger ones. `scale`: residuals of this size count
+  /// a quarter [m].
+  PlaneFit fit(int level, const SpatialPrior& prior, const SpatialVector& d, double scale);
   /// Gauss-Newton steps on one level.
-  void descend(const SurfelWindow& window, const SpatialPrior& prior, double scale, bool is_last, Optimum& at);
+  void descend(int level, const SpatialPrior& prior, double scale, bool is_last, Optimum& at);
   /// Down all levels from `start`.
   Optimum descend_from(const SpatialPrior& prior, const SpatialVector& start);
   /// The heading within the search from which the largest cells fit best.

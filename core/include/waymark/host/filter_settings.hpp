@@ -57,6 +57,9 @@ struct ParticleFilterSettings {
   LoopSettings loops;
   RelocationSettings relocation;
   Duration history{};  ///< past beliefs stored for late measurements reach back this far; zero: none
+  /// No sensor and no loaded map says where the start pose lies: where the maps are begun is as good as any other
+  /// place.
+  bool maps_begin_anywhere = false;
 };
 
 }  // namespace waymark

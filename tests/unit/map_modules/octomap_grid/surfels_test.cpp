@@ -156,6 +156,35 @@ TEST_F(InARoom, AFloorAloneLeavesThePlaneFree) {
   for (const int planar : {0, 1, 5}) EXPECT_LT(found.information(planar, planar), 1e-4 * up) << planar;
 }
 
+TEST_F(InARoom, AFarWallCountsThoughItsSmallestCellsHoldTooFewPoints) {
+  // A floor near the scanner, and a wall with one point in a smallest cell: it alone says where along x.
+  const auto scene = [](std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> shift(0.0f, 0.4f);
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 30; ++i) {
+      for (int j = 0; j < 30; ++j)
+        points.emplace_back(0.1f * static_cast<float>(i) + 0.1f * shift(random), 0.1f * static_cast<float>(j), -1.0f);
+    }
+    for (int i = 0; i < 12; ++i) {
+      for (int j = 0; j < 8; ++j)
+        points.emplace_back(7.1f, 0.4f * static_cast<float>(i) + shift(random),
+                            0.4f * static_cast<float>(j) - shift(random));
+    }
+    return points;
+  };
+  SurfelMap map;
+  map.add(scene(1), {}, kCell, addition_);
+  SpatialVector sigma;
+  sigma << 0.3, 0.01, 0.1, 0.01, 0.01, 0.01;
+  const SpatialMatch found = matcher_.match(
+      map, kCell, scene(2), 9.0,
+      {Pose{{1, 0, 0, 0}, {0.15, 0.0, 0.0}}, sigma.cwiseAbs2().asDiagonal(), SpatialVector::Zero()}, match_settings());
+  ASSERT_FALSE(found.failed);
+  EXPECT_NEAR(found.d[0], -0.15, 0.02);
+  EXPECT_GT(found.information(0, 0), 1.0 / (0.05 * 0.05));
+}
+
 TEST_F(InARoom, APriorThatIsCertainIsNotMoved) {
   const Pose guess{so3::from_rpy(0.0, 0.0, 0.02), {0.05, 0.0, 0.0}};
   EXPECT_TRUE(match(Pose{}, guess, SpatialMatrix::Zero()).d.isZero(1e-12));
