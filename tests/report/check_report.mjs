@@ -35,6 +35,7 @@ const browser = await chromium.launch({ executablePath: browserPath, args: ['--n
 /** A page with a report. Fails at the first error in it and at the first request for anything but the file. */
 async function open(file) {
   const page = await browser.newPage({ viewport: { width: 1400, height: 900 } });
+  page.setDefaultTimeout(120_000); // a browser starts slowly beside a compiler
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.stack ?? error.message));
   page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
