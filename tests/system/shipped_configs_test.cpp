@@ -44,9 +44,10 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
   }
   /// What is run of a configuration that takes long.
   static std::vector<std::string> short_of() {
-    if (GetParam() == "figure_2_1" || GetParam() == "simulated_3d") return {"--until", "20"};
+    if (GetParam() == "figure_2_1") return {"--until", "20"};
     if (GetParam() == "paper" || GetParam() == "paper_literal") return {"--until", "40"};
-    if (GetParam() == "ramp_3d" || GetParam() == "uneven_3d") return {"--until", "10"};
+    const bool has_clouds = GetParam() == "simulated_3d" || GetParam() == "ramp_3d" || GetParam() == "uneven_3d";
+    if (has_clouds) return {"--until", "10"};
     if (GetParam() == "hilti") return {"--set", "sources.0.last_cloud=20"};
     return {};
   }
