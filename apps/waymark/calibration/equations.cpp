@@ -21,13 +21,6 @@ constexpr double kBiasWalk = 5e-5;      // [rad/s/√s]
 constexpr double kBiasSeconds = 30.0;   // between nodes
 constexpr double kAnchorSigma = 1e-3;   // of the first pose, where nothing else ties the path to the map
 
-double number_of(const Config& yaml, const std::string& name, const char* key, double fallback) {
-  for (const Config& sensor : yaml.items("sensors")) {
-    if (sensor.text("name") == name) return sensor.has(key) ? sensor.number(key) : fallback;
-  }
-  return fallback;
-}
-
 std::size_t slow_count(double span, double step) {
   return static_cast<std::size_t>(std::ceil(std::max(span, step) / step)) + 1;
 }
@@ -87,9 +80,9 @@ Equations::Equations(const Recording& recording, const Config& yaml, std::vector
 bool Equations::path_is_measured() const {
   if (!recording_.scanners.empty()) return true;
   const Wheels& wheels = recording_.wheels.front();
-  const int level = level_of(wheels.sensor, "speed_noise_m_per_sqrt_s");
+  const Density given = density_of(wheels.sensor, "speed_noise_m_per_sqrt_s");
   const double speed = std::abs(wheels.speed.mean(knots_.front(), knots_.back()).value_or(1.0));
-  const double noise = density(level, 0) + density(level, 1) * speed;
+  const double noise = given.fixed + given.growing * speed;
   return std::ranges::any_of(recording_.positions, [&](const Positions& positions) {
     const double wander =
         positions.slow_sigma > 0.0 ? positions.slow_sigma * std::sqrt(2.0 / positions.slow_tau_s) : 0.0;
@@ -134,11 +127,11 @@ int Equations::level_of(const std::string& sensor, std::string_view key, int ele
   return -1;
 }
 
-/// A place of the list under the key of a level, as given.
-double Equations::density(int level, std::size_t place) const {
-  if (level < 0) return 0.0;
+Equations::Density Equations::density_of(const std::string& sensor, std::string_view key, int element) const {
+  const int level = level_of(sensor, key, element);
+  if (level < 0) return {};
   const std::vector<double> list = values_.given(static_cast<std::size_t>(levels_[static_cast<std::size_t>(level)]));
-  return place < list.size() ? list[place] : 0.0;
+  return {level, list.empty() ? 0.0 : list[0], list.size() < 2 ? 0.0 : list[1]};
 }
 
 Eigen::VectorXd Equations::start() const {

@@ -75,6 +75,12 @@ class Equations {
     double walk_sigma = 0.0;  ///< of what comes in addition
     int level = -1;           ///< of its noise
   };
+  /// A noise as the YAML gives it, fixed + growing · motion, and the level that scales it; −1: there is none.
+  struct Density {
+    int level = -1;
+    double fixed = 0.0;
+    double growing = 0.0;
+  };
   struct Builder;
   struct PoseAt;
   struct WheelModel;
@@ -87,7 +93,7 @@ class Equations {
 
   int column_of(const std::string& sensor, std::string_view key, int element = -1) const;
   int level_of(const std::string& sensor, std::string_view key, int element = -1) const;
-  double density(int level, std::size_t place) const;
+  Density density_of(const std::string& sensor, std::string_view key, int element = -1) const;
   int hidden_level();
   Slow slow(double step, double sigma, double keeps, double walk_sigma, int level);
   WheelModel model_of(const Wheels& wheels, std::size_t index, const Builder& out) const;

@@ -27,10 +27,10 @@ struct Equations::WheelModel {
   int curvature_column;
   int length_column;  // of the track or wheelbase
   int yaw_scale_column;
-  int speed_level;
-  int lateral_level;
-  int yaw_level;
-  int turn_level;
+  Density speed;
+  Density lateral;
+  Density yaw;
+  Density turn;           // of the share that grows with the rate
   double scale;           // of the speed that the YAML gives
   double rotation_scale;  // of the yaw rate
   double curvature;
@@ -46,10 +46,10 @@ Equations::WheelModel Equations::model_of(const Wheels& wheels, std::size_t inde
                    column_of(wheels.sensor, "curvature_per_m"),
                    std::max(column_of(wheels.sensor, "track_m"), column_of(wheels.sensor, "wheelbase_m")),
                    column_of(wheels.sensor, "yaw_scale"),
-                   level_of(wheels.sensor, "speed_noise_m_per_sqrt_s"),
-                   level_of(wheels.sensor, "lateral_noise_m_per_sqrt_s"),
-                   level_of(wheels.sensor, "yaw_noise_rad_per_sqrt_s", 0),
-                   level_of(wheels.sensor, "yaw_noise_rad_per_sqrt_s", 2),
+                   density_of(wheels.sensor, "speed_noise_m_per_sqrt_s"),
+                   density_of(wheels.sensor, "lateral_noise_m_per_sqrt_s"),
+                   density_of(wheels.sensor, "yaw_noise_rad_per_sqrt_s", 0),
+                   density_of(wheels.sensor, "yaw_noise_rad_per_sqrt_s", 2),
                    1.0,
                    1.0,
                    0.0,
@@ -104,8 +104,8 @@ void Equations::add_step(const Wheels& wheels, const WheelModel& model, std::siz
   // Wheels that stand are right, whatever their noise is when they turn.
   const bool stands = smooth_speed < kStandingSpeed && smooth_rate < kStandingRate;
   const auto learns = [&](int level) { return stands ? -1 : level; };
-  const auto sigma_of = [&](int level) {
-    return out.level(level) * (density(level, 0) + density(level, 1) * smooth_speed);
+  const auto sigma_of = [&](const Density& one) {
+    return out.level(one.level) * (one.fixed + one.growing * smooth_speed);
   };
 
   // Two wheels of unequal size also move the robot forward while it turns: (b − a)/4 · (right − left), with the
@@ -119,14 +119,14 @@ void Equations::add_step(const Wheels& wheels, const WheelModel& model, std::siz
   out.entry(model.scale_column, -forward / (model.scale * model.scale * given.speed_scale));
   out.entry(model.curvature_column, -by_unequal / model.scale);
   out.entry(model.length_column, -model.curvature * by_unequal / model.scale);
-  out.row(middle, forward / model.scale - step.speed, std::max(kMinDensity, sigma_of(model.speed_level)) * per_span,
-          {{path_is_measured_ ? learns(model.speed_level) : -1, -1}, {2.0, 0.0}});
+  out.row(middle, forward / model.scale - step.speed, std::max(kMinDensity, sigma_of(model.speed)) * per_span,
+          {{path_is_measured_ ? learns(model.speed.level) : -1, -1}, {2.0, 0.0}});
 
   out.measurement();
   enter_speed(1, 1.0 / model.scale);
   out.entry(model.scale_column, -v.y() / (model.scale * model.scale * given.speed_scale));
-  out.row(middle, v.y() / model.scale - step.lateral, std::max(kMinDensity, sigma_of(model.lateral_level)) * per_span,
-          {{path_is_measured_ ? learns(model.lateral_level) : -1, -1}, {2.0, 0.0}});
+  out.row(middle, v.y() / model.scale - step.lateral, std::max(kMinDensity, sigma_of(model.lateral)) * per_span,
+          {{path_is_measured_ ? learns(model.lateral.level) : -1, -1}, {2.0, 0.0}});
 
   if (!step.rate) return;
   // rate = rotation_scale · (what the wheels measure without the curvature) + curvature · speed without scale
@@ -138,12 +138,11 @@ void Equations::add_step(const Wheels& wheels, const WheelModel& model, std::siz
   if (wheels.yaw_scales_with_speed) out.entry(model.scale_column, -turned / (model.scale * given.speed_scale));
   out.entry(model.length_column, turned);
   out.entry(model.yaw_scale_column, -turned / model.yaw_scale_value);
-  const double steady = sigma_of(model.yaw_level);
-  const double turning =
-      model.turn_level < 0 ? 0.0 : out.level(model.turn_level) * density(model.turn_level, 0) * smooth_rate;
+  const double steady = sigma_of(model.yaw);
+  const double turning = out.level(model.turn.level) * model.turn.fixed * smooth_rate;
   const double all = std::max(kMinDensity, steady + turning);
   out.row(middle, turned - raw_rate, all * per_span,
-          {{learns(model.yaw_level), learns(model.turn_level)}, {2.0 * steady / all, 2.0 * turning / all}});
+          {{learns(model.yaw.level), learns(model.turn.level)}, {2.0 * steady / all, 2.0 * turning / all}});
 }
 
 void Equations::add_wheels(const Wheels& wheels, std::size_t index, Builder& out) const {

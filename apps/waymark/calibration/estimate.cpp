@@ -45,7 +45,7 @@ double share_under_weights(Eigen::Index rows) {
   return 1.0 - lost / static_cast<double>(rows);
 }
 
-/// Weights the rows of outliers down, by the root of Huber's weight; returns the mean share of squares that is left.
+/// Weights the rows of outliers down, by the root of Huber's weight.
 class Weights {
  public:
   Weights() {
@@ -90,7 +90,7 @@ Eigen::VectorXd residual_of(const Rows& rows, const Solver& solver, const Eigen:
   return y - rows.J * Eigen::VectorXd(solver.solve(right));
 }
 
-/// A row for each level: how the logarithm of each equation's variance depends on it.
+/// How the logarithm of each equation's variance depends on a level.
 Eigen::VectorXd slopes_of(const Rows& rows, int level) {
   Eigen::VectorXd slopes = Eigen::VectorXd::Zero(rows.e.size());
   for (std::size_t i = 0; i < rows.noise.size(); ++i) {

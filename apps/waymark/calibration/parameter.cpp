@@ -151,6 +151,11 @@ const Offer* offer_of(const std::vector<Offer>& offers, const Parameter& paramet
 
 }  // namespace
 
+double number_of(const Config& yaml, const std::string& sensor, const char* key, double fallback) {
+  const Config block = sensor_named(yaml, sensor);
+  return block.has(key) ? block.number(key) : fallback;
+}
+
 std::string Parameter::name() const {
   if (element < 0) return fmt::format("{}.{}", sensor, key);
   if (elements == 1) return fmt::format("{}.{}[{}]", sensor, key, element);

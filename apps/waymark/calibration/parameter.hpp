@@ -31,6 +31,10 @@ struct Parameter {
   std::string name() const;
 };
 
+/// A number of one sensor's block, or what it is where the YAML leaves it out. Throws ConfigError, and Error if there
+/// is no such sensor.
+double number_of(const Config& yaml, const std::string& sensor, const char* key, double fallback);
+
 /// The values of some numbers and lists of one YAML, by their path in it.
 class Values {
  public:

@@ -55,10 +55,7 @@ void calibrate(const CalibrateOptions& options) {
     all.insert(all.end(), plan.others.begin(), plan.others.end());
     const calibration::Equations equations(recording, yaml, all);
     findings.time_base = recording.wheels.front().sensor;
-    for (const Config& sensor : yaml.items("sensors")) {
-      if (sensor.text("name") == findings.time_base && sensor.has("delay_s"))
-        findings.time_base_delay = sensor.number("delay_s");
-    }
+    findings.time_base_delay = calibration::number_of(yaml, findings.time_base, "delay_s", 0.0);
     const auto progress = [](const calibration::Estimate& so_far) {
       print_message("step {}: {:.2g} σ\n", so_far.iterations, so_far.largest_step);
     };
