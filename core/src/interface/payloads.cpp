@@ -24,6 +24,12 @@ std::string_view GnssFix::contradiction() const {
   return "a fix has neither east and north nor latitude and longitude";
 }
 
+Eigen::Vector3d LaserScan::p_sensor_end(std::ptrdiff_t k) const {
+  const double bearing = start_rad + static_cast<double>(k) * step_rad;
+  const double range_m = ranges_m[static_cast<std::size_t>(k)];
+  return {range_m * std::cos(bearing), range_m * std::sin(bearing), 0.0};
+}
+
 std::string_view LaserScan::contradiction() const {
   if (step_rad == 0.0) return "a scan's step is zero";
   if (ranges_m.empty()) return "a scan without beams";

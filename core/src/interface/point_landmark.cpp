@@ -65,4 +65,8 @@ LandmarkView PointLandmark::view() const {
   return view;
 }
 
+void PointLandmark::describe(MapDescription& out) const {
+  if (sightings > 0) out.landmarks.push_back(view());
+}
+
 }  // namespace waymark

@@ -253,6 +253,16 @@ void check_empty_map(const Bench& bench, Findings& findings) {
 
 }  // namespace
 
+std::vector<MappingStep> straight_drive(std::span<const Measurement> triggers, double speed_m_s) {
+  std::vector<MappingStep> steps;
+  steps.reserve(triggers.size());
+  for (const Measurement& trigger : triggers) {
+    const double t = to_seconds(trigger.stamp - triggers.front().stamp);
+    steps.push_back({trigger, Pose::planar(speed_m_s * t, 0.0, 0.0)});
+  }
+  return steps;
+}
+
 Violations check_map_module(MapModule& module, std::span<const MappingStep> steps, const MapSetting& setting) {
   Findings findings;
   if (steps.empty()) {

@@ -179,6 +179,8 @@ struct LaserScan : PayloadOf<LaserScan> {
                                     .required = false,
                                     .unknown = "NaN"});
   }
+  /// Where beam `k` ends in the sensor's frame [m].
+  WAYMARK_API Eigen::Vector3d p_sensor_end(std::ptrdiff_t k) const;
   WAYMARK_API std::string_view contradiction() const;
 };
 

@@ -10,6 +10,12 @@
 
 namespace waymark {
 
+/// An observation that is one point, the same for all particles.
+struct PointObservation : Observation {
+  explicit PointObservation(const Eigen::Vector3d& p) : p_base(p) {}
+  Eigen::Vector3d p_base;  ///< in the base frame [m]
+};
+
 /// A landmark of one particle's map: a place in the plane, as a Gaussian. What a module of your own needs of FastSLAM
 /// for landmarks (M. Montemerlo, S. Thrun, FastSLAM, 2007) once it has decided which landmark it sees.
 struct WAYMARK_API PointLandmark {
@@ -25,8 +31,18 @@ struct WAYMARK_API PointLandmark {
   /// Fuses a sighting into the place; the covariance that sampling left to the pose counts as noise.
   void fuse(const PoseGaussian& pose, const Eigen::Vector3d& p_base, const Eigen::Matrix2d& R);
 
+  /// The same two for an observation that is a `PointObservation`.
+  void match(const PoseGaussian& prior, const Observation& seen, const Eigen::Matrix2d& R, Refinement& out) const {
+    match(prior, static_cast<const PointObservation&>(seen).p_base, R, out);
+  }
+  void fuse(const PoseGaussian& pose, const Observation& seen, const Eigen::Matrix2d& R) {
+    fuse(pose, static_cast<const PointObservation&>(seen).p_base, R);
+  }
+
   /// For reports, as confirmed and without a radius.
   LandmarkView view() const;
+  /// Adds it to a map's description, if it was seen.
+  void describe(MapDescription& out) const;
 
   template <class Archive>
   void serialize(Archive& archive) {

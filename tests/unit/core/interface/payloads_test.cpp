@@ -217,5 +217,15 @@ TEST(Payloads, ThoseOfPluginsMayRegisterTheirFields) {
   EXPECT_EQ(short_type_name(registered.type()), "Registered");
 }
 
+TEST(Payloads, ABeamEndsAtItsRangeInItsDirection) {
+  LaserScan scan;
+  scan.start_rad = -M_PI / 2.0;
+  scan.step_rad = M_PI / 4.0;
+  scan.ranges_m = {1.0f, 2.0f, 3.0f};
+  EXPECT_TRUE(scan.p_sensor_end(0).isApprox(Eigen::Vector3d(0.0, -1.0, 0.0)));
+  EXPECT_TRUE(scan.p_sensor_end(1).isApprox(Eigen::Vector3d(std::sqrt(2.0), -std::sqrt(2.0), 0.0)));
+  EXPECT_TRUE(scan.p_sensor_end(2).isApprox(Eigen::Vector3d(3.0, 0.0, 0.0)));
+}
+
 }  // namespace
 }  // namespace waymark

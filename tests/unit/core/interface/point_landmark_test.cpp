@@ -91,5 +91,31 @@ TEST(PointLandmark, ItsPlaceIsAsUncertainAsThePoseFromWhichItWasSeen) {
   EXPECT_GT(one.P.trace(), kNoise.trace() + of_pose.trace());
 }
 
+TEST(PointLandmark, AnObservationOfAPointIsThePoint) {
+  const Eigen::Vector3d z(2.2, 0.1, 0.5);
+  const PointObservation seen(z);
+  PointLandmark by_point = landmark(3.1, 2.9);
+  PointLandmark by_observation = by_point;
+  Refinement of_point;
+  Refinement of_observation;
+  by_point.match(prior(), z, kNoise, of_point);
+  by_observation.match(prior(), static_cast<const Observation&>(seen), kNoise, of_observation);
+  EXPECT_EQ(of_observation.information, of_point.information);
+  EXPECT_EQ(of_observation.log_evidence, of_point.log_evidence);
+  by_point.fuse(prior(), z, kNoise);
+  by_observation.fuse(prior(), static_cast<const Observation&>(seen), kNoise);
+  EXPECT_EQ(by_observation.p_map, by_point.p_map);
+  EXPECT_EQ(by_observation.sightings, 4);
+}
+
+TEST(PointLandmark, IsDescribedOnceItWasSeen) {
+  MapDescription description;
+  PointLandmark().describe(description);
+  EXPECT_TRUE(description.landmarks.empty());
+  landmark(3.1, 2.9).describe(description);
+  ASSERT_EQ(description.landmarks.size(), 1u);
+  EXPECT_EQ(description.landmarks[0].p_map, Eigen::Vector2d(3.1, 2.9));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "waymark/interface/map_module.hpp"
+#include "waymark/testing/keys_contract.hpp"
 #include "waymark/testing/violations.hpp"
 
 namespace waymark::testing {
@@ -20,6 +21,9 @@ struct MappingStep {
       {};  ///< input and measurement; a null payload: none that is fresh enough
   MotionWindow motion = {};
 };
+
+/// A mapping step for each of the triggers, at the places of a robot that drives along x at `speed_m_s` from 0.
+std::vector<MappingStep> straight_drive(std::span<const Measurement> triggers, double speed_m_s);
 
 /// Covariances of (x [m], y [m], yaw [rad]) under which a map is checked.
 struct MapSetting {
@@ -42,5 +46,15 @@ struct MapSetting {
 /// - an empty map works; `describe` gives finite values, positive semi-definite covariances, each id once.
 /// The module's own state is the one it came with when this returns.
 Violations check_map_module(MapModule& module, std::span<const MappingStep> steps, const MapSetting& setting = {});
+
+/// The same for class Module, built from `yaml`, its mapping in a robot's YAML, after `check_keys`.
+template <class Module>
+Violations check_map_module(const std::string& yaml, const Rig& rig, std::span<const MappingStep> steps,
+                            const MapSetting& setting = {}) {
+  Violations found = check_keys<Module>(yaml, rig);
+  Module module(Config::parse(yaml), rig);
+  for (std::string& violation : check_map_module(module, steps, setting)) found.push_back(std::move(violation));
+  return found;
+}
 
 }  // namespace waymark::testing
