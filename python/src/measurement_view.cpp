@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "rows.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/base/overloaded.hpp"
 
 namespace py = pybind11;
@@ -79,6 +80,12 @@ py::object view_of(const Measurement& measurement) {
   measurement.payload->visit(reader);
   reader.end();
   return namespace_of(fields);
+}
+
+void require_payload(const Measurement& measurement, const std::string& taken) {
+  const std::string_view type = measurement.payload->type();
+  if (taken.empty() || taken == type || taken == short_type_name(type)) return;
+  throw DataError("payload " + std::string(type) + ", expected " + taken);
 }
 
 }  // namespace waymark::python

@@ -165,6 +165,7 @@ PYBIND11_MODULE(_waymark, module) {
   add_state(module);
   add_config(module);
   add_factories(module);
+  add_contract_kit(module);
   add_robot(module);
   module.def("payloads", &payloads,
              "The payloads of core, by name: the fields, by name, as (unit, meaning, whether it must be given).");

@@ -153,13 +153,16 @@ class PythonMap final : public ParticleMap {
 
 class PythonMapModule final : public MapModule {
  public:
-  explicit PythonMapModule(Held module) : module_(std::move(module)) {}
+  /// With the GIL.
+  explicit PythonMapModule(Held module)
+      : module_(std::move(module)), payload_(py::cast<std::string>(module_->attr("payload"))) {}
 
   std::unique_ptr<ParticleMap> create_map() const override {
     return with_gil([&] { return std::make_unique<PythonMap>(hold(module_->attr("create_map")())); });
   }
   std::shared_ptr<const Observation> extract(const Measurement& trigger, std::span<const Companion> companions,
                                              const MotionWindow& motion) override {
+    require_payload(trigger, payload_);
     return with_gil([&]() -> std::shared_ptr<const Observation> {
       py::dict others;
       for (const Companion& companion : companions) {
@@ -183,6 +186,7 @@ class PythonMapModule final : public MapModule {
 
  private:
   Held module_;
+  std::string payload_;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "payload_columns.hpp"
+#include "measurement_block.hpp"
 #include "waymark/base/error.hpp"
 
 namespace py = pybind11;
@@ -64,21 +64,6 @@ PluginLoader loader_of(const Config& yaml, const std::vector<std::filesystem::pa
   std::vector<std::filesystem::path> folders = host::plugin_loader(yaml).folders();
   folders.insert(folders.end() - 1, more.begin(), more.end());
   return PluginLoader(std::move(folders));
-}
-
-/// One int64 for every measurement.
-std::vector<std::int64_t> stamps_of(const py::object& given, const std::string& sensor, const char* name) {
-  const auto fail = [&](const std::string& what) {
-    throw py::type_error("feed \"" + sensor + "\": " + name + ": " + what + "; expected int64 nanoseconds");
-  };
-  const auto array = py::array::ensure(given);
-  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')) {
-    PyErr_Clear();
-    fail(array ? "an array of " + py::cast<std::string>(py::str(array.dtype())) : "no array");
-  }
-  if (array.ndim() > 1) fail("an array of " + std::to_string(array.ndim()) + " dimensions");
-  const auto numbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>(array);
-  return {numbers.data(), numbers.data() + numbers.size()};
 }
 
 }  // namespace
@@ -205,41 +190,14 @@ std::size_t PythonRobot::feed(const std::string& sensor, const py::object& stamp
   const int index = session_->robot().rig.find(sensor);
   if (index < 0) fail("is not a sensor of the configuration");
   const auto place = static_cast<std::size_t>(index);
-  const std::vector<std::int64_t> valid_at = stamps_of(stamps, sensor, "stamps_ns");
-  const std::vector<std::int64_t> arrived_at =
-      arrivals.is_none() ? valid_at : stamps_of(arrivals, sensor, "arrivals_ns");
-  if (arrived_at.size() != valid_at.size())
-    fail(std::to_string(arrived_at.size()) + " arrivals for " + std::to_string(valid_at.size()) + " stamps");
-  const PayloadColumns values(sensor, payload, columns, valid_at.size());
+  const MeasurementBlock block(sensor, stamps, arrivals, payload, columns);
   const std::string& wanted = session_->robot().rig.mountings()[place].payload;
-  if (!wanted.empty() && wanted != values.type())
-    fail("the sensor takes " + wanted + ", not " + std::string(values.type()));
+  if (!wanted.empty() && wanted != block.type())
+    fail("the sensor takes " + wanted + ", not " + std::string(block.type()));
 
   const py::gil_scoped_release released;
-  std::vector<Measurement> block;
-  block.reserve(valid_at.size());
-  Time last = fed_->last_arrival(place).value_or(Time::min());
-  for (std::size_t row = 0; row < valid_at.size(); ++row) {
-    Measurement measurement;
-    measurement.stamp = Time(Duration(valid_at[row]));
-    measurement.arrival = Time(Duration(arrived_at[row]));
-    measurement.sensor = static_cast<std::uint32_t>(index);
-    if (!is_stamp(measurement.stamp) || !is_stamp(measurement.arrival))
-      fail("row " + std::to_string(row) + ": a stamp further than 146 years from the epoch");
-    if (measurement.arrival < last) {
-      fail("row " + std::to_string(row) + ": arrives at " + format_time(measurement.arrival) + " s, before the row " +
-           "that precedes it (" + format_time(last) +
-           " s); measurements are fed in order of arrival, give arrivals_ns");
-    }
-    last = measurement.arrival;
-    std::shared_ptr<Payload> made = values.make(row);
-    if (const std::string problem = made->problem(); !problem.empty())
-      fail("row " + std::to_string(row) + ": " + problem);
-    measurement.payload = std::move(made);
-    block.push_back(std::move(measurement));
-  }
-  fed_->add(place, std::move(block));
-  return valid_at.size();
+  fed_->add(place, block.make(static_cast<std::uint32_t>(index), fed_->last_arrival(place).value_or(Time::min())));
+  return block.size();
 }
 
 StepRecord PythonRobot::front(std::int64_t at_ns) const {

@@ -118,6 +118,7 @@ class PythonSensor final : public Sensor {
     traits_.is_absolute = py::cast<bool>(sensor.attr("is_absolute"));
     traits_.observes_roll_and_pitch = py::cast<bool>(sensor.attr("observes_roll_and_pitch"));
     takes_outcomes_ = py::hasattr(sensor, "outcome");
+    payload_ = py::cast<std::string>(sensor.attr("payload"));
     sensor_ = hold(std::move(sensor));
   }
 
@@ -125,6 +126,7 @@ class PythonSensor final : public Sensor {
   SensorTraits traits() const override { return traits_; }
 
   std::optional<StartHint> start_hint(const Measurement& measurement, const Datum*) const override {
+    require_payload(measurement, payload_);
     return with_gil([&]() -> std::optional<StartHint> {
       const py::object given = sensor_->attr("start_hint")(view_of(measurement));
       if (given.is_none()) return std::nullopt;
@@ -133,6 +135,7 @@ class PythonSensor final : public Sensor {
   }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
+    require_payload(measurement, payload_);
     with_gil([&] {
       const auto own = static_cast<int>(block_.size());
       PythonPrediction view{{prediction.belief.mean, Eigen::Map<const Eigen::VectorXd>(prediction.block, own)},
@@ -183,15 +186,16 @@ class PythonSensor final : public Sensor {
   StateBlock block_;
   SensorTraits traits_;
   bool takes_outcomes_ = false;
+  std::string payload_;
 };
+
+}  // namespace
 
 Sensor* make_sensor(const Config& config, const Rig& rig) {
   const std::string name = config.text({"class", "name under which the class was registered with `waymark.sensor`"});
   const std::string own = config.text("name");
   return with_gil([&]() -> Sensor* { return new PythonSensor(make_registered("sensor", name, own, config, rig)); });
 }
-
-}  // namespace
 
 py::object make_registered(const char* kind, const std::string& name, const std::string& sensor, const Config& config,
                            const Rig& rig) {

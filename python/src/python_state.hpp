@@ -55,9 +55,14 @@ void add_config(pybind11::module_& module);
 /// gets. Throws ConfigError if there is no such class. The GIL is held.
 pybind11::object make_registered(const char* kind, const std::string& name, const std::string& sensor,
                                  const Config& config, const Rig& rig);
+/// What the plugins `python_sensor` and `python_map` make of their entry of the YAML; the caller owns it.
+Sensor* make_sensor(const Config& config, const Rig& rig);
 MapModule* make_map_module(const Config& config, const Rig& rig);
 
 /// Adds the capsules with which the plugins `python_sensor` and `python_map` make their objects.
 void add_factories(pybind11::module_& module);
+
+/// Adds the contract kit (contract_kit.cpp).
+void add_contract_kit(pybind11::module_& module);
 
 }  // namespace waymark::python

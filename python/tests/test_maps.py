@@ -45,14 +45,29 @@ class DockMap(waymark.ParticleMap):
     def figures(self):
         return {"sightings": self.sightings}
 
+    def save(self):
+        return np.array([self.sightings, *self.dock, *self.P.flat]).tobytes()
+
+    def load(self, state):
+        if len(state) != 7 * 8:
+            raise waymark.DataError("a dock has seven numbers")
+        numbers = np.frombuffer(state)
+        self.sightings, self.dock, self.P = int(numbers[0]), numbers[1:3].copy(), numbers[3:].reshape(2, 2).copy()
+        return self
+
 
 @waymark.map_module("test_dock")
 class DockModule(waymark.MapModule):
+    payload = "LandmarkObservations"
+
     def __init__(self, config):
         self.sigma_m = config.positive("sigma_m")
 
     def create_map(self):
         return DockMap(self.sigma_m)
+
+    def load_map(self, state):
+        return self.create_map().load(state)
 
     def extract(self, measurement, companions, motion):
         if not measurement.landmarks:
@@ -90,7 +105,33 @@ def drive(threads, cls="test_dock"):
     return robot, np.array([x[-1], y[-1]])
 
 
+def violations(cls):
+    """Of the contract, on a drive of 1 m along x."""
+    x = np.linspace(0, 1, 20)
+    stamps = np.round(1e9 * np.arange(1, 21)).astype(np.int64)
+    mounting = np.eye(4)
+    mounting[:3, 3] = 0.1, 0, 0.3
+    return waymark.check_map_module(cls, {"inputs": ["camera"], "sigma_m": 0.05}, stamps, np.column_stack([x, 0 * x, 0 * x]),
+                                    T_base_sensor=mounting, range_m=5 - x[:, None], bearing_rad=np.full((20, 1), 0.3))
+
+
 class PythonMaps(unittest.TestCase):
+    def test_keep_the_contract(self):
+        self.assertEqual(violations("test_dock"), [])
+
+    def test_what_breaks_the_contract_is_named(self):
+        class Leaky(DockMap):
+            def refine(self, pose, P, start, observation):
+                self.dock = self.dock + 1e-3
+                return super().refine(pose, P, start, observation)
+
+        @waymark.map_module("test_leaky_dock")
+        class LeakyModule(DockModule):
+            def create_map(self):
+                return Leaky(self.sigma_m)
+
+        self.assertRegex(str(violations("test_leaky_dock")), "refine")
+
     def test_find_the_dock_and_keep_the_pose(self):
         robot, end = drive(1)
         dock = robot.landmarks("dock")[0]

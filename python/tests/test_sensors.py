@@ -32,6 +32,7 @@ class RangeUpdate(waymark.Update):
 
 @waymark.sensor("test_ranges")
 class Ranges(waymark.Sensor):
+    payload = "Ranges"
     is_absolute = True
 
     def __init__(self, config):
@@ -196,6 +197,41 @@ class PythonSensors(unittest.TestCase):
             waymark.Robot(yaml=yaml("test_ranges"), set={"sensors.radio.sigma_m": -1})
         with self.assertRaisesRegex(waymark.ConfigError, 'sensors.radio.sigma: unknown key; did you mean "sigma_m"'):
             waymark.Robot(yaml=yaml("test_ranges"), set={"sensors.radio.sigma": 1})
+
+    def test_keep_the_contract(self):
+        stamps, _, ranges = circle(count=10)
+        fields = dict(beacon=np.tile(np.arange(3), (len(stamps), 1)), range_m=ranges)
+        entry = {"sigma_m": 0.1, "base_p_antenna_m": [0.2, 0.1, 0.5]}
+        for cls, motion in (("test_ranges", "planar"), ("test_ranges", "spatial"), ("test_offset_ranges", "planar"),
+                            ("test_counting", "spatial")):
+            self.assertEqual(waymark.check_sensor(cls, entry, stamps, motion=motion, **fields), [], (cls, motion))
+
+    def test_what_breaks_the_contract_is_named(self):
+        stamps, _, ranges = circle(count=10)
+        fields = dict(beacon=np.tile(np.arange(3), (len(stamps), 1)), range_m=ranges)
+        entry = {"sigma_m": 0.1, "base_p_antenna_m": [0.2, 0.1, 0.5]}
+        self.assertRegex(str(waymark.check_sensor("test_wrong", entry, stamps, **fields)), "no_such_thing")
+
+        @waymark.sensor("test_wrong_jacobian")
+        class WrongJacobian(Ranges):
+            def update(self, range_m, beacon):
+                update = super().update(range_m, beacon)
+                right = update.linearize
+                update.linearize = lambda state: {**right(state), "position": -right(state)["position"]}
+                return update
+
+        self.assertRegex(str(waymark.check_sensor("test_wrong_jacobian", entry, stamps, **fields)), "Jacobian|central")
+
+        @waymark.sensor("test_forgets")
+        class Forgets(Ranges):
+            def load(self, state):
+                pass
+
+            def process(self, measurement, prediction, out):
+                super().process(measurement, prediction, out)
+                self.sigma_m *= 1.01
+
+        self.assertRegex(str(waymark.check_sensor("test_forgets", entry, stamps, **fields)), "load")
 
     def test_wrong_models_are_named(self):
         for model, text in ((dict(residual=1.0), "needs residual and R"),

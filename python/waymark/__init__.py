@@ -11,11 +11,12 @@ from waymark._waymark import (FATES, PROGRAM, Config, ConfigError, DataError, Er
                               Updates, payloads)
 from waymark._evaluation import Score, evaluate, score
 from waymark._robot import Grid, Result, Robot, RunError, run
+from waymark._contract import check_map_module, check_sensor
 from waymark._sensors import MapModule, NumericalUpdate, ParticleMap, Sensor, Update, map_module, sensor
 
 __all__ = ["FATES", "PROGRAM", "Config", "ConfigError", "DataError", "Error", "Grid", "MapModule", "NumericalUpdate",
            "ParticleMap", "PluginError", "Prediction", "Result", "Robot", "RunError", "Score", "Sensor", "Snapshot", "State",
-           "Update", "Updates", "evaluate", "map_module", "payloads", "run", "score", "sensor"]
+           "Update", "Updates", "check_map_module", "check_sensor", "evaluate", "map_module", "payloads", "run", "score", "sensor"]
 
 for _public in __all__:
     if isinstance(globals()[_public], type):

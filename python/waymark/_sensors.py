@@ -19,6 +19,7 @@ class Sensor:
     """Base class of a sensor in Python. Its constructor takes the entry of the YAML (`Config`) and reads its keys; the
     mounting, if the YAML gives one, is in `self.T_base_sensor` (4, 4). `process` is called for every measurement, on one
     thread, in order of stamps. The object is copied with copy.deepcopy, for rollbacks."""
+    payload = ""  #: the payload that it takes, such as "GnssFix"; of another, DataError is raised before `process`. "": any
     is_motion_source = False  #: measures the motion; a robot needs one such sensor
     is_absolute = False  #: ties the robot to the map or the Earth
     observes_roll_and_pitch = False
@@ -109,6 +110,7 @@ class NumericalUpdate(Update):
 class MapModule:
     """Base class of a map module in Python: one object for all particles. Its constructor takes the entry of the YAML; the
     mounting of the first input is in `self.T_base_sensor` (4, 4)."""
+    payload = ""  #: the payload of its first input, such as "LaserScan"; another raises DataError before `extract`. "": any
     T_base_sensor = None
 
     def __init__(self, config):
