@@ -10,6 +10,7 @@
 #include "python_robot.hpp"
 #include "python_state.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/payload_registry.hpp"
 
 namespace py = pybind11;
 
@@ -133,13 +134,12 @@ void add_robot(py::module_& module) {
       .def_property_readonly("state_names", &PythonRobot::state_names);
 }
 
-/// Names, units and meanings of the fields of each core payload.
+/// Names, units and meanings of the fields of each payload.
 py::dict payloads() {
   py::dict out;
-  const auto add = [&]<class T>(const T&) {
+  for (const KnownPayload& known : known_payloads()) {
     py::dict fields;
-    T payload;
-    for (const FieldSpec& spec : fields_of(payload)) {
+    for (const FieldSpec& spec : fields_of(*known.make())) {
       if (spec.kind == FieldSpec::Kind::list) continue;
       for (const std::string_view name : spec.info.names) {
         if (!name.empty()) {
@@ -148,9 +148,9 @@ py::dict payloads() {
         }
       }
     }
-    out[py::str(std::string(short_type_name(T::kType)))] = fields;
-  };
-  std::apply([&](const auto&... one) { (add(one), ...); }, CorePayloads());
+    const std::string_view name = is_of_core(known.type) ? short_type_name(known.type) : known.type;
+    out[py::str(std::string(name))] = fields;
+  }
   return out;
 }
 
@@ -168,7 +168,8 @@ PYBIND11_MODULE(_waymark, module) {
   add_contract_kit(module);
   add_robot(module);
   module.def("payloads", &payloads,
-             "The payloads of core, by name: the fields, by name, as (unit, meaning, whether it must be given).");
+             "The payloads of core, by name, and those that loaded plugins registered, by their full name: the fields, "
+             "by name, as (unit, meaning, whether it must be given).");
   module.attr("PLUGIN_FOLDER") = WAYMARK_PLUGIN_FOLDER;
   module.attr("PROGRAM") = WAYMARK_PROGRAM;
 }

@@ -5,13 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
-#include <tuple>
 #include <variant>
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/overloaded.hpp"
 #include "waymark/config/nearest_name.hpp"
+#include "waymark/interface/payload_registry.hpp"
 
 namespace py = pybind11;
 
@@ -20,12 +21,16 @@ namespace {
 
 using Kind = FieldSpec::Kind;
 
-/// Notes the fields of a payload; each list gets one element, so that the element's fields are seen.
+/// Notes the fields of a payload. Each list gets two elements: where the second one begins, the first one ends.
 class SpecEditor final : public FieldEditor {
  public:
   std::vector<FieldSpec> specs;
 
   void field(const FieldInfo& info, const FieldSlot& slot) override {
+    if (known_ > 0) {
+      --known_;
+      return;
+    }
     const Kind kind =
         std::visit(Overloaded{[](const std::span<double>&) { return Kind::number; }, [](int*) { return Kind::integer; },
                               [](bool*) { return Kind::flag; }, [](const WordSlot&) { return Kind::word; },
@@ -34,16 +39,21 @@ class SpecEditor final : public FieldEditor {
                               [](std::vector<std::uint8_t>*) { return Kind::bytes; }},
                    slot);
     specs.push_back({info, kind, 0});
-    if (list_) ++specs[*list_].elements;
   }
   std::size_t list(const FieldInfo& info) override {
     list_ = specs.size();
     specs.push_back({info, Kind::list, 0});
-    return 1;
+    return 2;
+  }
+  void element(std::size_t index) override {
+    if (index == 0) return;
+    known_ = specs.size() - list_ - 1;
+    specs[list_].elements = known_;
   }
 
  private:
-  std::optional<std::size_t> list_;  // no core payload has fields behind a list
+  std::size_t list_ = 0;
+  std::size_t known_ = 0;  // fields of a second element that are still to come
 };
 
 bool is_list(Kind kind) { return kind == Kind::numbers || kind == Kind::points || kind == Kind::bytes; }
@@ -61,8 +71,7 @@ std::vector<std::string> names_of(const std::vector<FieldSpec>& specs) {
 
 std::vector<std::string_view> payload_types() {
   std::vector<std::string_view> types;
-  std::apply([&](const auto&... payload) { (types.push_back(std::remove_cvref_t<decltype(payload)>::kType), ...); },
-             CorePayloads());
+  for (const KnownPayload& payload : known_payloads()) types.push_back(payload.type);
   return types;
 }
 
@@ -87,7 +96,7 @@ std::vector<std::string> missing_in(const std::vector<FieldSpec>& specs, const p
   return missing;
 }
 
-/// The core payloads that have all fields of `columns`, and whose required ones are all among them.
+/// The payloads that have all fields of `columns`, and whose required ones are all among them.
 std::vector<std::string> types_with(const py::dict& columns) {
   std::vector<std::string> found;
   for (const std::string_view type : payload_types()) {
@@ -132,8 +141,8 @@ class PayloadColumns::RowEditor final : public FieldEditor {
 
   void field(const FieldInfo&, const FieldSlot& slot) override {
     const Field& field = fields_[next_++];
-    const bool is_of_element = element_ != nullptr;
-    const std::size_t at = is_of_element ? *element_ : row_;
+    const std::size_t at = element_ ? *element_ : row_;
+    if (next_ == end_) element_.reset();
     std::visit(Overloaded{[&](const std::span<double>& values) {
                             for (std::size_t i = 0; i < values.size(); ++i) {
                               if (field.columns[i].given) values[i] = number(field.columns[i], at);
@@ -166,16 +175,17 @@ class PayloadColumns::RowEditor final : public FieldEditor {
 
   std::size_t list(const FieldInfo&) override {
     list_ = next_++;
+    end_ = next_ + fields_[list_].spec.elements;
+    next_ = end_;  // if there is no element
     if (fields_[list_].size_from == 0) return 0;
-    const std::vector<std::size_t>& begins = fields_[fields_[list_].size_from].columns[0].begins;
+    const std::vector<std::size_t>& begins = begins_of(fields_[fields_[list_].size_from]);
     first_ = begins[row_];
     return begins[row_ + 1] - first_;
   }
 
   void element(std::size_t index) override {
     next_ = list_ + 1;
-    place_ = first_ + index;
-    element_ = &place_;
+    element_ = first_ + index;
   }
 
  private:
@@ -192,9 +202,9 @@ class PayloadColumns::RowEditor final : public FieldEditor {
   std::size_t row_;
   std::size_t next_ = 0;
   std::size_t list_ = 0;
+  std::size_t end_ = 0;    // behind the fields of the list's elements
   std::size_t first_ = 0;  // element of the row's list
-  std::size_t place_ = 0;
-  const std::size_t* element_ = nullptr;
+  std::optional<std::size_t> element_;
 };
 
 PayloadColumns::PayloadColumns(std::string_view sensor, std::string_view payload, const py::dict& columns,
@@ -203,25 +213,22 @@ PayloadColumns::PayloadColumns(std::string_view sensor, std::string_view payload
   if (payload.empty()) {
     const std::vector<std::string> types = types_with(columns);
     if (types.size() != 1) {
-      fail((types.empty() ? "no payload of core has just these fields: " : "several payloads have these fields: ") +
+      fail((types.empty() ? "no payload has just these fields: " : "several payloads have these fields: ") +
            joined(column_names(columns)) + (types.empty() ? "" : " (" + joined(types) + ")") +
            "; name one with payload=");
     }
     type_ = types.front();
   } else {
-    for (const std::string_view type : payload_types()) {
-      if (type == payload || short_type_name(type) == payload) type_ = type;
-    }
+    type_ = find_payload_type(payload);
     if (type_.empty()) {
       std::vector<std::string> names;
       for (const std::string_view type : payload_types()) names.emplace_back(short_type_name(type));
-      fail("\"" + std::string(payload) + "\" is no payload of core; there are " + joined(names));
+      fail("\"" + std::string(payload) + "\" is no known payload; there are " + joined(names));
     }
   }
-  const auto make_if_named = [&]<class T>(const T&) {
-    if (type_ == T::kType) new_payload_ = []() -> std::shared_ptr<Payload> { return std::make_shared<T>(); };
-  };
-  std::apply([&](const auto&... one) { (make_if_named(one), ...); }, CorePayloads());
+  for (const KnownPayload& known : known_payloads()) {
+    if (known.type == type_) new_payload_ = known.make;
+  }
   const std::vector<FieldSpec> specs = fields_of(*new_payload_());
   for (const FieldSpec& spec : specs) fields_.push_back({spec, std::vector<Column>(4), 0});
   const std::vector<std::string> names = names_of(specs);
@@ -246,8 +253,7 @@ PayloadColumns::PayloadColumns(std::string_view sensor, std::string_view payload
         } catch (const DataError& error) {
           fail(name + ": " + error.what());
         }
-        if (is_of_element && fields_[f].columns[0].begins.size() == rows_ + 1 && fields_[list].size_from == 0)
-          fields_[list].size_from = f;
+        if (is_of_element && fields_[list].size_from == 0) fields_[list].size_from = f;
       }
     }
     if (!is_known) {
@@ -260,6 +266,10 @@ PayloadColumns::PayloadColumns(std::string_view sensor, std::string_view payload
     fail(std::string(short_type_name(type_)) + " needs " + joined(missing));
   }
   check_lists();
+}
+
+const std::vector<std::size_t>& PayloadColumns::begins_of(const Field& field) {
+  return std::ranges::find(field.columns, true, &Column::given)->begins;
 }
 
 void PayloadColumns::fail(std::string_view what) const {
@@ -345,12 +355,16 @@ void PayloadColumns::read_lists(const Field& field, Column& column, const py::ha
 void PayloadColumns::check_lists() const {
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     if (fields_[f].spec.kind != Kind::list || fields_[f].size_from == 0) continue;
-    const std::vector<std::size_t>& begins = fields_[fields_[f].size_from].columns[0].begins;
+    const std::vector<std::size_t>& begins = begins_of(fields_[fields_[f].size_from]);
     for (std::size_t of_element = f + 1; of_element <= f + fields_[f].spec.elements; ++of_element) {
-      const Column& column = fields_[of_element].columns[0];
-      if (column.given && column.begins != begins) {
-        fail(std::string(fields_[of_element].spec.info.name()) + " and " +
-             std::string(fields_[fields_[f].size_from].spec.info.name()) + " differ in their number of elements");
+      const FieldSpec& spec = fields_[of_element].spec;
+      if (is_list(spec.kind)) fail(std::string(spec.info.name()) + " is a list in each element, which cannot be given");
+      for (std::size_t i = 0; i < fields_[of_element].columns.size(); ++i) {
+        const Column& column = fields_[of_element].columns[i];
+        if (column.given && column.begins != begins) {
+          fail(std::string(spec.info.names[i]) + " and " + std::string(fields_[fields_[f].size_from].spec.info.name()) +
+               " differ in their number of elements");
+        }
       }
     }
   }

@@ -24,7 +24,7 @@ struct FieldSpec {
   std::size_t elements = 0;  ///< of a list: how many of the following specs are fields of its elements
 };
 
-/// The fields of a core payload, in the order in which they are registered; those of a list's elements follow it.
+/// The fields of a payload, in the order in which they are registered; those of a list's elements follow it.
 std::vector<FieldSpec> fields_of(Payload& payload);
 
 /// A block of measurements of one payload type, given as columns, one value or one array for every measurement. The
@@ -33,8 +33,8 @@ class PayloadColumns {
  public:
   /// `columns`: name of a field to its values: an array with one value for each of `rows` measurements, or one value
   /// for all. Lists (`ranges_m`) are two-dimensional arrays or sequences of arrays. `payload`: "WheelSpeeds" or
-  /// "waymark/WheelSpeeds@1"; empty: the one core payload that has these fields. Throws DataError, with `sensor` in its
-  /// text, for names and sizes that do not fit.
+  /// "waymark/WheelSpeeds@1", of core or registered by a plugin; empty: the one that has these fields. Throws
+  /// DataError, with `sensor` in its text, for names and sizes that do not fit.
   PayloadColumns(std::string_view sensor, std::string_view payload, const pybind11::dict& columns, std::size_t rows);
 
   std::string_view type() const { return type_; }
@@ -57,6 +57,8 @@ class PayloadColumns {
     std::vector<Column> columns;  ///< one per name
     std::size_t size_from = 0;    ///< of a list: the field of its elements that has their number; 0: none is given
   };
+  /// Where each measurement's elements begin, of a field of elements that is given.
+  static const std::vector<std::size_t>& begins_of(const Field& field);
 
   void read(Field& field, std::size_t name, bool is_of_element, const pybind11::handle& value);
   void read_scalars(Field& field, Column& column, const pybind11::handle& value) const;

@@ -149,8 +149,8 @@ class Invalid(unittest.TestCase):
         self.refuses('WheelSpeeds has no field "left"', payload="WheelSpeeds", left=1, right=1)
         self.refuses('did you mean "left_mps"', payload="WheelSpeeds", left_mp=1, right_mps=1)
         self.refuses("WheelSpeeds needs right_mps", payload="WheelSpeeds", left_mps=np.ones(3))
-        self.refuses('"WheelSpeed" is no payload of core; there are WheelSpeeds', payload="WheelSpeed", **self.good)
-        self.refuses("no payload of core has just these fields: left_mps", left_mps=np.ones(3))
+        self.refuses('"WheelSpeed" is no known payload; there are WheelSpeeds', payload="WheelSpeed", **self.good)
+        self.refuses("no payload has just these fields: left_mps", left_mps=np.ones(3))
         self.refuses("several payloads have these fields: height_m", height_m=np.ones(3))
 
     def test_sizes(self):

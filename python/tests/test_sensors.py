@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Sensors written in Python, in the YAML of a robot."""
+import os
 import tempfile
 import unittest
 
@@ -197,6 +198,39 @@ class PythonSensors(unittest.TestCase):
             waymark.Robot(yaml=yaml("test_ranges"), set={"sensors.radio.sigma_m": -1})
         with self.assertRaisesRegex(waymark.ConfigError, 'sensors.radio.sigma: unknown key; did you mean "sigma_m"'):
             waymark.Robot(yaml=yaml("test_ranges"), set={"sensors.radio.sigma": 1})
+
+    def test_payloads_of_plugins_are_fed_and_read(self):
+        if "WAYMARK_PLUGIN_PATH" not in os.environ:
+            self.skipTest("without the plugin of echo.cpp")
+        seen = []
+
+        @waymark.sensor("test_echo_reader")
+        class EchoReader(waymark.Sensor):
+            payload = "test/Echo@1"
+
+            def process(self, measurement, prediction, out):
+                echoes = [(one.strength, one.x_m, one.y_m, one.z_m) for one in measurement.echoes]
+                seen.append((echoes, measurement.tilt_rad))
+
+        robot = waymark.Robot(yaml="""
+initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
+sensors:
+  - { name: wheels, plugin: odometry, model: twist }
+  - { name: echo, plugin: test_echo }
+  - { name: reader, plugin: python_sensor, class: test_echo_reader }
+""")
+        self.assertEqual(list(waymark.payloads()["test/Echo@1"]), ["strength", "x_m", "y_m", "z_m", "tilt_rad"])
+        stamps = np.arange(1, 4) * 10**8
+        strengths, places = [[1.0], [], [2.0, 3.0]], [[4.0], [], [5.0, 6.0]]
+        robot.feed("wheels", stamps, v_x_mps=0.0, w_z_radps=0.0)
+        robot.feed("reader", stamps, payload="Echo", strength=strengths, x_m=places, y_m=places, z_m=places, tilt_rad=[0.1, 0.2, 0.3])
+        robot.play().finish()
+        self.assertEqual(seen, [([(1, 4, 4, 4)], 0.1), ([], 0.2), ([(2, 5, 5, 5), (3, 6, 6, 6)], 0.3)])
+        # Without its name: no other payload has these fields.
+        again = waymark.Robot(yaml=yaml("test_echo_reader").replace(", sigma_m: 0.1, base_p_antenna_m: [0.2, 0.1, 0.5]", ""))
+        again.feed("radio", stamps, strength=strengths, x_m=places, y_m=places, z_m=places, tilt_rad=0.1)
+        with self.assertRaisesRegex(waymark.DataError, "y_m and strength differ in their number of elements"):
+            again.feed("radio", stamps + 10**9, strength=strengths, x_m=places, y_m=[[4.0], [], [5.0]], z_m=places, tilt_rad=0.1)
 
     def test_keep_the_contract(self):
         stamps, _, ranges = circle(count=10)

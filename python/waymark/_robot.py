@@ -152,7 +152,8 @@ class Robot(_Maps):
 
         stamps_ns     int64 nanoseconds, when each was valid
         arrivals_ns   when each became available; without it, the stamps. Must not decrease
-        payload       "WheelSpeeds"; without it, the one payload that has these fields (waymark.payloads())
+        payload       "WheelSpeeds", or one that a plugin registers, "example/Range@1"; without it, the one payload that has these
+                      fields (waymark.payloads())
         columns       the payload's fields: one value each, or one for all. Lists, such as ranges_m, are two-dimensional
                       arrays or lists of arrays. Fields of lists of elements (LandmarkObservations, Ranges) are given so,
                       too: range_m=[[3.1, 4.0], [3.2]]
