@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "map_modules/occupancy_grid/scan_insertion.hpp"
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
@@ -120,23 +122,69 @@ TEST(CloudInsertion, FindsWhatOctoMapsOwnInsertionFinds) {
   }
 }
 
+/// Squared distances within a box of voxels, as a table: a tree of as many takes minutes under sanitizers.
+class Distances {
+ public:
+  Distances(const Voxel& low, const Voxel& high)
+      : low_(low), nx_(high.x - low.x + 1), ny_(high.y - low.y + 1), squares_(size_of(low, high), kNone) {}
+
+  static constexpr int kNone = -1;
+  /// kNone outside of the box, too.
+  int at(const Voxel& v) const {
+    const std::ptrdiff_t i = index(v);
+    return i < 0 ? kNone : squares_[static_cast<std::size_t>(i)];
+  }
+  void lower(const Voxel& v, int square) {
+    int& known = squares_.at(static_cast<std::size_t>(index(v)));
+    if (known == kNone || square < known) known = square;
+  }
+  std::size_t size() const {
+    return static_cast<std::size_t>(std::ranges::count_if(squares_, [](int square) { return square != kNone; }));
+  }
+
+ private:
+  static std::size_t size_of(const Voxel& low, const Voxel& high) {
+    return static_cast<std::size_t>(high.x - low.x + 1) * static_cast<std::size_t>(high.y - low.y + 1) *
+           static_cast<std::size_t>(high.z - low.z + 1);
+  }
+  std::ptrdiff_t index(const Voxel& v) const {
+    const int x = v.x - low_.x;
+    const int y = v.y - low_.y;
+    const int z = v.z - low_.z;
+    if (x < 0 || y < 0 || z < 0 || x >= nx_ || y >= ny_) return -1;
+    const std::ptrdiff_t i = (static_cast<std::ptrdiff_t>(z) * ny_ + y) * nx_ + x;
+    return i < static_cast<std::ptrdiff_t>(squares_.size()) ? i : -1;
+  }
+
+  Voxel low_;
+  int nx_;
+  int ny_;
+  std::vector<int> squares_;
+};
+
 /// The distance in each layer to the nearest occupied voxel of that layer, over all pairs.
 void expect_exact_distances(const VoxelMap& map) {
-  std::map<Voxel, int> nearest;  // squared, within reach
-  std::size_t occupied = 0;
+  constexpr int kReach = StoredDistance::kReach;
+  std::vector<Voxel> walls;
   for (const auto& [v, odds] : voxels_of(map)) {
-    if (odds <= 0.0f) continue;
-    ++occupied;
-    for (int y = -StoredDistance::kReach; y <= StoredDistance::kReach; ++y) {
-      for (int x = -StoredDistance::kReach; x <= StoredDistance::kReach; ++x) {
-        const int square = x * x + y * y;
-        if (square > StoredDistance::kReach * StoredDistance::kReach) continue;
-        const auto [it, is_new] = nearest.try_emplace({v.x + x, v.y + y, v.z}, square);
-        if (!is_new) it->second = std::min(it->second, square);
+    if (odds > 0.0f) walls.push_back(v);
+  }
+  const std::size_t occupied = walls.size();
+  ASSERT_GT(occupied, 1000U);
+  Voxel low = walls.front();
+  Voxel high = walls.front();
+  for (const Voxel& v : walls) {
+    low = {std::min(low.x, v.x - kReach), std::min(low.y, v.y - kReach), std::min(low.z, v.z)};
+    high = {std::max(high.x, v.x + kReach), std::max(high.y, v.y + kReach), std::max(high.z, v.z)};
+  }
+  Distances nearest(low, high);  // squared, within reach
+  for (const Voxel& v : walls) {
+    for (int y = -kReach; y <= kReach; ++y) {
+      for (int x = -kReach; x <= kReach; ++x) {
+        if (const int square = x * x + y * y; square <= kReach * kReach) nearest.lower({v.x + x, v.y + y, v.z}, square);
       }
     }
   }
-  ASSERT_GT(occupied, 1000U);
   std::size_t found = 0;
   map.for_all([&](TileIndex index, const TileColumn& column, bool) {
     column.for_all([&](std::int32_t tile_z, const VoxelTile& tile, bool) {
@@ -146,13 +194,13 @@ void expect_exact_distances(const VoxelMap& map) {
           const Voxel v{index.x * Slab::kSide + i % Slab::kSide, index.y * Slab::kSide + i / Slab::kSide,
                         tile_z * Slab::kSide + z};
           const int stored = slab->distance[static_cast<std::size_t>(i)];
-          const auto it = nearest.find(v);
-          ASSERT_EQ(slab->is_occupied(v.x, v.y), it != nearest.end() && it->second == 0);
-          if (it == nearest.end()) {
+          const int square = nearest.at(v);
+          ASSERT_EQ(slab->is_occupied(v.x, v.y), square == 0);
+          if (square == Distances::kNone) {
             ASSERT_EQ(stored, StoredDistance::kFar);
           } else {
             ++found;
-            ASSERT_EQ(stored, std::lround(StoredDistance::kSteps * std::sqrt(it->second)));
+            ASSERT_EQ(stored, std::lround(StoredDistance::kSteps * std::sqrt(square)));
           }
         }
       }
