@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Headers of others that nearly every file includes, compiled once for the builds with sanitizers. With clang only: a file that forgets an
 # include is found by the other builds, and g++ gains little. Not installed.
+set(WAYMARK_COMPILES_HEADERS OFF)
+if(WAYMARK_SANITIZE AND WAYMARK_BUILD_TESTS AND CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  set(WAYMARK_COMPILES_HEADERS ON)
+endif()
 
 # waymark_compile_headers(target headers...): compiles the headers with the options of `target`, which builds nothing else; the file is
 # the target's property WAYMARK_COMPILED_HEADERS.
@@ -29,7 +33,7 @@ function(waymark_use_headers target headers)
   add_dependencies(${target} ${headers}_sum)
 endfunction()
 
-# waymark_add_headers(target): for libraries; of hidden symbols if the visibility preset is set.
+# waymark_add_headers(target): for libraries, compiled as `target`.
 function(waymark_add_headers target)
   file(CONFIGURE OUTPUT headers.cpp CONTENT "int main() {}\n")
   add_library(${target} OBJECT EXCLUDE_FROM_ALL ${CMAKE_CURRENT_BINARY_DIR}/headers.cpp)
