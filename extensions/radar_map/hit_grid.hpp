@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/memory/cow.hpp"
 
 namespace waymark::radar_map {

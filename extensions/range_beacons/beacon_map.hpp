@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "survey.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/memory/cow.hpp"
 
 namespace waymark::range_beacons {

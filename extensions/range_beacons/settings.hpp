@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::range_beacons {
 

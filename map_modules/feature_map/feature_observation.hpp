@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "map_modules/feature_map/signature.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::feature_map {
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "map_modules/occupancy_grid/tile_tree.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::occupancy_grid {
 

@@ -6,7 +6,7 @@
 
 #include "map_modules/octomap_grid/octomap_grid_settings.hpp"
 #include "map_modules/octomap_grid/voxel_tile.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::octomap_grid {
 

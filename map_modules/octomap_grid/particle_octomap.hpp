@@ -9,7 +9,7 @@
 #include "map_modules/octomap_grid/voxel_tile.hpp"
 #include "map_modules/shared/scan_matching/match_record.hpp"
 #include "map_modules/shared/scan_matching/scan_matcher.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::octomap_grid {
 

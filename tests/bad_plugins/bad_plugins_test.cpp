@@ -10,6 +10,7 @@
 
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/plugin_inspection.hpp"
 #include "waymark/plugin_loader.hpp"
 

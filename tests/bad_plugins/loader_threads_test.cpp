@@ -5,6 +5,7 @@
 #include <thread>
 #include <vector>
 
+#include "waymark/interface/sensor.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

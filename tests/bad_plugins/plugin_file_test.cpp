@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
+#include "waymark/interface/sensor.hpp"
+#include "waymark/interface/sink.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

@@ -12,6 +12,7 @@
 #include "particles/resampling.hpp"
 #include "unit/core/beliefs.hpp"
 #include "unit/core/toy_map.hpp"
+#include "waymark/interface/map_module.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/plugin_loader.hpp"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "waymark/interface/sensor.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 #include "waymark/testing/map_module_contract.hpp"
 

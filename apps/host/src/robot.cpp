@@ -15,6 +15,7 @@
 #include "paced_log.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/command.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::host {
 

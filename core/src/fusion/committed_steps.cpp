@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::fusion {
 

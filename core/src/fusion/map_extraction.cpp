@@ -8,6 +8,7 @@
 
 #include "fusion/setup.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::fusion {
 

@@ -12,7 +12,11 @@
 #include "fusion/level_wait.hpp"
 #include "particles/particle.hpp"
 #include "waymark/host/fusion_settings.hpp"
-#include "waymark/interface/map_module.hpp"
+
+namespace waymark {
+struct Companion;
+struct MotionWindow;
+}  // namespace waymark
 
 namespace waymark::fusion {
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::fusion {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "particles/grid_mixture.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::fusion {
 

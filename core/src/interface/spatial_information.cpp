@@ -2,7 +2,7 @@
 #include <Eigen/Cholesky>
 #include <array>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark {
 

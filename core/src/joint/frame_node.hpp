@@ -5,7 +5,7 @@
 
 #include "joint/joint_gaussian.hpp"
 #include "waymark/base/api.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/math/pose.hpp"
 
 namespace waymark::joint {

@@ -11,7 +11,7 @@
 
 #include "loops/planar.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/interface/snapshot.hpp"
 
 namespace waymark::loops {

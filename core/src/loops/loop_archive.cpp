@@ -5,6 +5,7 @@
 
 #include "loops/loop_closer.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 #include "waymark/io/archive.hpp"
 
 namespace waymark::loops {

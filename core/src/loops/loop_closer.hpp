@@ -16,6 +16,10 @@
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/snapshot.hpp"
 
+namespace waymark {
+class MapModule;
+}
+
 namespace waymark::loops {
 
 /// A loop that moved the path.

@@ -6,6 +6,7 @@
 #include "estimation/belief_archive.hpp"
 #include "particles/particle_filter.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::particles {
 

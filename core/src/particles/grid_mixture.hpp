@@ -5,7 +5,7 @@
 #include <span>
 
 #include "waymark/base/api.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::particles {
 

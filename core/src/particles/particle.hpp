@@ -10,8 +10,8 @@
 #include "joint/anchors.hpp"
 #include "particles/path.hpp"
 #include "waymark/base/api.hpp"
-#include "waymark/interface/map_module.hpp"
 #include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/math/gaussian.hpp"
 #include "waymark/memory/lineage.hpp"
 

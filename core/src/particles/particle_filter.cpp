@@ -6,6 +6,8 @@
 #include <functional>
 #include <utility>
 
+#include "waymark/interface/map_module.hpp"
+
 namespace waymark::particles {
 
 namespace ekf = estimation::ekf;

@@ -26,8 +26,12 @@
 #include "relocation/relocator.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/io/archive.hpp"
+
+namespace waymark {
+class MapModule;
+}
 
 namespace waymark::particles {
 

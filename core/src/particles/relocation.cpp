@@ -3,6 +3,7 @@
 #include "loops/planar.hpp"
 #include "particles/particle_filter.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::particles {
 

@@ -7,7 +7,7 @@
 
 #include "map_modules/feature_map/landmarks/landmark_store.hpp"
 #include "map_modules/feature_map/landmarks/nearby_landmarks.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/math/assignment.hpp"
 
 namespace waymark::feature_map {

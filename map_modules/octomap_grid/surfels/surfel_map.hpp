@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "map_modules/octomap_grid/surfels/surfel_tile.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/math/pose.hpp"
 
 namespace waymark::octomap_grid {

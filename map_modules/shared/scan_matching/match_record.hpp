@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "map_modules/shared/scan_matching/match.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::scan_matching {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "map_modules/shared/scan_matching/cell.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/io/archive.hpp"
 #include "waymark/memory/cow.hpp"
 

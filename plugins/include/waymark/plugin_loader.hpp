@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/plugin.hpp"
+#include "waymark/plugin/descriptor.hpp"
 
 namespace waymark {
 
@@ -22,7 +22,7 @@ struct PluginInfo {
 
 /// Finds, checks and loads plugins. A library is loaded, and its static initialisers run, only after ABI, build key,
 /// alignment, kind and name were read from its file and fit. It is loaded once and never unloaded; every object keeps
-/// its library alive.
+/// its library alive. Who creates objects includes the header of their interface.
 class PluginLoader {
  public:
   /// Folders in the order of search. `standard_search_path` gives the usual ones.

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::report {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "findings.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark::testing {
 

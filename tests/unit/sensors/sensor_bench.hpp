@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/sensor.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::sensor_test {

@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "waymark/base/api.hpp"
-#include "waymark/interface/map_module.hpp"
 #include "waymark/interface/map_view.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark {
 

@@ -77,9 +77,32 @@ consteval PluginRecord make_plugin_record(std::string_view kind, std::string_vie
   return record;
 }
 
-/// Kind of an interface in the descriptor, `PluginKind<Sensor>::kName`. Defined in the header of each kind.
+class MapModule;
+class Sensor;
+class Sink;
+class Source;
+
+/// Kind of an interface in the descriptor, `PluginKind<Sensor>::kName`. Needs nothing of the interface itself, so that
+/// who loads plugins is not compiled again with every interface.
 template <class Interface>
 struct PluginKind;
+
+template <>
+struct PluginKind<MapModule> {
+  static constexpr const char* kName = "map_module";
+};
+template <>
+struct PluginKind<Sensor> {
+  static constexpr const char* kName = "sensor";
+};
+template <>
+struct PluginKind<Sink> {
+  static constexpr const char* kName = "sink";
+};
+template <>
+struct PluginKind<Source> {
+  static constexpr const char* kName = "source";
+};
 
 template <class Interface>
 constexpr const char* plugin_kind() {

@@ -7,11 +7,3 @@
 /// The header for a map module plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::MapModule, DockMap, "dock_map", "1.0.0")
-namespace waymark {
-
-template <>
-struct PluginKind<MapModule> {
-  static constexpr const char* kName = "map_module";
-};
-
-}  // namespace waymark

@@ -7,11 +7,3 @@
 /// The header for a sensor plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Sensor, Altimeter, "altimeter", "1.0.0")
-namespace waymark {
-
-template <>
-struct PluginKind<Sensor> {
-  static constexpr const char* kName = "sensor";
-};
-
-}  // namespace waymark

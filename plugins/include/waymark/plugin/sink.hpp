@@ -7,11 +7,3 @@
 /// The header for a sink plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Sink, Distance, "distance", "1.0.0")
-namespace waymark {
-
-template <>
-struct PluginKind<Sink> {
-  static constexpr const char* kName = "sink";
-};
-
-}  // namespace waymark

@@ -7,11 +7,3 @@
 /// The header for a source plugin. The plugin is one class and one line:
 ///
 ///     WAYMARK_PLUGIN(waymark::Source, Circle, "circle", "1.0.0")
-namespace waymark {
-
-template <>
-struct PluginKind<Source> {
-  static constexpr const char* kName = "source";
-};
-
-}  // namespace waymark

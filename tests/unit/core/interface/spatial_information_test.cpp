@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <array>
 
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 
 namespace waymark {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 #include "unit/core/fusion_robot.hpp"
+#include "waymark/interface/map_module.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::feature_map {

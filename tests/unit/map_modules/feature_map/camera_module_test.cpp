@@ -11,6 +11,7 @@
 #include "temporary_folder.hpp"
 #include "tests/unit/map_modules/feature_map/camera_bench.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/map_module.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::feature_map {

@@ -15,6 +15,7 @@
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::evaluation {

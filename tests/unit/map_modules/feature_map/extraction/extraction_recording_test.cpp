@@ -11,6 +11,7 @@
 #include <string>
 
 #include "tests/unit/map_modules/feature_map/feature_map_bench.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::feature_map {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

@@ -21,6 +21,7 @@
 #include "live_source.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

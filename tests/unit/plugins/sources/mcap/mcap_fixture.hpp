@@ -20,6 +20,7 @@
 #include "plugins/shared/mcap/writer.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark::mcap_test {

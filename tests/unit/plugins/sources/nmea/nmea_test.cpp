@@ -14,6 +14,7 @@
 #include "source_error.hpp"
 #include "temporary_folder.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

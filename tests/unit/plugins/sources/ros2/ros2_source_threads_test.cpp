@@ -14,6 +14,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/interface/command.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 namespace waymark {

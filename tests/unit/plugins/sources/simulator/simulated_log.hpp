@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "waymark/interface/payloads.hpp"
+#include "waymark/interface/source.hpp"
 #include "waymark/plugin_loader.hpp"
 
 /// What the tests of the simulator share.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "simulated_log.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark {
 namespace {
