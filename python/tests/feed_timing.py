@@ -43,7 +43,8 @@ def main():
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--count", type=int, default=200000)
     parser.add_argument("--rounds", type=int, default=10)
-    parser.add_argument("--most-us", type=float, help="fail if the median of what Python adds is more")
+    parser.add_argument("--most-us", type=float,
+                        help="fail if feed takes more in the best round; other processes on the machine only ever add to a round")
     options = parser.parse_args()
     blocks = [(100, True), (1000, True), (10000, True), (10000, False)]
     times = {key: [] for key in blocks}
@@ -62,13 +63,12 @@ def main():
     spread = lambda values: f"{min(values):.3f} / {np.median(values):.3f} / {max(values):.3f}"
     print(f"CPU time, µs per measurement, min / median / max of {options.rounds} rounds, {options.count} measurements each")
     print(f"C++                                {spread(native)}")
-    worst = 0.0
     for (block, record), values in times.items():
         more = np.array(values) - np.array(native)
-        worst = max(worst, np.median(more))
         what = f"Python, blocks of {block}" + ("" if record else ", record=False")
         print(f"{what:34} {spread(values)}, beyond C++ {spread(more)}; in feed {spread(feeds[block, record])}")
-    return int(options.most_us is not None and worst > options.most_us)
+    slowest = max(min(values) for values in feeds.values())
+    return int(options.most_us is not None and slowest > options.most_us)
 
 
 if __name__ == "__main__":
