@@ -16,15 +16,15 @@ namespace {
 /// So many points of a scan show which places it sees.
 constexpr std::size_t kPoints = 90;
 
-/// An update takes a time that grows with the square of this.
-constexpr std::size_t kMostLandmarks = 120;
-
 /// A scan with so many landmarks ties the pose to them: the cells' own errors do not count then.
 constexpr std::size_t kEnoughLandmarks = 3;
 
 /// Squared distance of the particles' mean, in σ of this Gaussian, that no noise explains; and for so many mapping
 /// steps.
 constexpr double kFar = 50.0;
+/// What is reported is the second moment about the particles' mean: it covers a distance up to this.
+constexpr double kCovered = 1.0;         // [m]
+constexpr double kCoveredTurn = 0.1;     // [rad]
 constexpr double kLeastVariance = 1e-8;  // [m², rad²]
 constexpr int kOften = 20;
 
@@ -67,7 +67,7 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
   }
   if (!correspondences.landmarks.empty()) {
     landmarks_.observe(gaussian_, correspondences.landmarks, evidence.share, evidence.writes);
-    while (landmarks_.size() > kMostLandmarks && landmarks_.remove_doubtful(gaussian_)) {
+    while (landmarks_.size() > most_landmarks_ && landmarks_.remove_doubtful(gaussian_)) {
     }
     last_landmarks_ = correspondences.landmarks.size();
   }
@@ -98,7 +98,7 @@ void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::sp
 }
 
 std::string JointBelief::failure(const Belief& particles) {
-  if (landmarks_.size() > kMostLandmarks) return fmt::format("the map has more than {} landmarks", kMostLandmarks);
+  if (landmarks_.size() > most_landmarks_) return fmt::format("the map has more than {} landmarks", most_landmarks_);
   const StateLayout& layout = process_.layout();
   const Belief own = belief();
   const ErrorVector off = boxminus(particles.mean, own.mean, layout);
@@ -106,7 +106,8 @@ std::string JointBelief::failure(const Belief& particles) {
   const Eigen::Matrix3d P = pose_covariance(own, layout) + kLeastVariance * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d d(off[layout.pose_indices()[0]], off[layout.pose_indices()[1]], off[layout.pose_indices()[2]]);
   const Eigen::LLT<Eigen::Matrix3d> factor(P);
-  const bool is_far = factor.info() == Eigen::Success && d.dot(factor.solve(d)) > kFar;
+  const bool is_covered = d.head<2>().norm() <= kCovered && std::abs(d.z()) <= kCoveredTurn;
+  const bool is_far = !is_covered && factor.info() == Eigen::Success && d.dot(factor.solve(d)) > kFar;
   contradictions_ = is_far ? contradictions_ + 1 : 0;
   if (contradictions_ < kOften) return {};
   return fmt::format("it contradicts the particles by {:.3g} m and {:.2g} rad", d.head<2>().norm(), std::abs(d.z()));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -16,7 +17,7 @@
 #include "loops/keyframes.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
-#include "waymark/interface/map_module.hpp"
+#include "waymark/interface/particle_map.hpp"
 #include "waymark/interface/update.hpp"
 
 namespace waymark::joint {
@@ -37,9 +38,10 @@ struct MapEvidence {
 /// was; this Gaussian does not (docs/math/joint.md).
 class WAYMARK_API JointBelief {
  public:
-  /// `process` must outlive the object.
-  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings)
-      : process_(process), gaussian_(process.layout()), anchors_(settings) {}
+  /// `process` must outlive the object. Beyond `most_landmarks` it is given up: joining and parting the distant ones
+  /// takes a time that grows with the square of their number.
+  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 400)
+      : process_(process), most_landmarks_(most_landmarks), gaussian_(process.layout()), anchors_(settings) {}
 
   /// Begins with the navigation state alone. `frame`: covariance of (x, y, yaw) of the map's origin, where the
   /// particles take the start pose for it.
@@ -63,7 +65,8 @@ class WAYMARK_API JointBelief {
   void draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors);
 
   /// Why this Gaussian represents the particles no longer; empty: it does. It has room for so many landmarks only; and
-  /// after a wrong association it may be far from `particles`, the same marginal by the particles.
+  /// after a wrong association it may be far from `particles`, the same marginal by the particles. A small distance is
+  /// no reason: it is part of what is reported.
   std::string failure(const Belief& particles);
 
   /// `change` makes velocity and rate uncorrelated with all else.
@@ -95,6 +98,7 @@ class WAYMARK_API JointBelief {
 
  private:
   const estimation::ProcessModel& process_;
+  std::size_t most_landmarks_;
   JointGaussian gaussian_;
   Anchors anchors_;
   LandmarkNodes landmarks_;

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "estimation/belief_archive.hpp"
 #include "waymark/base/error.hpp"
@@ -13,7 +15,7 @@ namespace waymark::joint {
 
 namespace {
 
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUpdateRows, kMaxUpdateRows>;
+using Square = DistantNodes::Square;
 
 /// W ← W L⁻ᵀ.
 template <class W>
@@ -29,6 +31,7 @@ constexpr int kFirstStates = 24;
 void JointGaussian::start(const Belief& prior) {
   belief_ = prior;
   nodes_.clear();
+  distant_.clear();
   size_ = 0;
   pending_columns_ = 0;
   cross_.resize(0, layout_.size());
@@ -40,6 +43,7 @@ void JointGaussian::start(const Belief& prior) {
 void JointGaussian::restart(const Belief& belief) {
   belief_ = belief;
   cross_.topRows(size_).setZero();
+  distant_.forget_navigation();
 }
 
 /// The mean changes, but not what its errors mean: one that is a motion of the whole map stays one, δp' = δp + δφ × (p'
@@ -60,12 +64,13 @@ void JointGaussian::correct(const Factor& own, const gaussian::Vector& white, in
       belief_.P.row(row) += factor * belief_.P.row(attitude);
       belief_.P.col(row) += factor * belief_.P.col(attitude);
       cross_.topRows(size_).col(row) += factor * cross_.topRows(size_).col(attitude);
+      distant_.add(row, factor, attitude);
     }
   }
 }
 
 void JointGaussian::predict(const estimation::ProcessModel& process, Time to, bool standing) {
-  if (size_ > 0) {
+  if (!nodes_.empty()) {
     // F is the identity plus rows of the pose, and the decay of the blocks.
     const ErrorMatrix F = process.transition(belief_.mean, to_seconds(to - belief_.stamp));
     const int core = layout_.core_size();
@@ -76,8 +81,11 @@ void JointGaussian::predict(const estimation::ProcessModel& process, Time to, bo
     auto W = W_.topLeftCorner(size_, pose);
     W.noalias() = cross.leftCols(core) * G.transpose();
     cross.leftCols(pose) += W;
+    distant_.change(G);
     for (int i = core; i < layout_.size(); ++i) {
-      if (F(i, i) != 1.0) cross.col(i) *= F(i, i);
+      if (F(i, i) == 1.0) continue;
+      cross.col(i) *= F(i, i);
+      distant_.scale(i, F(i, i));
     }
   }
   process.predict(belief_, to, standing);
@@ -97,8 +105,10 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
   if (!S.allFinite() || !model.residual.allFinite() || factor.info() != Eigen::Success) return;
   auto W = W_.topLeftCorner(size_, rows);
   W.setZero();
+  distant_.begin_update(rows);
   for (int k = 0; k < H.count; ++k) {
     W += cross_.topRows(size_).col(H.states[static_cast<std::size_t>(k)]) * H.columns.col(k).transpose();
+    distant_.measure_state(H.states[static_cast<std::size_t>(k)], H.columns.col(k));
   }
   divide(own, factor);
   divide(W, factor);
@@ -109,23 +119,29 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
   belief_.P.block(first, first, H.considered, H.considered) = kept;
   gaussian::Vector white = model.residual;
   factor.matrixL().solveInPlace(white);
+  distant_.update(factor, own, W, white);
   correct(own, white, first, H.considered);
 }
 
 void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
                            const std::array<int, 3>& pose) {
+  for (const NodeRows& part : nodes) approach(part.node);
+  ++relations_;
   const auto rows = static_cast<int>(H_pose.rows());
   Factor own = Factor::Zero(layout_.size(), rows);
   auto W = W_.topLeftCorner(size_, rows);
   W.setZero();
+  distant_.begin_update(rows);
   for (int i = 0; i < 3; ++i) {
     const int state = pose[static_cast<std::size_t>(i)];
     own += belief_.P.col(state) * H_pose.col(i).transpose();
     W += cross_.topRows(size_).col(state) * H_pose.col(i).transpose();
+    distant_.measure_state(state, H_pose.col(i));
   }
   const auto pending = pending_.topLeftCorner(size_, pending_columns_);
   for (const NodeRows& part : nodes) {
-    const auto [id, offset, size] = find(part.node);
+    const auto [id, offset, size, used, is_near] = find(part.node);
+    distant_.measure_near(offset, part.H);
     own += cross_.middleRows(offset, size).transpose() * part.H.transpose();
     W.noalias() += between_.block(0, offset, size_, size) * part.H.transpose();
     W.noalias() -= pending * (pending.middleRows(offset, size).transpose() * part.H.transpose());
@@ -133,7 +149,7 @@ void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initialize
   Square S = Square::Identity(rows, rows);
   for (int i = 0; i < 3; ++i) S += H_pose.col(i) * own.row(pose[static_cast<std::size_t>(i)]);
   for (const NodeRows& part : nodes) {
-    const auto [id, offset, size] = find(part.node);
+    const auto [id, offset, size, used, is_near] = find(part.node);
     S += part.H * W.middleRows(offset, size);
   }
   const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
@@ -143,19 +159,22 @@ void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initialize
   subtract(own);
   gaussian::Vector white = nu;
   factor.matrixL().solveInPlace(white);
+  distant_.update(factor, own, W, white);
   correct(own, white, 0, 0);
 }
 
 JointGaussian::Column JointGaussian::take_correction(NodeId node) {
+  approach(node);
   Column correction = pending_correction(node);
-  const auto [id, offset, size] = find(node);
-  corrections_.segment(offset, size).setZero();
+  const Node& place = find(node);
+  corrections_.segment(place.offset, place.size).setZero();
   return correction;
 }
 
 JointGaussian::Column JointGaussian::pending_correction(NodeId node) const {
-  const auto [id, offset, size] = find(node);
-  return corrections_.segment(offset, size);
+  const Node& place = find(node);
+  if (!place.is_near) return distant_.corrections(place.offset, place.size);
+  return corrections_.segment(place.offset, place.size);
 }
 
 void JointGaussian::subtract(const Factor& own) {
@@ -192,6 +211,7 @@ void JointGaussian::reserve(int size) {
 
 JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q, const std::array<int, 3>& pose) {
   const auto size = static_cast<int>(G.rows());
+  if (size_ + size > limits_.most) choose_near(nullptr);
   const int offset = size_;
   reserve(offset + size);
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxErrorStates> P_pose(3, layout_.size());
@@ -209,8 +229,9 @@ JointGaussian::NodeId JointGaussian::add_node(const Rows& G, const Rows& Q, cons
   between_.block(offset, offset, size, size) = G * P * G.transpose() + Q;
   pending_.middleRows(offset, size).setZero();
   corrections_.segment(offset, size).setZero();
+  distant_.add_near(G, pose);
   size_ += size;
-  nodes_.push_back({next_id_, offset, size});
+  nodes_.push_back({next_id_, offset, size, relations_});
   return next_id_++;
 }
 
@@ -221,36 +242,124 @@ const JointGaussian::Node& JointGaussian::find(NodeId node) const {
 }
 
 void JointGaussian::remove_node(NodeId node) {
-  subtract_pending();
   const auto found = std::ranges::lower_bound(nodes_, node, {}, &Node::id);
-  const auto [id, offset, size] = *found;
-  for (int i = offset; i + size < size_; ++i) {
-    cross_.row(i) = cross_.row(i + size);
-    corrections_[i] = corrections_[i + size];
-    between_.row(i).head(size_) = between_.row(i + size).head(size_);
+  const auto [id, offset, size, used, is_near] = *found;
+  if (is_near) {
+    subtract_pending();
+    for (int i = offset; i + size < size_; ++i) {
+      cross_.row(i) = cross_.row(i + size);
+      corrections_[i] = corrections_[i + size];
+      between_.row(i).head(size_) = between_.row(i + size).head(size_);
+    }
+    size_ -= size;
+    for (int i = offset; i < size_; ++i) between_.col(i).head(size_) = between_.col(i + size).head(size_);
+    distant_.remove_near(offset, size);
+  } else {
+    distant_.remove(offset, size);
   }
-  size_ -= size;
-  for (int i = offset; i < size_; ++i) between_.col(i).head(size_) = between_.col(i + size).head(size_);
-  for (auto later = nodes_.erase(found); later != nodes_.end(); ++later) later->offset -= size;
+  for (auto later = nodes_.erase(found); later != nodes_.end(); ++later) {
+    if (later->is_near == is_near) later->offset -= size;
+  }
 }
 
 JointGaussian::Rows JointGaussian::node_covariance(NodeId node) const {
-  const auto [id, offset, size] = find(node);
+  const auto [id, offset, size, used, is_near] = find(node);
+  if (!is_near) return distant_.covariance(offset, size);
   const auto pending = pending_.block(offset, 0, size, pending_columns_);
   return between_.block(offset, offset, size, size) - pending * pending.transpose();
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> JointGaussian::cross_covariance(
     NodeId node) const {
-  const auto [id, offset, size] = find(node);
+  const auto [id, offset, size, used, is_near] = find(node);
+  if (!is_near) return distant_.cross(offset, size).transpose();
   return cross_.middleRows(offset, size);
+}
+
+void JointGaussian::approach(NodeId node) {
+  Node& found = *std::ranges::lower_bound(nodes_, node, {}, &Node::id);
+  if (!found.is_near) choose_near(&found);
+  found.used = relations_;
+}
+
+void JointGaussian::choose_near(const Node* needed) {
+  std::vector<Node*> by_use;
+  by_use.reserve(nodes_.size());
+  for (Node& node : nodes_) by_use.push_back(&node);
+  int kept = 0;
+  const auto keep_until = [&](int limit) {
+    for (Node* node : by_use) {
+      if (node->is_near || kept + node->size > limit) continue;
+      node->is_near = true;
+      kept += node->size;
+    }
+  };
+  const std::uint64_t about = needed != nullptr ? needed->used : relations_;
+  join_distant();
+  for (Node& node : nodes_) node.is_near = false;
+  std::ranges::stable_sort(by_use, std::ranges::greater(), &Node::used);
+  keep_until(needed != nullptr ? limits_.kept / 2 : limits_.kept);
+  std::ranges::stable_sort(
+      by_use, {}, [about](const Node* node) { return std::max(node->used, about) - std::min(node->used, about); });
+  if (needed != nullptr)
+    std::stable_partition(by_use.begin(), by_use.end(), [needed](const Node* node) { return node == needed; });
+  keep_until(limits_.kept);
+  part_distant();
+}
+
+void JointGaussian::join_distant() {
+  subtract_pending();
+  if (distant_.empty()) return;
+  const int near = size_;
+  const int distant = distant_.size();
+  const int states = layout_.size();
+  reserve(near + distant);
+  const Eigen::MatrixXd C = distant_.cross();
+  cross_.middleRows(near, distant) = C.topRows(states).transpose();
+  between_.block(0, near, near, distant) = C.bottomRows(near);
+  between_.block(near, 0, distant, near) = C.bottomRows(near).transpose();
+  between_.block(near, near, distant, distant) = distant_.covariance();
+  corrections_.segment(near, distant) = distant_.corrections();
+  distant_.clear();
+  size_ = near + distant;
+  for (Node& node : nodes_) {
+    if (!node.is_near) node.offset += near;
+  }
+}
+
+void JointGaussian::part_distant() {
+  std::vector<int> order;  // of the error states: the near ones first
+  order.reserve(static_cast<std::size_t>(size_));
+  int near = 0;
+  for (const bool is_near : {true, false}) {
+    for (Node& node : nodes_) {
+      if (node.is_near != is_near) continue;
+      const int from = node.offset;
+      node.offset = static_cast<int>(order.size()) - (is_near ? 0 : near);
+      for (int i = 0; i < node.size; ++i) order.push_back(from + i);
+    }
+    if (is_near) near = static_cast<int>(order.size());
+  }
+  const int states = layout_.size();
+  const int distant = size_ - near;
+  const Eigen::MatrixXd between = between_(order, order);
+  const Eigen::MatrixXd cross = cross_(order, Eigen::all);
+  const Eigen::VectorXd corrections = corrections_(order);
+  Eigen::MatrixXd C(states + near, distant);
+  C.topRows(states) = cross.bottomRows(distant).transpose();
+  C.bottomRows(near) = between.topRightCorner(near, distant);
+  distant_.begin(std::move(C), between.bottomRightCorner(distant, distant), corrections.tail(distant), states);
+  size_ = near;
+  cross_.topRows(near) = cross.topRows(near);
+  between_.topLeftCorner(near, near) = between.topLeftCorner(near, near);
+  corrections_.head(near) = corrections.head(near);
 }
 
 template <class Archive>
 void JointGaussian::serialize(Archive& archive) {
-  archive.section("joint_gaussian", 1);
+  archive.section("joint_gaussian", 2);
   estimation::serialize_belief(archive, belief_, layout_);
-  archive.each(nodes_, [](auto& each, Node& node) { each(node.id, node.size); });
+  archive.each(nodes_, [](auto& each, Node& node) { each(node.id, node.size, node.used, node.is_near); });
   Eigen::MatrixXd cross;
   Eigen::MatrixXd between;
   Eigen::MatrixXd pending;
@@ -261,16 +370,18 @@ void JointGaussian::serialize(Archive& archive) {
     pending = pending_.topLeftCorner(size_, pending_columns_);
     corrections = corrections_.head(size_);
   }
-  archive(next_id_, cross, between, pending, corrections);
+  archive(next_id_, relations_, cross, between, pending, corrections);
   if constexpr (Archive::kReads) {
     size_ = 0;
+    int distant = 0;
     NodeId next = 0;
     for (Node& node : nodes_) {
-      if (node.size < 1 || node.size > 3 || node.id < next || node.id >= next_id_)
+      if (node.size < 1 || node.size > 3 || node.id < next || node.id >= next_id_ || node.used > relations_)
         throw DataError("the checkpoint has an invalid node of the joint Gaussian");
       next = node.id + 1;
-      node.offset = size_;
-      size_ += node.size;
+      int& end = node.is_near ? size_ : distant;
+      node.offset = end;
+      end += node.size;
     }
     const bool fits = cross.rows() == size_ && cross.cols() == layout_.size() && between.rows() == size_ &&
                       between.cols() == size_ && pending.rows() == size_ && pending.cols() <= kPending &&
@@ -284,6 +395,11 @@ void JointGaussian::serialize(Archive& archive) {
     pending_columns_ = static_cast<int>(pending.cols());
     pending_.leftCols(pending_columns_) = pending;
     reserve(size_ + kFirstStates);
+    distant_.serialize(archive, layout_.size(), size_);
+    if (distant_.size() != distant)
+      throw DataError("the checkpoint has distant nodes that do not fit its list of nodes");
+  } else {
+    distant_.serialize(archive, layout_.size(), size_);
   }
 }
 template void JointGaussian::serialize(OutArchive& archive);

@@ -9,6 +9,7 @@
 
 #include "estimation/process_model.hpp"
 #include "estimation/state_jacobian.hpp"
+#include "joint/distant_nodes.hpp"
 #include "waymark/base/api.hpp"
 #include "waymark/interface/nav_state.hpp"
 #include "waymark/interface/update.hpp"
@@ -17,9 +18,16 @@
 
 namespace waymark::joint {
 
+/// With more error states of near nodes than `most`, those that were not used for long become distant: `kept` stay.
+struct NearLimits {
+  int most = 300;
+  int kept = 150;
+};
+
 /// One Gaussian over the navigation state and the nodes of a map: EKF-SLAM (R. Smith, M. Self, P. Cheeseman, 1990;
 /// docs/math/joint.md). Nodes are static, of one to three error states each. Their means and the meaning of their
-/// errors are the caller's, who fetches their corrections.
+/// errors are the caller's, who fetches their corrections. Of many nodes those that were not used for long are distant
+/// ones: what an update takes grows with the square of the others.
 class WAYMARK_API JointGaussian {
  public:
   /// Rows of a relation over three states of the pose, or over one node.
@@ -36,7 +44,7 @@ class WAYMARK_API JointGaussian {
   };
 
   /// `layout` must outlive the object.
-  explicit JointGaussian(const StateLayout& layout) : layout_(layout) {}
+  explicit JointGaussian(const StateLayout& layout, NearLimits limits = {}) : layout_(layout), limits_(limits) {}
 
   /// The navigation state alone, without nodes.
   void start(const Belief& prior);
@@ -71,8 +79,9 @@ class WAYMARK_API JointGaussian {
   Rows node_covariance(NodeId node) const;
   /// Covariance of one node with the navigation state: states of the node × error states.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> cross_covariance(NodeId node) const;
-  /// Number of error states of all nodes.
-  int size() const { return size_; }
+  /// Number of error states of all nodes, and of those that are not distant.
+  int size() const { return size_ + distant_.size(); }
+  int near_size() const { return size_; }
 
   /// The marginal of the navigation state.
   const Belief& belief() const { return belief_; }
@@ -85,7 +94,10 @@ class WAYMARK_API JointGaussian {
   template <class Change>
   void replace_twist(const Change& change) {
     for (int core = 6; core < kCoreStates; ++core) {
-      if (const int i = layout_.active(core); i >= 0) cross_.topRows(size_).col(i).setZero();
+      const int i = layout_.active(core);
+      if (i < 0) continue;
+      cross_.topRows(size_).col(i).setZero();
+      distant_.scale(i, 0.0);
     }
     change(belief_);
   }
@@ -94,16 +106,26 @@ class WAYMARK_API JointGaussian {
   void serialize(Archive& archive);
 
  private:
-  using Factor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxErrorStates, kMaxUpdateRows>;
+  using Factor = DistantNodes::Factor;
 
   struct Node {
     NodeId id;
-    int offset;
+    int offset;  // among the near ones, or among the distant ones
     int size;
+    std::uint64_t used;  // when a relation had it last
+    bool is_near = true;
   };
   const Node& find(NodeId node) const;
   static constexpr int kPending = 32;
 
+  /// A distant node becomes a near one, and with it those that were used at the same time.
+  void approach(NodeId node);
+  /// Decides anew which nodes are near: those used last, and those used about the time of `needed`.
+  void choose_near(const Node* needed);
+  /// All nodes become near ones.
+  void join_distant();
+  /// The nodes marked so become distant; none is before.
+  void part_distant();
   void reserve(int size);
   /// Subtracts W Wᵀ, W = (own; of_nodes): of the nodes' block later, many columns at once.
   void subtract(const Factor& own);
@@ -112,10 +134,13 @@ class WAYMARK_API JointGaussian {
   void subtract_pending();
 
   const StateLayout& layout_;
+  NearLimits limits_;
   Belief belief_;
   std::vector<Node> nodes_;  // ids ascend
   NodeId next_id_ = 0;
-  int size_ = 0;             // error states of the nodes; the matrices below have room for more
+  std::uint64_t relations_ = 0;
+  DistantNodes distant_;
+  int size_ = 0;             // error states of the near nodes; the matrices below have room for more
   Eigen::MatrixXd cross_;    // nodes × navigation states
   Eigen::MatrixXd between_;  // nodes × nodes, without the pending part
   Eigen::MatrixXd pending_;  // nodes × kPending: between_ − pending_ pending_ᵀ is the covariance

@@ -122,7 +122,7 @@ TEST(JointBelief, TooManyAnchorsAreThinned) {
 
 class Standing : public testing::Test {
  protected:
-  Standing() : process_(planar(), ProcessNoise{}), joint_(process_, {}) {
+  Standing() : process_(planar(), ProcessNoise{}), joint_(process_, {}, 120) {
     start_.P = ErrorMatrix::Zero(6, 6);
     start_.P(0, 0) = start_.P(1, 1) = 0.01;
   }
@@ -190,11 +190,13 @@ TEST_F(Standing, ItIsGivenUpWhereItContradictsTheParticles) {
   Belief particles = start_;
   particles.mean.T_map_base.p.x() = 0.3;  // 3σ
   for (int i = 0; i < 100; ++i) EXPECT_EQ(joint_.failure(particles), "");
-  particles.mean.T_map_base.p.x() = 1.0;
+  particles.mean.T_map_base.p.x() = 0.9;  // 9σ, which the report covers
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(joint_.failure(particles), "");
+  particles.mean.T_map_base.p.x() = 1.5;
   std::string failure;
   int steps = 0;
   while (failure.empty() && ++steps < 100) failure = joint_.failure(particles);
-  EXPECT_NE(failure.find("contradicts the particles by 1 m"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("contradicts the particles by 1.5 m"), std::string::npos) << failure;
   EXPECT_GT(steps, 10) << "a single step is no contradiction";
 }
 

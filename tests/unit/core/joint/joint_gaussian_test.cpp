@@ -61,9 +61,10 @@ struct Dense {
   }
 };
 
-class JointGaussianTest : public testing::Test {
+/// With all nodes near, and with so little room that most are distant.
+class JointGaussianTest : public testing::TestWithParam<NearLimits> {
  protected:
-  JointGaussianTest() : process_(planar(), ProcessNoise{}), joint_(planar()) {
+  JointGaussianTest() : process_(planar(), ProcessNoise{}), joint_(planar(), GetParam()) {
     joint_.start(at_origin());
     dense_.P = joint_.belief().P;
   }
@@ -129,7 +130,7 @@ class JointGaussianTest : public testing::Test {
   std::vector<int> offsets_;
 };
 
-TEST_F(JointGaussianTest, EqualsTheSameComputedByPlainMatrices) {
+TEST_P(JointGaussianTest, EqualsTheSameComputedByPlainMatrices) {
   Random random({7, 0, 0, 0});
   const auto rows = [&](int r, int c) {
     return Eigen::MatrixXd::NullaryExpr(r, c, [&] { return random.normal(); }).eval();
@@ -143,10 +144,12 @@ TEST_F(JointGaussianTest, EqualsTheSameComputedByPlainMatrices) {
     const auto size = joint_.node_covariance(nodes_[node]).rows();
     relate(node, 3.0 * rows(3, 3), 3.0 * rows(3, static_cast<int>(size)));
     expect_equal();
+    EXPECT_LE(joint_.near_size(), GetParam().most);
   }
+  EXPECT_EQ(joint_.size(), 20);
 }
 
-TEST_F(JointGaussianTest, ARemovedNodeIsMarginalised) {
+TEST_P(JointGaussianTest, ARemovedNodeIsMarginalised) {
   for (int i = 0; i < 4; ++i) {
     predict(0.5);
     add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
@@ -161,7 +164,7 @@ TEST_F(JointGaussianTest, ARemovedNodeIsMarginalised) {
 
 /// The mean of the robot jumps about, as wrong fixes would have it: its heading relative to the anchor is measured all
 /// the time, but where the two look together is not known better for that.
-TEST_F(JointGaussianTest, JumpsOfTheMeanGiveNoInformationAboutTheHeadingOfTheMap) {
+TEST_P(JointGaussianTest, JumpsOfTheMeanGiveNoInformationAboutTheHeadingOfTheMap) {
   const auto anchor = joint_.add_node(twist_of_error(position()), 1e-4 * Eigen::Matrix3d::Identity());
   const double before = joint_.node_covariance(anchor)(2, 2);
   Random random({3, 0, 0, 0});
@@ -175,7 +178,22 @@ TEST_F(JointGaussianTest, JumpsOfTheMeanGiveNoInformationAboutTheHeadingOfTheMap
   EXPECT_GT(joint_.belief().P(2, 2), 0.95 * 0.003);
 }
 
-TEST_F(JointGaussianTest, ItsCheckpointIsTheSame) {
+TEST_P(JointGaussianTest, ANewStartIsCorrelatedWithNoNode) {
+  for (int i = 0; i < 4; ++i) {
+    predict(0.5);
+    add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
+    relate(static_cast<std::size_t>(i), Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity());
+  }
+  joint_.restart(at_origin());
+  dense_.P.topRows(6).setZero();
+  dense_.P.leftCols(6).setZero();
+  dense_.P.topLeftCorner(6, 6) = at_origin().P;
+  expect_equal();
+  relate(0, Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity());
+  expect_equal();
+}
+
+TEST_P(JointGaussianTest, ItsCheckpointIsTheSame) {
   for (int i = 0; i < 3; ++i) {
     predict(0.3);
     add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
@@ -184,7 +202,7 @@ TEST_F(JointGaussianTest, ItsCheckpointIsTheSame) {
   std::stringstream stream;
   OutArchive out(stream);
   out(joint_);
-  JointGaussian loaded(planar());
+  JointGaussian loaded(planar(), GetParam());
   InArchive in(stream);
   in(loaded);
   for (JointGaussian* one : {&joint_, &loaded}) {
@@ -196,6 +214,9 @@ TEST_F(JointGaussianTest, ItsCheckpointIsTheSame) {
   EXPECT_EQ(loaded.belief().mean.T_map_base.p, joint_.belief().mean.T_map_base.p);
   for (const auto node : nodes_) EXPECT_EQ(loaded.node_covariance(node), joint_.node_covariance(node));
 }
+
+INSTANTIATE_TEST_SUITE_P(Limits, JointGaussianTest, testing::Values(NearLimits{}, NearLimits{.most = 9, .kept = 6}),
+                         [](const auto& tested) { return tested.param.most == 9 ? "most_distant" : "all_near"; });
 
 }  // namespace
 }  // namespace waymark::joint
