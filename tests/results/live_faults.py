@@ -4,7 +4,8 @@
 
 A robot drives a circle at 1 m/s and sends wheels (50 Hz) and fixes (5 Hz) as JSON; waymark runs on them as it would on a robot. The
 position is compared with the circle. `replay`, `commands` and `latency` run config/quickstart.yaml in real time instead (LIDAR,
-landmarks, 25 particles). `disk` mounts a tmpfs and `interface` uses a network of its own: both need root.
+landmarks, 25 particles). `topics_*` send samples of ROS 2 by tests/peers/publish_bytes, which lies beside the program in build/dev.
+`disk` mounts a tmpfs, `interface` and `topics_interface` use a network of their own: they need root.
 
 Example:
   tests/results/live_faults.py --waymark build/release/bin/waymark --data "$WAYMARK_DATA"
@@ -23,7 +24,8 @@ import time
 
 from live_cases import CASES, case, row, tcp_robot, end
 from live_inputs import interface_in_its_network
-from live_robot import Driver, Tcp, Waymark, circle, eventually, fix_line, free_port, same_files, twist_line
+from live_robot import Driver, Tcp, Waymark, circle, counted, eventually, fix_line, free_port, same_files, twist_line
+from live_topics import topics_in_their_network
 
 QUICKSTART = pathlib.Path(__file__).resolve().parents[2] / "config/quickstart.yaml"
 
@@ -326,9 +328,12 @@ def main():
     parser.add_argument("--latency-seconds", type=float, default=120)
     parser.add_argument("--measurements", type=int, default=3_000_000)
     parser.add_argument("--inner-interface", help=argparse.SUPPRESS)
+    parser.add_argument("--inner-topics", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.inner_interface:
         return interface_in_its_network(arguments, pathlib.Path(arguments.inner_interface))
+    if arguments.inner_topics:
+        return topics_in_their_network(arguments, pathlib.Path(arguments.inner_topics))
     folder = pathlib.Path(tempfile.mkdtemp(prefix="live_faults_"))
     print("| fault | what happened |\n|---|---|", flush=True)
     for name in arguments.case or CASES:

@@ -124,10 +124,9 @@ Participant::~Participant() {
   if (dds_lookup_participant(settings_.id, nullptr, 0) == 0) dds_delete(domain);
 }
 
-std::unique_ptr<Participant> join_domain(const Config& config, std::size_t most_bytes) {
-  DomainSettings settings = read_domain_settings(config);
+std::unique_ptr<Participant> join_domain(const Config& config, const DomainSettings& settings, std::size_t most_bytes) {
   try {
-    return std::make_unique<Participant>(std::move(settings), most_bytes);
+    return std::make_unique<Participant>(settings, most_bytes);
   } catch (const ConfigError&) {
     throw;
   } catch (const Error& error) {

@@ -70,8 +70,9 @@ class Participant {
   OwnedEntity publications_, subscriptions_;  // what was found
 };
 
-/// Reads `domain` and `interface`, and joins. Throws ConfigError.
-std::unique_ptr<Participant> join_domain(const Config& config, std::size_t most_bytes = kMostBytes);
+/// Joins, with the settings that were read of `config`. Throws ConfigError at `interface`.
+std::unique_ptr<Participant> join_domain(const Config& config, const DomainSettings& settings,
+                                         std::size_t most_bytes = kMostBytes);
 
 /// "bad parameter" of a negative return value.
 std::string text_of_failure(std::int32_t code);

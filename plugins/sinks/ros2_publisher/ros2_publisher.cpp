@@ -138,7 +138,7 @@ Ros2Publisher::Ros2Publisher(const Config& config, const Rig& rig)
           1e3 * config.number_in({"linger_s", "s", "at the end: how long readers that are slow are waited for"}, 0.0,
                                  60.0, 1.0))),
       rig_(rig),
-      participant_(dds::join_domain(config)) {}
+      participant_(dds::join_domain(config, dds::read_domain_settings(config))) {}
 
 void Ros2Publisher::start(const RunInfo& info) {
   const std::optional<Datum> datum = datum_of(info.config);

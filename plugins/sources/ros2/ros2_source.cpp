@@ -59,7 +59,33 @@ std::string read_pose_topic(const Config& config) {
   return topic;
 }
 
-/// Topics of ROS 2.
+/// Refuses a channel that does not fit one before it.
+void check_against(const TopicChannel& other, const TopicChannel& channel, const Config& entry) {
+  if (other.topic() != channel.topic()) return;
+  if (other.channel().payload_type == channel.channel().payload_type) {
+    entry.fail("sensor",
+               fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}", other.channel().sensor,
+                           channel.channel().sensor, short_type_name(channel.channel().payload_type), channel.topic()));
+  }
+  if (other.type() != channel.type())
+    entry.fail("type", fmt::format("{} is {} in another entry", channel.topic(), other.type()));
+}
+
+std::vector<TopicChannel> read_topics(const Config& config, const Rig& rig) {
+  const std::vector<Config> entries = config.items({"channels", "which sensor gets which topic"});
+  if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
+  std::vector<TopicChannel> topics;
+  topics.reserve(entries.size());
+  for (const Config& entry : entries) {
+    TopicChannel channel(entry, rig);
+    for (const TopicChannel& other : topics) check_against(other, channel, entry);
+    entry.reject_unread();
+    topics.push_back(std::move(channel));
+  }
+  return topics;
+}
+
+/// Topics of ROS 2. The domain is joined once the whole configuration is read.
 class Ros2Source final : public Source {
  public:
   Ros2Source(const Config& config, const Rig& rig);
@@ -87,7 +113,6 @@ class Ros2Source final : public Source {
     std::size_t input;
   };
 
-  void add_channel(const Config& entry, const Rig& rig);
   std::size_t add_input(const std::string& topic, const std::string& type, const dds::Quality& quality);
   void take();
   void look();
@@ -99,7 +124,6 @@ class Ros2Source final : public Source {
   void skip(const Input& input, const std::string& reason);
   void learn_frames();
 
-  std::vector<TopicChannel> topics_;
   std::vector<Channel> channels_;
   std::size_t most_bytes_;
   std::string base_frame_, map_frame_;
@@ -107,6 +131,8 @@ class Ros2Source final : public Source {
   std::chrono::nanoseconds tf_patience_;
   bool is_simulated_;
   live::EventList events_;
+  dds::DomainSettings domain_;
+  std::vector<TopicChannel> topics_;
   std::unique_ptr<dds::Participant> participant_;
   dds::Wait wait_;
   std::deque<Input> inputs_;
@@ -139,11 +165,18 @@ Ros2Source::Ros2Source(const Config& config, const Rig& rig)
       is_simulated_(config.boolean(
           {"use_sim_time", "true: the time is that of the topic `/clock`, of a simulation or of a bag that is played"},
           false)),
-      participant_(dds::join_domain(config, most_bytes_)),
+      domain_(dds::read_domain_settings(config)),
+      topics_(read_topics(config, rig)),
+      participant_(dds::join_domain(config, domain_, most_bytes_)),
       wait_(*participant_) {
-  const std::vector<Config> entries = config.items({"channels", "which sensor gets which topic"});
-  if (entries.empty()) config.fail("channels", "the list is empty, at least one channel is expected");
-  for (const Config& entry : entries) add_channel(entry, rig);
+  for (std::size_t i = 0; i < topics_.size(); ++i) {
+    const TopicChannel& channel = topics_[i];
+    auto input = std::ranges::find(inputs_, channel.topic(), &Input::topic);
+    const auto index = static_cast<std::size_t>(input - inputs_.begin());
+    if (input == inputs_.end()) add_input(channel.topic(), channel.type(), channel.quality());
+    inputs_[index].channels.push_back(i);
+    channels_.push_back(channel.channel());
+  }
   if (pose_topic_ != kNone) {
     pose_input_ = add_input(pose_topic_, std::string(ros::geometry_msgs::PoseWithCovarianceStamped::kType), kPose);
     channels_.push_back({"", std::string(Command::kType)});
@@ -155,28 +188,6 @@ std::size_t Ros2Source::add_input(const std::string& topic, const std::string& t
   inputs_.push_back({topic, dds::Reader(*participant_, topic, type, quality), TopicState(topic, type), {}});
   wait_.add(inputs_.back().reader);
   return inputs_.size() - 1;
-}
-
-void Ros2Source::add_channel(const Config& entry, const Rig& rig) {
-  TopicChannel channel(entry, rig);
-  for (const TopicChannel& other : topics_) {
-    const bool is_same =
-        other.topic() == channel.topic() && other.channel().payload_type == channel.channel().payload_type;
-    if (is_same) {
-      entry.fail("sensor", fmt::format("two sensors on one input: \"{}\" and \"{}\" get {} of {}",
-                                       other.channel().sensor, channel.channel().sensor,
-                                       short_type_name(channel.channel().payload_type), channel.topic()));
-    }
-    if (other.topic() == channel.topic() && other.type() != channel.type())
-      entry.fail("type", fmt::format("{} is {} in another entry", channel.topic(), other.type()));
-  }
-  auto input = std::ranges::find_if(inputs_, [&](const Input& one) { return one.topic == channel.topic(); });
-  std::size_t index = static_cast<std::size_t>(input - inputs_.begin());
-  if (input == inputs_.end()) index = add_input(channel.topic(), channel.type(), channel.quality());
-  inputs_[index].channels.push_back(topics_.size());
-  channels_.push_back(channel.channel());
-  entry.reject_unread();
-  topics_.push_back(std::move(channel));
 }
 
 // --- samples ---------------------------------------------------------------------------------------------------------

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cases of live_faults.py: faults of topics of ROS 2. The robot publishes through tests/peers/publish_bytes, which sends what it is given."""
+import json
+import os
+import pathlib
+import random
+import signal
+import struct
+import subprocess
+import sys
+import time
+
+from live_cases import case, end, row
+from live_robot import Driver, Waymark, eventually
+
+ROBOT = """
+source:
+  plugin: ros2
+  domain: {domain}
+  initial_pose: none
+  channels:
+    - {{ topic: /twist, type: geometry_msgs/msg/TwistStamped, sensor: wheels, reliable: true }}
+    - {{ topic: /fix, type: sensor_msgs/msg/NavSatFix, sensor: gps, reliable: true }}
+initial: {{ x_m: 0, y_m: 0, yaw_deg: 0, yaw_sigma_deg: 2 }}
+datum: {{ latitude_deg: 49, longitude_deg: 8, height_m: 0 }}
+motion: {{ kind: planar }}
+sensors:
+  - {{ name: wheels, plugin: odometry, model: twist }}
+  - {{ name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3 }}
+filter: {{ max_latency_s: 0.1 }}
+live: {{ control: {control} }}
+sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
+"""
+
+
+def header(stamp_ns):
+    """Encapsulation of CDR, little endian, and std_msgs/Header with an empty frame, up to what is aligned to 8 bytes."""
+    body = struct.pack("<iI", stamp_ns // 10 ** 9, stamp_ns % 10 ** 9) + struct.pack("<I", 1) + b"\0"
+    return b"\0\1\0\0", body
+
+
+def padded(body, size):
+    return body + b"\0" * (-len(body) % size)
+
+
+def twist_sample(reading):
+    start, body = header(reading["stamp_ns"])
+    return start + padded(body, 8) + struct.pack("<6d", reading["v_x_mps"], reading["v_y_mps"], 0, 0, 0, reading["w_z_radps"])
+
+
+def fix_sample(reading):
+    start, body = header(reading["stamp_ns"])
+    body = padded(body + struct.pack("<b", 0), 2) + struct.pack("<H", 1)
+    body = padded(body, 8) + struct.pack("<3d", reading["latitude_deg"], reading["longitude_deg"], 0) + struct.pack("<9d", *[0] * 9)
+    return start + body + struct.pack("<B", 0)
+
+
+TOPICS = {"wheels": ("/twist", "geometry_msgs/msg/TwistStamped", twist_sample), "gps": ("/fix", "sensor_msgs/msg/NavSatFix", fix_sample)}
+
+
+class Topics:
+    """Lines of JSON as samples of topics; or pairs of a sensor and the bytes to publish for it."""
+
+    def __init__(self, program, domain):
+        self.program, self.domain = program, domain
+        self.process = None
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen([self.program, str(self.domain)], stdin=subprocess.PIPE, text=True, bufsize=1)
+
+    def kill(self):
+        process, self.process = self.process, None
+        process.kill()
+        process.wait()
+
+    def publish(self, sensor, sample):
+        process = self.process
+        if process is None:
+            return False
+        topic, kind, _ = TOPICS[sensor]
+        try:
+            process.stdin.write(f"{topic} {kind} {sample.hex()}\n")
+            return True
+        except OSError:
+            return False
+
+    def __call__(self, line):
+        if isinstance(line, tuple):
+            return self.publish(*line)
+        reading = json.loads(line)
+        return self.publish(reading["sensor"], TOPICS[reading["sensor"]][2](reading))
+
+
+def topic_robot(arguments, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    domain = 1 + os.getpid() % 199
+    yaml = folder / "robot.yaml"
+    yaml.write_text(ROBOT.format(domain=domain, control=folder / "ctl"))
+    robot = Waymark(arguments.waymark, folder, "", yaml=yaml).start()
+    topics = Topics(arguments.waymark.with_name("publish_bytes"), domain)
+    driver = Driver(topics)
+    return robot.wait_until_under_way(), driver, topics
+
+
+def lost_messages(report):
+    lost = [event["text"] for event in report["run"]["events"] if "lost so far" in event["text"]]
+    return f"; event: {lost[-1]}" if lost else ""
+
+
+@case
+def topics_killed(arguments, folder):
+    robot, driver, topics = topic_robot(arguments, folder)
+    time.sleep(3)
+    topics.kill()
+    time.sleep(5)
+    away = robot.status()
+    topics.start()
+    back = eventually(lambda: robot.status().get("health") == "ok", 30)
+    time.sleep(3)
+    _, report, text = end(robot, driver)
+    row("ROS 2: the publisher is killed (kill -9), 5 s later another one begins",
+        f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}{lost_messages(report)}; {text}")
+
+
+@case
+def topics_stopped(arguments, folder):
+    robot, driver, topics = topic_robot(arguments, folder)
+    time.sleep(3)
+    robot.send(signal.SIGSTOP)
+    time.sleep(10)
+    robot.send(signal.SIGCONT)
+    back = eventually(lambda: robot.status().get("health") == "ok", 30)
+    time.sleep(3)
+    _, report, text = end(robot, driver)
+    row("ROS 2: stopped for 10 s (SIGSTOP) while messages come", f"{'ok' if back else 'not ok'} afterwards{lost_messages(report)}; {text}")
+
+
+@case
+def topics_damaged(arguments, folder):
+    noise = random.Random(1)
+    good = twist_sample({"stamp_ns": 10 ** 18, "v_x_mps": 1.0, "v_y_mps": 0.0, "w_z_radps": 0.1})
+
+    def sample():
+        kind = noise.randrange(4)
+        if kind == 0:
+            return bytes(noise.randrange(256) for _ in range(noise.randrange(1, 200)))
+        if kind == 1:
+            return good[:noise.randrange(1, len(good))]
+        if kind == 2:  # a frame of 4 GB
+            return good[:12] + b"\xff\xff\xff\xff" + good[16:]
+        return good[:-8] + struct.pack("<d", noise.choice([float("nan"), float("inf")]))
+
+    robot, driver, topics = topic_robot(arguments, folder)
+    before = robot.resident_kb()
+    count = 0
+
+    def rubbish():
+        nonlocal count
+        count += 1
+        return noise.choice(["wheels", "gps"]), sample()
+
+    driver.rubbish = rubbish
+    time.sleep(15)
+    grown = robot.resident_kb() - before
+    _, report, text = end(robot, driver)
+    row("ROS 2: every second sample is damaged", f"{count} damaged, {report['run']['bad_record_count']} bad messages counted, memory {grown / 1024:+.1f} MB"
+        f"{lost_messages(report)}; {text}")
+
+
+@case
+def topics_interface(arguments, folder):
+    inner = [sys.executable, pathlib.Path(__file__).with_name("live_faults.py"), "--waymark", str(arguments.waymark), "--inner-topics", str(folder)]
+    subprocess.run(["unshare", "-n", *inner], check=True)
+
+
+def topics_in_their_network(arguments, folder):
+    subprocess.run(["ip", "link", "set", "lo", "up", "multicast", "on"], check=True)
+    robot, driver, _ = topic_robot(arguments, folder)
+    time.sleep(3)
+    subprocess.run(["ip", "link", "set", "lo", "down"], check=True)
+    time.sleep(5)
+    away = robot.status()
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    back = eventually(lambda: robot.status().get("health") == "ok", 30)
+    time.sleep(3)
+    _, report, text = end(robot, driver)
+    row("ROS 2: network interface down for 5 s, and up", f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}{lost_messages(report)}; {text}")
