@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the cases of live_faults.py have in common: their list, robots on JSON, the end of a run."""
+import pathlib
 import socket
+import subprocess
+import sys
 import time
 
-from live_robot import Driver, Tcp, Waymark, free_port
+from live_robot import Driver, Tcp, Waymark, eventually, free_port
 
 CASES = {}
 
@@ -38,6 +41,30 @@ def end(robot, driver):
     time.sleep(0.5)
     code, report = robot.stop()
     return code, report, f"exit code {code}, {count_text(report, driver)}, {robot.error_m(driver):.2f} m off at the end"
+
+
+def interrupt(robot, driver, begin, seconds, over, look=True):
+    """A fault that `begin` causes and `over` ends. Returns the report, what was seen meanwhile (unless the robot cannot be asked then:
+    `look`) and afterwards, and the text of the end."""
+    time.sleep(3)
+    begin()
+    time.sleep(seconds)
+    away = robot.status() if look else None
+    over()
+    back = "ok" if eventually(lambda: robot.status().get("health") == "ok", 30) else "not ok"
+    time.sleep(3)
+    _, report, text = end(robot, driver)
+    return report, f"meanwhile {away['health']} ({away['reason']}); then {back}" if look else f"{back} afterwards", text
+
+
+def set_loopback(*words):
+    subprocess.run(["ip", "link", "set", "lo", *words], check=True)
+
+
+def in_own_network(arguments, folder, option):
+    """Runs live_faults.py with this option and the folder in a network of its own."""
+    inner = [sys.executable, pathlib.Path(__file__).with_name("live_faults.py"), "--waymark", str(arguments.waymark), option, str(folder)]
+    subprocess.run(["unshare", "-n", *inner], check=True)
 
 
 def receiver_robot(arguments, folder, receiver, more=""):

@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 
-from live_cases import CASES, case, row, tcp_robot, end
+from live_cases import CASES, case, row, tcp_robot, end, interrupt
 from live_inputs import interface_in_its_network
 from live_robot import Driver, Tcp, Waymark, circle, counted, eventually, fix_line, free_port, same_files, twist_line
 from live_topics import topics_in_their_network
@@ -51,15 +51,9 @@ def cold_start(arguments, folder):
 @case
 def stall(arguments, folder):
     robot, driver, _ = tcp_robot(arguments, folder)
-    time.sleep(3)
-    robot.send(signal.SIGSTOP)
-    time.sleep(10)
-    robot.send(signal.SIGCONT)
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, report, text = end(robot, driver)
+    report, seen, text = interrupt(robot, driver, lambda: robot.send(signal.SIGSTOP), 10, lambda: robot.send(signal.SIGCONT), look=False)
     steps = sum("was set" in event["text"] for event in report["run"]["events"])
-    row("stopped for 10 s (SIGSTOP)", f"{'ok' if back else 'not ok'} afterwards, {steps} steps of clocks reported; {text}")
+    row("stopped for 10 s (SIGSTOP)", f"{seen}, {steps} steps of clocks reported; {text}")
 
 
 @case

@@ -7,26 +7,18 @@ import random
 import signal
 import socket
 import subprocess
-import sys
 import time
 import tty
 
-from live_cases import case, row, tcp_robot, end, receiver_robot
+from live_cases import case, row, tcp_robot, end, in_own_network, interrupt, receiver_robot, set_loopback
 from live_robot import Driver, Tcp, Waymark, counted, eventually, free_port, stream, twist_line
 
 
 @case
 def disconnect(arguments, folder):
     robot, driver, feed = tcp_robot(arguments, folder)
-    time.sleep(3)
-    feed.disconnect()
-    time.sleep(5)
-    away = robot.status()
-    feed.closed = False
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, _, text = end(robot, driver)
-    row("source disconnects for 5 s and returns", f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}; {text}")
+    _, seen, text = interrupt(robot, driver, feed.disconnect, 5, feed.reconnect)
+    row("source disconnects for 5 s and returns", f"{seen}; {text}")
 
 
 def fixes(robot):
@@ -173,12 +165,11 @@ def rubbish(arguments, folder):
 
 @case
 def interface(arguments, folder):
-    inner = [sys.executable, pathlib.Path(__file__).with_name("live_faults.py"), "--waymark", str(arguments.waymark), "--inner-interface", str(folder)]
-    subprocess.run(["unshare", "-n", *inner], check=True)
+    in_own_network(arguments, folder, "--inner-interface")
 
 
 def interface_in_its_network(arguments, folder):
-    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    set_loopback("up")
     port = free_port(socket.SOCK_DGRAM)
     robot = Waymark(arguments.waymark, folder, f"plugin: json, from: udp, port: {port}").start()
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -191,12 +182,5 @@ def interface_in_its_network(arguments, folder):
 
     driver = Driver(send)
     robot.wait_until_under_way()
-    time.sleep(3)
-    subprocess.run(["ip", "link", "set", "lo", "down"], check=True)
-    time.sleep(5)
-    away = robot.status()
-    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, _, text = end(robot, driver)
-    row("network interface down for 5 s, and up", f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}; {text}")
+    _, seen, text = interrupt(robot, driver, lambda: set_loopback("down"), 5, lambda: set_loopback("up"))
+    row("network interface down for 5 s, and up", f"{seen}; {text}")

@@ -11,7 +11,7 @@ import threading
 import time
 
 ROBOT = """
-source: {{ {source}, channels: [{{ sensor: wheels, payload: BodyTwist }}, {{ sensor: gps, payload: GnssFix }}] }}
+source: {{ {source}, channels: {channels} }}
 initial: {{ x_m: 0, y_m: 0, yaw_deg: 0, yaw_sigma_deg: 2 }}
 datum: {{ latitude_deg: 49, longitude_deg: 8, height_m: 0 }}
 motion: {{ kind: planar }}
@@ -23,6 +23,7 @@ live: {{ control: {control} }}
 sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
 {more}
 """
+OF_JSON = "[{ sensor: wheels, payload: BodyTwist }, { sensor: gps, payload: GnssFix }]"
 METRES_PER_DEGREE = (111_229.0, 73_172.0)  # of latitude and longitude at 49° north
 DATA_OF_REPORT = '<script id="data" type="application/json">'
 SPEED, RATE = 1.0, 0.1                     # m/s and rad/s: a circle of 10 m radius
@@ -119,11 +120,14 @@ class Tcp:
             self.connection.close()
         self.connection = None
 
+    def reconnect(self):
+        self.closed = False
+
 
 class Waymark:
     """A live run in a folder of its own."""
 
-    def __init__(self, program, folder, source, more="", options=(), yaml=None):
+    def __init__(self, program, folder, source, more="", options=(), yaml=None, channels=OF_JSON):
         self.program, self.folder = program, pathlib.Path(folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.out = self.folder / "out"
@@ -131,7 +135,7 @@ class Waymark:
         self.yaml = yaml
         if yaml is None:
             self.yaml = self.folder / "robot.yaml"
-            self.yaml.write_text(ROBOT.format(source=source, control=self.socket, more=more))
+            self.yaml.write_text(ROBOT.format(source=source, channels=channels, control=self.socket, more=more))
         self.options = list(options)
         self.process = None
 

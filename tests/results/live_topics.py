@@ -2,35 +2,18 @@
 """Cases of live_faults.py: faults of topics of ROS 2. The robot publishes through tests/peers/publish_bytes, which sends what it is given."""
 import json
 import os
-import pathlib
 import random
 import signal
 import struct
 import subprocess
-import sys
 import time
 
-from live_cases import case, end, row
-from live_robot import Driver, Waymark, eventually
+from live_cases import case, end, in_own_network, interrupt, row, set_loopback
+from live_robot import Driver, Waymark
 
-ROBOT = """
-source:
-  plugin: ros2
-  domain: {domain}
-  initial_pose: none
-  channels:
-    - {{ topic: /twist, type: geometry_msgs/msg/TwistStamped, sensor: wheels, reliable: true }}
-    - {{ topic: /fix, type: sensor_msgs/msg/NavSatFix, sensor: gps, reliable: true }}
-initial: {{ x_m: 0, y_m: 0, yaw_deg: 0, yaw_sigma_deg: 2 }}
-datum: {{ latitude_deg: 49, longitude_deg: 8, height_m: 0 }}
-motion: {{ kind: planar }}
-sensors:
-  - {{ name: wheels, plugin: odometry, model: twist }}
-  - {{ name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.3 }}
-filter: {{ max_latency_s: 0.1 }}
-live: {{ control: {control} }}
-sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
-"""
+CHANNELS = """[
+  { topic: /twist, type: geometry_msgs/msg/TwistStamped, sensor: wheels, reliable: true },
+  { topic: /fix, type: sensor_msgs/msg/NavSatFix, sensor: gps, reliable: true }]"""
 
 
 def header(stamp_ns):
@@ -93,11 +76,8 @@ class Topics:
 
 
 def topic_robot(arguments, folder):
-    folder.mkdir(parents=True, exist_ok=True)
     domain = 1 + os.getpid() % 199
-    yaml = folder / "robot.yaml"
-    yaml.write_text(ROBOT.format(domain=domain, control=folder / "ctl"))
-    robot = Waymark(arguments.waymark, folder, "", yaml=yaml).start()
+    robot = Waymark(arguments.waymark, folder, f"plugin: ros2, domain: {domain}, initial_pose: none", channels=CHANNELS).start()
     topics = Topics(arguments.waymark.with_name("publish_bytes"), domain)
     driver = Driver(topics)
     return robot.wait_until_under_way(), driver, topics
@@ -111,29 +91,15 @@ def lost_messages(report):
 @case
 def topics_killed(arguments, folder):
     robot, driver, topics = topic_robot(arguments, folder)
-    time.sleep(3)
-    topics.kill()
-    time.sleep(5)
-    away = robot.status()
-    topics.start()
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, report, text = end(robot, driver)
-    row("ROS 2: the publisher is killed (kill -9), 5 s later another one begins",
-        f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}{lost_messages(report)}; {text}")
+    report, seen, text = interrupt(robot, driver, topics.kill, 5, topics.start)
+    row("ROS 2: the publisher is killed (kill -9), 5 s later another one begins", f"{seen}{lost_messages(report)}; {text}")
 
 
 @case
 def topics_stopped(arguments, folder):
-    robot, driver, topics = topic_robot(arguments, folder)
-    time.sleep(3)
-    robot.send(signal.SIGSTOP)
-    time.sleep(10)
-    robot.send(signal.SIGCONT)
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, report, text = end(robot, driver)
-    row("ROS 2: stopped for 10 s (SIGSTOP) while messages come", f"{'ok' if back else 'not ok'} afterwards{lost_messages(report)}; {text}")
+    robot, driver, _ = topic_robot(arguments, folder)
+    report, seen, text = interrupt(robot, driver, lambda: robot.send(signal.SIGSTOP), 10, lambda: robot.send(signal.SIGCONT), look=False)
+    row("ROS 2: stopped for 10 s (SIGSTOP) while messages come", f"{seen}{lost_messages(report)}; {text}")
 
 
 @case
@@ -170,19 +136,11 @@ def topics_damaged(arguments, folder):
 
 @case
 def topics_interface(arguments, folder):
-    inner = [sys.executable, pathlib.Path(__file__).with_name("live_faults.py"), "--waymark", str(arguments.waymark), "--inner-topics", str(folder)]
-    subprocess.run(["unshare", "-n", *inner], check=True)
+    in_own_network(arguments, folder, "--inner-topics")
 
 
 def topics_in_their_network(arguments, folder):
-    subprocess.run(["ip", "link", "set", "lo", "up", "multicast", "on"], check=True)
+    set_loopback("up", "multicast", "on")
     robot, driver, _ = topic_robot(arguments, folder)
-    time.sleep(3)
-    subprocess.run(["ip", "link", "set", "lo", "down"], check=True)
-    time.sleep(5)
-    away = robot.status()
-    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    back = eventually(lambda: robot.status().get("health") == "ok", 30)
-    time.sleep(3)
-    _, report, text = end(robot, driver)
-    row("ROS 2: network interface down for 5 s, and up", f"meanwhile {away['health']} ({away['reason']}); then {'ok' if back else 'not ok'}{lost_messages(report)}; {text}")
+    report, seen, text = interrupt(robot, driver, lambda: set_loopback("down"), 5, lambda: set_loopback("up"))
+    row("ROS 2: network interface down for 5 s, and up", f"{seen}{lost_messages(report)}; {text}")
