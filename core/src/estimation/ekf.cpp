@@ -20,6 +20,26 @@ void multiply(const ErrorMatrix& M, const StateJacobian& H, Innovation::Gain& ou
   }
 }
 
+/// P −= W Wᵀ. Innovations have 1 to 3 rows nearly always: their columns take one pass over P each.
+template <class W>
+void subtract_square(ErrorMatrix& P, const W& w) {
+  for (Eigen::Index j = 0; j < P.cols(); ++j) {
+    switch (w.cols()) {
+      case 1:
+        P.col(j) -= w(j, 0) * w.col(0);
+        break;
+      case 2:
+        P.col(j) -= w(j, 0) * w.col(0) + w(j, 1) * w.col(1);
+        break;
+      case 3:
+        P.col(j) -= w(j, 0) * w.col(0) + w(j, 1) * w.col(1) + w(j, 2) * w.col(2);
+        break;
+      default:
+        P.col(j) -= w.lazyProduct(w.row(j).transpose());
+    }
+  }
+}
+
 }  // namespace
 
 Innovation::Gain project(const ErrorMatrix& M, const StateJacobian& H) {
@@ -60,7 +80,7 @@ void apply(Belief& belief, const StateLayout& layout, const Innovation& innovati
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxBlockStates, kMaxBlockStates> kept =
       belief.P.block(first, first, n, n);
   boxplus(belief.mean, delta, layout);
-  belief.P -= W.lazyProduct(W.transpose());
+  subtract_square(belief.P, W);
   belief.P.block(first, first, n, n) = kept;
 }
 
@@ -113,7 +133,7 @@ bool apply_information(Belief& belief, const StateLayout& layout, const PoseMatr
   // W Wᵀ with W = P Sᵀ L chol⁻ᵀ: symmetric by construction.
   PoseColumns<N> W = PSt.lazyProduct(L);
   gaussian::divide_by_factor(W, factor.matrixLLT());
-  belief.P -= W.lazyProduct(W.transpose());
+  subtract_square(belief.P, W);
   boxplus(belief.mean, delta, layout);
   return true;
 }

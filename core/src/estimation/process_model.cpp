@@ -10,14 +10,17 @@ namespace waymark::estimation {
 
 namespace {
 
-/// Adds the noise of a chain pose ← velocity ← white acceleration with density matrix D [unit²/s]: A = ∂pose/∂velocity
-/// over dt is linear in time, so the integrals are dt/3, dt/2 and dt.
-template <class Q, class A, class D>
-void add_chain_noise(Q& noise, int pose, int velocity, int n, const A& jacobian, const D& density, double dt) {
-  noise.block(pose, pose, n, n) += (dt / 3.0) * (jacobian * density * jacobian.transpose());
-  noise.block(pose, velocity, n, n) += (dt / 2.0) * (jacobian * density);
-  noise.block(velocity, pose, n, n) += (dt / 2.0) * (density * jacobian.transpose());
-  noise.block(velocity, velocity, n, n) += dt * density;
+/// Adds the noise of a chain pose ← velocity ← white acceleration with densities [unit²/s], one per axis: A =
+/// ∂pose/∂velocity over dt is linear in time, so the integrals are dt/3, dt/2 and dt.
+template <int N, class Q>
+void add_chain_noise(Q& noise, int pose, int velocity, const Eigen::Matrix<double, N, N>& jacobian,
+                     const Eigen::Matrix<double, N, 1>& density, double dt) {
+  const Eigen::Matrix<double, N, N> noisy = jacobian * density.asDiagonal();
+  const Eigen::Matrix<double, N, N> both = (dt / 2.0) * noisy;
+  noise.template block<N, N>(pose, pose) += (dt / 3.0) * noisy.lazyProduct(jacobian.transpose());
+  noise.template block<N, N>(pose, velocity) += both;
+  noise.template block<N, N>(velocity, pose) += both.transpose();
+  noise.template block<N, N>(velocity, velocity).diagonal() += dt * density;
 }
 
 /// sin(x)/x and (1 − cos x)/x with their derivatives by x: the translation of an arc in the plane.
@@ -58,6 +61,14 @@ void propagate(ErrorMatrix& P, const Eigen::Matrix<double, kPose, kCore>& G,
 }  // namespace
 
 void ProcessModel::predict_mean(NavState& mean, double dt) const {
+  predict_pose(mean, dt);
+  for (int i = 0; i < layout_.block_size(); ++i) {
+    const BlockState& state = layout_.block_state(i);
+    if (state.tau_s > 0.0) mean.block[i] *= std::exp(-dt / state.tau_s);
+  }
+}
+
+void ProcessModel::predict_pose(NavState& mean, double dt) const {
   if (layout_.motion() == StateLayout::Motion::planar) {
     const double turn = mean.w_base.z() * dt;
     const Arc a = arc(turn);
@@ -70,10 +81,6 @@ void ProcessModel::predict_mean(NavState& mean, double dt) const {
     const Eigen::Vector3d phi = mean.w_base * dt;
     mean.T_map_base.p += mean.T_map_base.q * (so3::left_jacobian(phi) * mean.v_base * dt);
     mean.T_map_base.q = (mean.T_map_base.q * so3::exp(phi)).normalized();
-  }
-  for (int i = 0; i < layout_.block_size(); ++i) {
-    const BlockState& state = layout_.block_state(i);
-    if (state.tau_s > 0.0) mean.block[i] *= std::exp(-dt / state.tau_s);
   }
 }
 
@@ -103,9 +110,9 @@ ProcessModel::PlanarStep ProcessModel::planar_step(const NavState& mean, double 
   G(2, 5) = dt;
   if (standing) return step;
 
-  const Eigen::Matrix2d Sv = noise_.velocity_per_sqrt_s.head<2>().cwiseAbs2().asDiagonal();
+  const Eigen::Vector2d Sv = noise_.velocity_per_sqrt_s.head<2>().cwiseAbs2();
   const double Sw = noise_.rate_per_sqrt_s.z() * noise_.rate_per_sqrt_s.z();
-  add_chain_noise(Q, 0, 3, 2, A, Sv, dt);
+  add_chain_noise<2>(Q, 0, 3, A, Sv, dt);
   Q(2, 2) += Sw * dt * dt * dt / 3.0;
   Q(2, 5) += Sw * dt * dt / 2.0;
   Q(5, 2) += Sw * dt * dt / 2.0;
@@ -134,15 +141,16 @@ ProcessModel::SpatialStep ProcessModel::spatial_step(const NavState& mean, doubl
   G.block<3, 3>(3, 9) = A;
   if (standing) return step;
 
-  const Eigen::Matrix3d Sv = noise_.velocity_per_sqrt_s.cwiseAbs2().asDiagonal();
-  const Eigen::Matrix3d Sw = noise_.rate_per_sqrt_s.cwiseAbs2().asDiagonal();
-  add_chain_noise(Q, 0, 6, 3, A, Sv, dt);
-  add_chain_noise(Q, 3, 9, 3, A, Sw, dt);
-  Q.block<3, 3>(0, 0) += (dt / 5.0) * C * Sw * C.transpose();
-  const Eigen::Matrix3d p_theta = (dt / 4.0) * C * Sw * A.transpose();
+  const Eigen::Vector3d Sv = noise_.velocity_per_sqrt_s.cwiseAbs2();
+  const Eigen::Vector3d Sw = noise_.rate_per_sqrt_s.cwiseAbs2();
+  add_chain_noise<3>(Q, 0, 6, A, Sv, dt);
+  add_chain_noise<3>(Q, 3, 9, A, Sw, dt);
+  const Eigen::Matrix3d noisy = C * Sw.asDiagonal();
+  Q.block<3, 3>(0, 0) += (dt / 5.0) * noisy.lazyProduct(C.transpose());
+  const Eigen::Matrix3d p_theta = (dt / 4.0) * noisy.lazyProduct(A.transpose());
   Q.block<3, 3>(0, 3) += p_theta;
   Q.block<3, 3>(3, 0) += p_theta.transpose();
-  const Eigen::Matrix3d p_omega = (dt / 3.0) * C * Sw;
+  const Eigen::Matrix3d p_omega = (dt / 3.0) * noisy;
   Q.block<3, 3>(0, 9) += p_omega;
   Q.block<3, 3>(9, 0) += p_omega.transpose();
   return step;
@@ -170,6 +178,7 @@ void ProcessModel::predict_blocks(Belief& belief, double dt, bool standing) cons
     double growth = state.walk_per_sqrt_m * state.walk_per_sqrt_m * distance;
     if (state.tau_s > 0.0) {
       const double decay = std::exp(-dt / state.tau_s);
+      belief.mean.block[i] *= decay;
       belief.P.row(k) *= decay;
       belief.P.col(k) *= decay;
       growth += state.stationary_sigma * state.stationary_sigma * (1.0 - decay * decay);
@@ -193,7 +202,7 @@ void ProcessModel::predict(Belief& belief, Time to, bool standing) const {
     propagate(belief.P, step.G, step.Q);
   }
   predict_blocks(belief, dt, standing);
-  predict_mean(belief.mean, dt);
+  predict_pose(belief.mean, dt);
 }
 
 }  // namespace waymark::estimation

@@ -40,6 +40,8 @@ class WAYMARK_API ProcessModel {
 
   PlanarStep planar_step(const NavState& mean, double dt, bool standing) const;
   SpatialStep spatial_step(const NavState& mean, double dt, bool standing) const;
+  void predict_pose(NavState& mean, double dt) const;
+  /// Means and covariance of the blocks.
   void predict_blocks(Belief& belief, double dt, bool standing) const;
 
   const StateLayout& layout_;

@@ -327,7 +327,10 @@ void ParticleFilter::drop_module(int module) {
   }
 }
 
+bool ParticleFilter::is_one_gaussian() const { return set_.size() == 1 && modules_.empty() && !georeference_; }
+
 const Belief& ParticleFilter::mixture() {
+  if (is_one_gaussian()) return set_[0].belief;
   if (mixture_is_current_) return mixture_;
   for (std::size_t i = 0; i < set_.size(); ++i) beliefs_[i] = &set_[i].belief;
   moments_.compute(beliefs_, set_, mixture_);
@@ -336,6 +339,7 @@ const Belief& ParticleFilter::mixture() {
 }
 
 const Belief& ParticleFilter::mixture() const {
+  if (is_one_gaussian()) return set_[0].belief;
   assert(mixture_is_current_);
   return mixture_;
 }
@@ -358,6 +362,7 @@ const Belief& ParticleFilter::reported() {
 }
 
 const Belief& ParticleFilter::reported() const {
+  if (is_one_gaussian()) return set_[0].belief;
   assert(mixture_is_current_ && (!joint_ || reported_is_current_));
   return joint_ ? reported_ : mixture_;
 }

@@ -196,6 +196,8 @@ class WAYMARK_API ParticleFilter {
   /// Every particle keeps where it writes what belongs to the anchors that were added.
   void keep_new_anchors();
 
+  /// The only particle is the mixture: no maps sample its pose, and no georeference moves it.
+  bool is_one_gaussian() const;
   /// What is reported must be computed anew.
   void has_changed() { mixture_is_current_ = reported_is_current_ = false; }
   /// Thins the older half of paths that have grown too long.

@@ -64,17 +64,24 @@ MixtureOutcome UpdateStep::gate(const ParticleSet& particles, const UpdatePolicy
   }
   if (!outcome.usable) return outcome;
 
-  const int rows = static_cast<int>(scratch_.front().innovation.nu.size());
-  outcome.innovation.setZero(rows);
-  outcome.S.setZero(rows, rows);
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    outcome.innovation += particles.weight(i) * scratch_[i].innovation.nu;
+  const ekf::Innovation& first = scratch_.front().innovation;
+  const int rows = static_cast<int>(first.nu.size());
+  if (particles.size() == 1) {  // the mixture is its only Gaussian
+    outcome.innovation = first.nu;
+    outcome.S = first.S;
+    outcome.nis = first.density.squared_mahalanobis;
+  } else {
+    outcome.innovation.setZero(rows);
+    outcome.S.setZero(rows, rows);
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      outcome.innovation += particles.weight(i) * scratch_[i].innovation.nu;
+    }
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      const gaussian::Vector spread = scratch_[i].innovation.nu - outcome.innovation;
+      outcome.S += particles.weight(i) * (scratch_[i].innovation.S + spread * spread.transpose());
+    }
+    outcome.nis = gaussian::density(outcome.innovation, outcome.S).squared_mahalanobis;
   }
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    const gaussian::Vector spread = scratch_[i].innovation.nu - outcome.innovation;
-    outcome.S += particles.weight(i) * (scratch_[i].innovation.S + spread * spread.transpose());
-  }
-  outcome.nis = gaussian::density(outcome.innovation, outcome.S).squared_mahalanobis;
   outcome.accepted = policy.ignore_gate || outcome.nis <= policy.gates[rows];
   return outcome;
 }
