@@ -27,6 +27,8 @@ add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
 if(WAYMARK_WERROR)
   add_compile_options(-Werror)
 endif()
+# Paths in assertions count from here: the compiler cache knows the objects of another checkout, too.
+add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 set(WAYMARK_SANITIZED OFF)
 if(WAYMARK_SANITIZE)
   set(WAYMARK_SANITIZED ON)

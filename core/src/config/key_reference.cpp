@@ -10,6 +10,8 @@
 #include <exception>
 #include <set>
 
+#include "waymark/base/error.hpp"
+
 namespace waymark {
 namespace {
 
@@ -89,16 +91,17 @@ class Explorer {
 
   std::vector<DescribedKey> explore() {
     pending_.emplace_back();
-    for (int i = 0; i < kMostTrials && !pending_.empty(); ++i) {
+    for (int i = 0; i < trials_.most && !pending_.empty(); ++i) {
       const Trial trial = std::move(pending_.front());
       pending_.pop_front();
       carry_out(trial);
     }
+    if (!pending_.empty())
+      throw Error(fmt::format("the keys are not all found after {} configurations that were tried", trials_.most));
     return std::move(found_);
   }
 
  private:
-  static constexpr int kMostTrials = 50'000;
   static constexpr int kMostRequired = 50;
 
   /// Runs the reader, and again with every required key that was missing.

@@ -32,11 +32,13 @@ struct KeyTrials {
   std::vector<Config::Override> given;     ///< in every trial: "inputs=[LaserScan]"
   std::vector<std::string> texts = {"x"};  ///< values of keys that take text; the first where one is required
   std::string file = "trial";              ///< of the configuration; relative paths count from its folder
+  int most = 50'000;                       ///< trials
 };
 
 /// All keys that `read` asks a configuration for, in the order of the reads. Reads are conditional, so it runs many
 /// times: with nothing, with each required key, each other word of a choice, each truth value turned, each optional key
-/// given, and so on from what each of these reveals. Whatever `read` throws ends one trial only.
+/// given, and so on from what each of these reveals. Whatever `read` throws ends one trial only. Throws Error if
+/// `trials.most` are not enough.
 WAYMARK_API std::vector<DescribedKey> describe_keys(const std::function<void(const Config&)>& read,
                                                     const KeyTrials& trials = {});
 

@@ -6,6 +6,8 @@
 
 #include <stdexcept>
 
+#include "waymark/base/error.hpp"
+
 namespace waymark {
 namespace {
 
@@ -123,6 +125,17 @@ TEST(DescribeKeys, TriesWithWhatTheCallerGives) {
       },
       trials);
   EXPECT_THAT(paths(keys), ElementsAre("inputs", "camera", "camera.edge", "answer", "more"));
+}
+
+TEST(DescribeKeys, KeysThatAreNotAllFoundAreAnError) {
+  KeyTrials trials;
+  trials.most = 100;
+  const auto ask_deeper_each_time = [](const Config& config) {
+    std::string key = "a";
+    while (config.boolean(key, false)) key += "a";
+  };
+  EXPECT_THAT([&] { describe_keys(ask_deeper_each_time, trials); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("after 100 configurations")));
 }
 
 }  // namespace
