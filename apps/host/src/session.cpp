@@ -317,6 +317,7 @@ void Session::obey(const Measurement& command) {
                [this] { return write_live_checkpoint(); },
                [this] { return status_line(*fusion_, robot_, live_->report(), live_->silence()); },
                [this] { stopped_ = true; },
+               {},
                {}};
   }
   outputs.retune = [this](const std::string& key_and_value) { retune(key_and_value); };
