@@ -51,7 +51,8 @@ class Robot {
     const auto first = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
     for (int k = 0; !ends_; ++k) {
       const auto stamp = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
-      if (!loses_wheels_) send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
+      if (!loses_wheels_)
+        send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
       if (k % 10 == 0) {
         const double x = 1e-9 * static_cast<double>(stamp - first);  // where it was then, however late this is sent
         send(fmt::format(

@@ -59,8 +59,8 @@ class Lineage {
   }
 
   /// Removes every second one of the first `count` items of each lineage. What these lineages share they share
-  /// afterwards, too; other lineages keep all. Beside the new items it needs memory for those only that are shared: of a
-  /// robot that drives for months, large blocks that come and go would fragment the heap.
+  /// afterwards, too; other lineages keep all. Beside the new items it needs memory for those only that are shared: of
+  /// a robot that drives for months, large blocks that come and go would fragment the heap.
   static void thin(std::span<Lineage* const> lineages, std::size_t count) {
     std::unordered_map<const Node*, std::shared_ptr<Node>> thinned;  // of what is shared
     std::vector<const Node*> removed;                                // shared ones, down to the next that is kept
