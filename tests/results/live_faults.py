@@ -256,7 +256,8 @@ def ros2(arguments, folder):
             published = stamps(robot.out, one["sensor"])
             missing = sum(min(received) <= stamp <= max(received) and stamp not in received for stamp in published)
         print(f"| {one['sensor']} | {one['received']} | {missing} | {one['dropped']} | {text(one['latency_s'])} |", flush=True)
-    lost = [event["text"] for event in report["run"]["events"] if "lost so far" in event["text"] or "bad message" in event["text"]]
+    lost = [event["text"] for event in report["run"]["events"] if "lost so far" in event["text"] or "bad message" in event["text"]
+            or event["text"].endswith(" missing")]
     replayed = subprocess.run([arguments.waymark, "run", str(run.out / "flight.mcap"), "--out", str(folder / "replay"), "--quiet"],
                               capture_output=True, text=True)
     differ, names = same_files(run.out, folder / "replay")

@@ -84,8 +84,10 @@ def topic_robot(arguments, folder):
 
 
 def lost_messages(report):
-    lost = [event["text"] for event in report["run"]["events"] if "lost so far" in event["text"]]
-    return f"; event: {lost[-1]}" if lost else ""
+    """What DDS counted as lost, and what the gaps in stamps say."""
+    events = [event["text"] for event in report["run"]["events"]]
+    lost = [text for text in events if "lost so far" in text][-1:] + [text for text in events if text.endswith(" missing")]
+    return "; events: " + ", ".join(f"`{text}`" for text in lost) if lost else ""
 
 
 @case

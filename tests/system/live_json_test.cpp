@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// needs plugins: dgps, diagnostics, json, json_poses, odometry, plot, tum
+// needs plugins: dgps, diagnostics, json, json_poses, mcap, odometry, plot, recorder, tum
 // config/live_json.yaml as it is shipped, but for its ports: fed by this program, which reads the poses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,7 +14,10 @@
 #include <csignal>
 #include <istream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "live_source.hpp"
 #include "tests/system/command.hpp"
@@ -37,6 +40,9 @@ class Robot {
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
+  /// The messages of the wheels are lost on their way, or not.
+  void lose_wheels(bool lost) { loses_wheels_ = lost; }
+
  private:
   void drive() {
     using namespace std::chrono;
@@ -45,7 +51,8 @@ class Robot {
     const auto first = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
     for (int k = 0; !ends_; ++k) {
       const auto stamp = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
-      send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
+      if (!loses_wheels_)
+        send(fmt::format(R"({{"sensor":"wheels","stamp_ns":{},"left_mps":1.0,"right_mps":1.0}})", stamp));
       if (k % 10 == 0) {
         const double x = 1e-9 * static_cast<double>(stamp - first);  // where it was then, however late this is sent
         send(fmt::format(
@@ -65,6 +72,7 @@ class Robot {
   udp::endpoint to_;
   udp::socket socket_{context_, udp::endpoint(asio::ip::address_v4::loopback(), 0)};
   std::atomic<bool> ends_ = false;
+  std::atomic<bool> loses_wheels_ = false;
   std::thread thread_;
 };
 
@@ -134,6 +142,61 @@ TEST(LiveJson, TheShippedRobotRunsUntilItIsStopped) {
   EXPECT_TRUE(has_no_partial_file(out));
   const nlohmann::json report = nlohmann::json::parse(read_text(out / "diagnostics.json"));
   EXPECT_GE(report.at("run").at("bad_record_count").get<int>(), 1) << "rubbish is skipped";
+}
+
+/// The texts of the events that name missing measurements.
+std::vector<std::string> missing_events(const nlohmann::json& report) {
+  std::vector<std::string> texts;
+  for (const nlohmann::json& event : report.at("run").at("events")) {
+    if (event.at("text").get<std::string>().ends_with(" missing")) texts.push_back(event.at("text"));
+  }
+  return texts;
+}
+
+TEST(LiveJson, MessagesThatAreLostOnTheirWayAreReportedAndTheRecordRepeatsThat) {
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  const std::uint16_t in_port = test::free_port(SOCK_DGRAM);
+  const std::uint16_t out_port = test::free_port(SOCK_STREAM);
+  Robot robot(in_port);
+  PoseReader poses(out_port);
+  using std::chrono::steady_clock;
+  std::optional<steady_clock::time_point> lost_at;
+  const auto is_over = [&] {
+    if (poses.count() >= 100 && !lost_at) {
+      robot.lose_wheels(true);
+      lost_at = steady_clock::now();
+    }
+    if (!lost_at) return false;
+    const auto since = steady_clock::now() - *lost_at;
+    if (since > std::chrono::seconds(2)) robot.lose_wheels(false);
+    return since > std::chrono::seconds(5);
+  };
+  Command command({"run", WAYMARK_SOURCE_DIR "/config/live_json.yaml", "--out", out.string(), "--set", "record={}",
+                   "--set", fmt::format("source.port={}", in_port), "--set",
+                   fmt::format("sinks.json_poses.port={}", out_port)});
+  const Outcome outcome = command.send(SIGTERM, is_over).run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  poses.join();
+
+  const nlohmann::json report = nlohmann::json::parse(read_text(out / "diagnostics.json"));
+  const std::vector<std::string> events = missing_events(report);
+  ASSERT_EQ(events.size(), 1U) << report.at("run").at("events");
+  EXPECT_THAT(events.front(), testing::StartsWith("wheels: no measurement for 2"));
+  EXPECT_THAT(outcome.err, testing::HasSubstr(events.front()));
+  for (const nlohmann::json& stream : report.at("live").at("streams")) {
+    const double expected = stream.at("sensor") == "wheels" ? 100.0 : 0.0;
+    EXPECT_NEAR(stream.at("missing").get<double>(), expected, 0.2 * expected) << stream;
+  }
+  EXPECT_THAT(report.at("health").dump(), testing::HasSubstr("measurements are missing"));
+
+  const std::filesystem::path again = folder / "again";
+  const Outcome replay = Command({"run", out / "flight.mcap", "--out", again}).run();
+  ASSERT_EQ(replay.exit_code, 0) << replay.err;
+  EXPECT_EQ(read_text(again / "trajectory.txt"), read_text(out / "trajectory.txt"));
+  const nlohmann::json replayed = nlohmann::json::parse(read_text(again / "diagnostics.json"));
+  EXPECT_EQ(missing_events(replayed), events);
+  EXPECT_EQ(replayed.at("health"), report.at("health"));
 }
 
 }  // namespace

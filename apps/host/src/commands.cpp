@@ -28,6 +28,7 @@ constexpr std::array<std::pair<std::string_view, SensorMode>, 3> kModes{
 const std::vector<std::string> kCommands{"enable",    "disable",    "shadow", "set", "set-pose",
                                          "save-maps", "checkpoint", "status", "stop"};
 constexpr std::string_view kDropped = "dropped";
+constexpr std::string_view kMissing = "missing";
 
 std::vector<std::string> words_of(std::string_view text) {
   std::istringstream stream{std::string(text)};
@@ -97,6 +98,22 @@ double number(const std::string& word) {
   return value;
 }
 
+std::uint64_t whole_number(const std::string& word) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size())
+    throw Error(fmt::format("\"{}\" is not a whole number", word));
+  return value;
+}
+
+std::string note_missing(const std::vector<std::string>& words, const Robot& robot, const CommandOutputs& outputs) {
+  const Part part = words.size() == 6 ? part_of("sensors." + words[1], robot) : Part{};
+  if (!part.sensor) throw Error("missing takes a sensor and four numbers");
+  outputs.note_missing(*part.sensor,
+                       {number(words[4]), number(words[5]), whole_number(words[2]), whole_number(words[3])});
+  return "ok";
+}
+
 std::string set_pose(const std::vector<std::string>& words, Fusion& fusion) {
   if (words.size() != 4 && words.size() != 6)
     throw Error("set-pose takes x [m], y [m] and heading [degrees], then, if known, their σ [m] and [degrees]");
@@ -121,6 +138,7 @@ std::string execute_words(const std::vector<std::string>& words, Fusion& fusion,
   if (words.front() == "set-pose") return set_pose(words, fusion);
   if (words.front() == "set") return retune(words, outputs);
   if (words.front() == kDropped && is_record) return note_dropped(words, fusion, robot);
+  if (words.front() == kMissing && is_record) return note_missing(words, robot, outputs);
   const std::string nearest = nearest_name(words.front(), kCommands);
   if (words.size() > 1 && std::ranges::find(kCommands, words.front()) != kCommands.end())
     throw Error(fmt::format("\"{}\" takes no arguments", words.front()));
@@ -141,7 +159,8 @@ std::string execute_words(const std::vector<std::string>& words, Fusion& fusion,
 bool steers(std::string_view command) {
   const std::vector<std::string> words = words_of(command);
   if (words.empty()) return false;
-  if (words.front() == "set-pose" || words.front() == "set" || words.front() == kDropped) return true;
+  if (words.front() == "set-pose" || words.front() == "set") return true;
+  if (words.front() == kDropped || words.front() == kMissing) return true;
   for (const auto& [name, mode] : kModes) {
     if (words.front() == name) return true;
   }
@@ -150,6 +169,11 @@ bool steers(std::string_view command) {
 
 std::string dropped_command(const std::string& sensor, std::size_t count) {
   return fmt::format("{} {} {}", kDropped, sensor, count);
+}
+
+std::string missing_command(const std::string& sensor, const Gap& gap) {
+  // As many digits as bring back the same numbers.
+  return fmt::format("{} {} {} {} {} {}", kMissing, sensor, gap.missing, gap.count, gap.longest_s, gap.period_s);
 }
 
 std::string execute(std::string_view command, Fusion& fusion, const Robot& robot, const CommandOutputs& outputs,

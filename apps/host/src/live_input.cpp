@@ -80,18 +80,30 @@ void LiveInput::admit(Measurement&& measurement) {
 void LiveInput::set_times(Measurement& m) {
   Counts& counts = counts_[m.sensor];
   m.arrival = clock_->now();
+  std::optional<Duration> best_offset = Duration::zero();
   if (m.stamp == kUnknownStamp) {
     m.stamp = m.arrival;
   } else {
     const UsableOffsets& usable = policies_[m.sensor].offsets;
-    m.stamp = counts.steps.corrected(m.stamp, m.arrival, counts.clock.best_offset(usable), usable);
+    best_offset = counts.clock.best_offset(usable);
+    m.stamp = counts.steps.corrected(m.stamp, m.arrival, best_offset, usable);
   }
+  look_for_gap(m, best_offset);
   if (const auto step = counts.steps.take_step()) {
     events_.push_back(fmt::format(
         "the clock of {} was set {} by {:.3f} s: its stamps are carried on as if it had not been",
         channels_[m.sensor].sensor, *step > Duration::zero() ? "forward" : "back", std::abs(to_seconds(*step))));
   }
   if (!counts.steps.in_doubt()) counts.clock.add(m.stamp, m.arrival);
+}
+
+void LiveInput::look_for_gap(const Measurement& m, std::optional<Duration> best_offset) {
+  Counts& counts = counts_[m.sensor];
+  if (counts.steps.in_doubt()) {
+    counts.gaps.break_off();
+  } else if (const auto gap = counts.gaps.add(m.stamp, m.stamp - m.arrival, best_offset)) {
+    gaps_.push_back({m.sensor, *gap});
+  }
 }
 
 void LiveInput::thin_if_behind(const Measurement& newest) {
@@ -198,6 +210,11 @@ std::vector<std::string> LiveInput::take_events() {
 std::vector<Measurement> LiveInput::take_dropped() {
   const std::lock_guard lock(mutex_);
   return std::exchange(dropped_, {});
+}
+
+std::vector<LiveInput::ChannelGap> LiveInput::take_gaps() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(gaps_, {});
 }
 
 std::uint64_t LiveInput::next_sequence() const {

@@ -16,6 +16,7 @@
 
 #include "clock_offset.hpp"
 #include "clock_steps.hpp"
+#include "gap_watch.hpp"
 #include "live_clock.hpp"
 #include "source_list.hpp"
 #include "waymark/interface/source.hpp"
@@ -47,6 +48,12 @@ class LiveInput final : public Source {
     bool was_crowded_out = false;  ///< some of them were dropped because the queue was full
     ClockOffset clock = {};        ///< without its steps
     ClockSteps steps = {};         ///< of its clock, which were taken out of its stamps
+    GapWatch gaps = {};            ///< in its stamps: measurements that did not arrive
+  };
+  /// Measurements of a channel that did not arrive.
+  struct ChannelGap {
+    std::uint32_t channel = 0;
+    Gap gap;
   };
 
   /// Reading begins with the first `next`.
@@ -71,6 +78,8 @@ class LiveInput final : public Source {
   std::uint64_t command(std::string text);
   /// The measurements dropped since the last call, in order of arrival.
   std::vector<Measurement> take_dropped();
+  /// The gaps in stamps that were found since the last call.
+  std::vector<ChannelGap> take_gaps();
   /// Sequence number of the next measurement. Those of a run that goes on must not repeat: they
   /// distinguish measurements.
   std::uint64_t next_sequence() const;
@@ -87,6 +96,7 @@ class LiveInput final : public Source {
   void read(std::size_t source);
   void admit(Measurement&& measurement);
   void set_times(Measurement& measurement);
+  void look_for_gap(const Measurement& measurement, std::optional<Duration> best_offset);
   void thin_if_behind(const Measurement& newest);
   bool make_room();
   void drop(std::deque<Measurement>::iterator which);
@@ -102,6 +112,7 @@ class LiveInput final : public Source {
   std::condition_variable room_;
   std::deque<Measurement> queue_;
   std::vector<Measurement> dropped_;
+  std::vector<ChannelGap> gaps_;
   std::vector<Counts> counts_;
   std::vector<std::string> events_;
   std::uint64_t sequence_ = 0;

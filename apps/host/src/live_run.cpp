@@ -123,6 +123,15 @@ std::map<std::uint32_t, std::size_t> LiveRun::added(const Fusion& fusion) {
   return dropped_of;
 }
 
+std::vector<LiveRun::SensorGap> LiveRun::take_gaps() {
+  std::vector<SensorGap> gaps;
+  for (const LiveInput::ChannelGap& one : input_->take_gaps()) {
+    const int sensor = robot_.sensor_of_channel[one.channel];
+    if (sensor >= 0) gaps.push_back({static_cast<std::uint32_t>(sensor), one.gap});
+  }
+  return gaps;
+}
+
 std::vector<Measurement> LiveRun::waiting_measurements() const {
   std::vector<Measurement> of_channels = input_->waiting_measurements();
   std::erase_if(of_channels, [this](Measurement& m) { return !robot_.assign(m); });
@@ -170,6 +179,7 @@ LiveReport LiveRun::report() const {
     stream.sensor = robot_.sensors[static_cast<std::size_t>(sensor)].name;
     stream.received = counts[channel].received;
     stream.dropped = counts[channel].dropped;
+    stream.missing = counts[channel].gaps.missing();
     stream.waits = counts[channel].waits;
     stream.clock_offset_s = counts[channel].clock.offset_s() + to_seconds(counts[channel].steps.total());
     stream.clock_drift = counts[channel].clock.drift();

@@ -36,6 +36,13 @@ class LiveRun {
   /// Called by the filter's thread after each measurement that it was given. Returns how many of each sensor's
   /// measurements were dropped since the last call; sensors without any are left out.
   std::map<std::uint32_t, std::size_t> added(const Fusion& fusion);
+  /// Measurements of a sensor that did not arrive.
+  struct SensorGap {
+    std::uint32_t sensor = 0;
+    Gap gap;
+  };
+  /// The gaps in sensors' stamps that were found since the last call.
+  std::vector<SensorGap> take_gaps();
   /// The filter goes on in another host; nothing of the one before is used any more on return.
   void replaced(const Fusion& fusion) { front_->replace(fusion.front()); }
   /// Where the numbers of measurements go on, for a checkpoint and after it.

@@ -268,8 +268,18 @@ void Session::follow_live() {
     fusion_->note_dropped(sensor);
     results_.commanded(last_arrival_, dropped_command(robot_.sensors[sensor].name, count));
   }
+  for (const auto& [sensor, gap] : live_->take_gaps()) {
+    note_missing(sensor, gap, last_arrival_);
+    results_.commanded(last_arrival_, missing_command(robot_.sensors[sensor].name, gap));
+  }
   write_live_checkpoint_if_due();
   take_live_events();
+}
+
+/// Found by a running robot, and repeated by the replay of its record at the same place, with the same event.
+void Session::note_missing(std::uint32_t sensor, const Gap& gap, Time arrival) {
+  fusion_->note_missing(sensor);
+  keep({fmt::format("{}: {}", robot_.sensors[sensor].name, describe(gap)), arrival, false});
 }
 
 void Session::write_live_checkpoint_if_due() {
@@ -286,14 +296,16 @@ void Session::write_live_checkpoint_if_due() {
 
 /// A peer that connects and goes, and a robot that runs for months, must not fill the memory.
 void Session::take_live_events() {
-  for (Event& event : live_->take_events()) {
-    if (options_.on_event) options_.on_event(event);
-    if (std::ssize(live_events_) >= kMostEvents) {
-      live_events_.erase(live_events_.begin() + kMostEvents / 2);
-      ++live_events_left_out_;
-    }
-    live_events_.push_back(std::move(event));
+  for (Event& event : live_->take_events()) keep(std::move(event));
+}
+
+void Session::keep(Event event) {
+  if (options_.on_event && live_) options_.on_event(event);
+  if (std::ssize(live_events_) >= kMostEvents) {
+    live_events_.erase(live_events_.begin() + kMostEvents / 2);
+    ++live_events_left_out_;
   }
+  live_events_.push_back(std::move(event));
 }
 
 /// A command of a running robot, or its record.
@@ -305,9 +317,11 @@ void Session::obey(const Measurement& command) {
                [this] { return write_live_checkpoint(); },
                [this] { return status_line(*fusion_, robot_, live_->report(), live_->silence()); },
                [this] { stopped_ = true; },
+               {},
                {}};
   }
   outputs.retune = [this](const std::string& key_and_value) { retune(key_and_value); };
+  outputs.note_missing = [&](std::uint32_t sensor, const Gap& gap) { note_missing(sensor, gap, command.arrival); };
   const std::string answer = execute(text, *fusion_, robot_, outputs, live_ == nullptr);
   const bool has_changed_filter = answer.starts_with("ok") && steers(text);
   if (has_changed_filter) results_.commanded(command.arrival, text);
@@ -420,11 +434,13 @@ SessionResult Session::conclude() {
   }
   if (live_) {
     result.report.live = live_->report();
-    if (live_events_left_out_ > 0) {
-      result.report.notices.push_back(
-          fmt::format("{} events of the running robot are left out: the first and the last {} are kept",
-                      live_events_left_out_, kMostEvents / 2));
-    }
+  }
+  if (live_events_left_out_ > 0) {
+    result.report.notices.push_back(
+        fmt::format("{} events of the running robot are left out: the first and the last {} are kept",
+                    live_events_left_out_, kMostEvents / 2));
+  }
+  if (!live_events_.empty()) {
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp);
   }

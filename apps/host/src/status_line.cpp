@@ -41,6 +41,7 @@ std::string status_line(const Fusion& fusion, const Robot& robot, const LiveRepo
     nlohmann::ordered_json& sensor = json["sensors"][stream.sensor];
     sensor["received"] = stream.received;
     sensor["dropped"] = stream.dropped;
+    sensor["missing"] = stream.missing;
     sensor["waits"] = stream.waits;
     sensor["latency_s"] = {stream.latency_s.median, stream.latency_s.p99, stream.latency_s.max};
     sensor["clock_offset_s"] = stream.clock_offset_s;

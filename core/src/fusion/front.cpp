@@ -58,4 +58,9 @@ void Fusion::note_dropped(std::uint32_t sensor) {
   if (p.has_pose()) p.committed.health.dropped(sensor, p.committed.filter.stamp());
 }
 
+void Fusion::note_missing(std::uint32_t sensor) {
+  Parts& p = *parts_;
+  if (p.has_pose()) p.committed.health.missing(sensor, p.committed.filter.stamp());
+}
+
 }  // namespace waymark

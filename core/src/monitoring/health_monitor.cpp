@@ -124,10 +124,18 @@ void HealthMonitor::mistimed(std::size_t index) {
   add(sensors_[index], {.fate = Fate::mistimed, .degraded_reason = "its stamps are implausible"});
 }
 
-void HealthMonitor::dropped(std::size_t index, Time stamp) {
+void HealthMonitor::degrade(std::size_t index, Time stamp, std::string_view why) {
   advance(stamp);
-  sensors_[index].degraded_reason = "measurements are dropped: the filter does not keep up";
+  sensors_[index].degraded_reason = why;
   sensors_[index].degraded_at = clock_;
+}
+
+void HealthMonitor::dropped(std::size_t index, Time stamp) {
+  degrade(index, stamp, "measurements are dropped: the filter does not keep up");
+}
+
+void HealthMonitor::missing(std::size_t index, Time stamp) {
+  degrade(index, stamp, "measurements are missing: a gap in its stamps");
 }
 
 bool HealthMonitor::is_not_localized(const Track& track) {

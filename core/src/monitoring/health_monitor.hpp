@@ -66,6 +66,8 @@ class WAYMARK_API HealthMonitor {
   void mistimed(std::size_t sensor);
   /// The filter did not keep up, and measurements were dropped before it; `stamp`: of the filter.
   void dropped(std::size_t sensor, Time stamp);
+  /// Measurements did not arrive; `stamp`: of the filter.
+  void missing(std::size_t sensor, Time stamp);
   /// How what the robot sees fits the loaded map, from now on.
   void place(Placement placement) { placement_ = placement; }
   /// True if most of its scans do not localise the robot in the loaded map.
@@ -145,6 +147,7 @@ class WAYMARK_API HealthMonitor {
   }
   static bool is_not_localized(const Track& track);
   void advance(Time now);
+  void degrade(std::size_t sensor, Time stamp, std::string_view why);
   void add(Track& track, const UpdateResult& result);
   void count_time();
   Verdict<SensorHealth::State> judge_sensor(const Track& track) const;

@@ -139,6 +139,7 @@ Json describe(const LiveReport& live) {
     streams.push_back({{"sensor", stream.sensor},
                        {"received", stream.received},
                        {"dropped", stream.dropped},
+                       {"missing", stream.missing},
                        {"waits", stream.waits},
                        {"clock_offset_s", stream.clock_offset_s},
                        {"clock_drift", stream.clock_drift},

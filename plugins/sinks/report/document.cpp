@@ -322,6 +322,7 @@ class Document {
       streams.push_back({{"sensor", s.sensor},
                          {"received", s.received},
                          {"dropped", s.dropped},
+                         {"missing", s.missing},
                          {"latency_median_s", digits(s.latency_s.median)},
                          {"latency_p99_s", digits(s.latency_s.p99)}});
     }

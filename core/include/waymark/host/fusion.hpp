@@ -92,6 +92,8 @@ class WAYMARK_API Fusion {
   /// Notes that measurements of a sensor were dropped before `add`, since the filter does not keep up: the sensor's
   /// health is degraded for the next two seconds.
   void note_dropped(std::uint32_t sensor);
+  /// Notes that measurements of a sensor did not arrive: its health is degraded for the next two seconds.
+  void note_missing(std::uint32_t sensor);
   /// Begins position, heading and twist anew at a given pose, at the committed time; height, maps and the sensors' own
   /// states stay. Before the start it is the start pose, in place of that of the settings or the sensors. Throws Error
   /// beyond 1e8 m, or a σ of 1e-6 to 1e7 m, or to π rad.

@@ -156,6 +156,7 @@ struct LiveReport {
     std::string sensor;
     std::uint64_t received = 0;
     std::uint64_t dropped = 0;    ///< not passed to the filter, which could not keep up
+    std::uint64_t missing = 0;    ///< did not arrive, by the gaps in the stamps of a sensor with a steady period
     std::uint64_t waits = 0;      ///< times at which the source had to wait for room in the queue
     double clock_offset_s = 0.0;  ///< stamp minus arrival of the quickest measurement of the last 10 s
     double clock_drift = 0.0;     ///< by which the sensor's clock is fast [s/s]

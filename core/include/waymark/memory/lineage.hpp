@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -60,30 +59,41 @@ class Lineage {
   }
 
   /// Removes every second one of the first `count` items of each lineage. What these lineages share they share
-  /// afterwards, too; other lineages keep all.
+  /// afterwards, too; other lineages keep all. Beside the new items it needs memory for those only that are shared: of
+  /// a robot that drives for months, large blocks that come and go would fragment the heap.
   static void thin(std::span<Lineage* const> lineages, std::size_t count) {
-    std::unordered_map<const Node*, std::pair<std::shared_ptr<Node>, std::size_t>> thinned;  // with the number of items
-    std::vector<const Node*> chain;
-    for (Lineage* lineage : lineages) {
+    std::unordered_map<const Node*, std::shared_ptr<Node>> thinned;  // of what is shared
+    std::vector<const Node*> removed;                                // shared ones, down to the next that is kept
+    std::vector<std::shared_ptr<Node>> leaves;  // set at the end, since the old ones count what is shared
+    leaves.reserve(lineages.size());
+    for (const Lineage* lineage : lineages) {
       std::shared_ptr<Node> leaf;
-      std::size_t size = 0;
-      chain.clear();
-      for (const Node* node = lineage->leaf_.get(); node != nullptr; node = node->parent.get()) {
-        if (const auto known = thinned.find(node); known != thinned.end()) {
-          std::tie(leaf, size) = known->second;
+      std::shared_ptr<Node>* slot = &leaf;
+      std::size_t place = lineage->size_;
+      removed.clear();
+      for (const std::shared_ptr<Node>* node = &lineage->leaf_; *node != nullptr; node = &(*node)->parent) {
+        const bool is_shared = node->use_count() > 1;
+        if (const auto known = is_shared ? thinned.find(node->get()) : thinned.end(); known != thinned.end()) {
+          *slot = known->second;
           break;
         }
-        chain.push_back(node);
-      }
-      std::size_t place = lineage->size_ - chain.size();
-      for (auto node = chain.rbegin(); node != chain.rend(); ++node, ++place) {
-        if (place >= count || place % 2 == 0) {
-          leaf = std::make_shared<Node>(Node{(*node)->item, std::move(leaf)});
-          ++size;
+        --place;
+        if (place < count && place % 2 != 0) {
+          if (is_shared) removed.push_back(node->get());
+          continue;
         }
-        thinned.emplace(*node, std::pair(leaf, size));
+        *slot = std::make_shared<Node>(Node{(*node)->item, nullptr});
+        if (is_shared) thinned.emplace(node->get(), *slot);
+        for (const Node* one : removed) thinned.emplace(one, *slot);
+        removed.clear();
+        slot = &(*slot)->parent;
       }
-      lineage->set(std::move(leaf), size);
+      for (const Node* one : removed) thinned.emplace(one, *slot);
+      leaves.push_back(std::move(leaf));
+    }
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      Lineage& lineage = *lineages[i];
+      lineage.set(std::move(leaves[i]), lineage.size_ - std::min(count, lineage.size_) / 2);
     }
   }
 

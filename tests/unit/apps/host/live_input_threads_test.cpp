@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <chrono>
 #include <future>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "live_input.hpp"
 #include "paced_log.hpp"
@@ -70,6 +78,40 @@ TEST(LiveInput, AStampThatIsNotKnownIsTheArrival) {
   ASSERT_TRUE(m);
   EXPECT_EQ(m->stamp, m->arrival);
   EXPECT_GT(m->arrival, Time{} + std::chrono::years(50));
+}
+
+/// A sensor of 200 Hz that is read as it measures, and of which 0.3 s are lost.
+class LosesSome final : public Source {
+ public:
+  const std::vector<Channel>& channels() const override { return channels_; }
+  std::optional<Measurement> next() override {
+    if (next_ == 100) next_ += 60;
+    if (next_ == 460) return std::nullopt;
+    const auto due = std::chrono::milliseconds(5) * next_++;
+    std::this_thread::sleep_until(begin_ + due);
+    Measurement measurement = reading(0.0);
+    measurement.stamp = first_ + due;
+    return measurement;
+  }
+  bool is_live() const override { return true; }
+
+ private:
+  std::vector<Channel> channels_{{"a", std::string(BodyTwist::kType)}};
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  Time first_ = Time{} + from_seconds(1.7e9);
+  int next_ = 0;
+};
+
+TEST(LiveInput, MeasurementsThatDoNotArriveAreMissedByTheirStamps) {
+  Fed setup({std::make_shared<LosesSome>()});
+  LiveInput& input = *setup.input;
+  std::vector<LiveInput::ChannelGap> gaps;
+  while (input.next()) std::ranges::move(input.take_gaps(), std::back_inserter(gaps));
+  ASSERT_THAT(gaps, SizeIs(1));
+  EXPECT_EQ(gaps[0].channel, 0U);
+  EXPECT_EQ(gaps[0].gap.missing, 60U);
+  EXPECT_NEAR(gaps[0].gap.longest_s, 0.305, 1e-6);
+  EXPECT_EQ(input.counts().front().gaps.missing(), 60U);
 }
 
 TEST(LiveInput, ScansAreThinnedIfTheFilterFallsBehind) {

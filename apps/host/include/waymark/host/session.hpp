@@ -17,6 +17,7 @@
 
 namespace waymark::host {
 
+struct Gap;
 class LiveRun;
 class LogIdentity;
 
@@ -90,7 +91,9 @@ class Session {
   void write(const std::filesystem::path& checkpoint) const;
   void obey(const Measurement& command);
   void follow_live();
+  void note_missing(std::uint32_t sensor, const Gap& gap, Time arrival);
   void take_live_events();
+  void keep(Event event);
   void diagnose(const Measurement& measurement);
   void note_findings();
   void add_findings(SessionResult& result) const;
@@ -113,7 +116,7 @@ class Session {
   std::uint64_t config_identity_;       // of the configuration as it was loaded
   std::vector<std::string> retunings_;  // since, in their order
   std::unique_ptr<LiveRun> live_;       // of a running robot
-  std::vector<Event> live_events_;      // the first ones and the last ones
+  std::vector<Event> live_events_;      // or of its record: the first ones and the last ones
   std::uint64_t live_events_left_out_ = 0;
   bool stopped_ = false;  // by a command
   std::string log_error_;
