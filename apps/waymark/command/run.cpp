@@ -24,7 +24,7 @@
 #include "waymark/host/session.hpp"
 #include "waymark/io/output_file.hpp"
 
-namespace waymark::host {
+namespace waymark::command {
 
 namespace {
 
@@ -138,9 +138,10 @@ int run(const RunOptions& options) {
   std::vector<std::string> overrides = options.overrides;
   if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
   if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
-  const host::RecordedRun given = host::is_flight_record(options.config)
-                                ? host::recorded_run(options.config, overrides)
-                                : host::RecordedRun{Config::load(options.config, overrides), options.config.stem()};
+  const host::RecordedRun given =
+      host::is_flight_record(options.config)
+          ? host::recorded_run(options.config, overrides)
+          : host::RecordedRun{Config::load(options.config, overrides), options.config.stem()};
   const Config& yaml = given.config;
   const RunLog log(options.quiet ? std::min(LogLevel::warning, log_level(options.log_level))
                                  : log_level(options.log_level));
@@ -231,4 +232,4 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 
-}  // namespace waymark::host
+}  // namespace waymark::command
