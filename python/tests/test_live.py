@@ -106,7 +106,7 @@ class Live(unittest.TestCase):
         self.assertEqual(again.trajectory.tobytes(), result.trajectory.tobytes())
         self.assertEqual((self.out / "python" / "trajectory.txt").read_bytes(), trajectory.read_bytes())
         self.assertEqual((self.out / "command" / "trajectory.txt").read_bytes(), trajectory.read_bytes())
-        other = waymark.run(record, set={"sensors.wheels.v_sigma_mps": 1.0})
+        other = waymark.run(record, set={"sensors.wheels.speed_scale": 1.1})
         self.assertNotEqual(other.trajectory.tobytes(), result.trajectory.tobytes())
 
     def test_without_measurements_the_pose_is_lost(self):
