@@ -30,8 +30,10 @@ endif()
 # Paths in assertions count from here: the compiler cache knows the objects of another checkout, too.
 add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 set(WAYMARK_SANITIZED OFF)
+set(WAYMARK_IF_BUILT "") # of an installation
 if(WAYMARK_SANITIZE)
   set(WAYMARK_SANITIZED ON)
+  set(WAYMARK_IF_BUILT OPTIONAL) # tests/extensions/sanitized installs the libraries alone
   add_compile_options(-fsanitize=${WAYMARK_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${WAYMARK_SANITIZE})
   # In the code of other libraries, pointers are not looked at: Eigen's inlined operators make that a third of the compiler's time.

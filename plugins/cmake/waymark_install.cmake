@@ -8,6 +8,10 @@ install(EXPORT waymark NAMESPACE waymark:: FILE waymark-targets.cmake DESTINATIO
 # In a file of its own: who packages waymark may leave the kit out.
 install(EXPORT waymark_testing NAMESPACE waymark:: FILE waymark-testing-targets.cmake DESTINATION ${package_dir})
 
+set(WAYMARK_READS_FLIGHT_RECORDS OFF)
+if(TARGET waymark_mcap)
+  set(WAYMARK_READS_FLIGHT_RECORDS ON)
+endif()
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/waymark-config.cmake.in ${PROJECT_BINARY_DIR}/waymark-config.cmake INSTALL_DESTINATION ${package_dir})
 # Before 1.0 every minor version may change the interfaces.

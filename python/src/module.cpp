@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "live_robot.hpp"
 #include "payload_columns.hpp"
 #include "python_robot.hpp"
 #include "python_state.hpp"
@@ -95,7 +96,7 @@ void add_snapshot(py::module_& module) {
 }
 
 void add_robot(py::module_& module) {
-  py::class_<PythonRobot>(module, "Robot")
+  py::class_<PythonRobot, std::shared_ptr<PythonRobot>>(module, "Robot")
       .def(py::init([](std::filesystem::path config, std::string yaml, std::vector<std::string> overrides,
                        std::optional<std::filesystem::path> out, std::string name, std::optional<double> until_s,
                        std::optional<bool> feed, bool record, bool allow_outside,
@@ -134,6 +135,39 @@ void add_robot(py::module_& module) {
       .def_property_readonly("state_names", &PythonRobot::state_names);
 }
 
+py::list events_of(const LiveRobot& live) {
+  py::list events;
+  for (const Event& event : live.view().events())
+    events.append(py::dict(py::arg("stamp_ns") = nanoseconds(event.stamp), py::arg("text") = event.text,
+                           py::arg("is_failure") = event.is_failure));
+  return events;
+}
+
+void add_live_robot(py::module_& module) {
+  py::class_<LiveRobot>(module, "_LiveRobot")
+      .def(py::init([](std::filesystem::path config, std::string yaml, std::vector<std::string> overrides,
+                       std::optional<std::filesystem::path> out, std::string name, std::optional<double> until_s,
+                       bool record, bool allow_outside, std::vector<std::filesystem::path> plugin_folders) {
+             return std::make_unique<LiveRobot>(RobotOptions{std::move(config), std::move(yaml), std::move(overrides),
+                                                             std::move(out), std::move(name), until_s, std::nullopt,
+                                                             record, allow_outside, std::move(plugin_folders)});
+           }),
+           py::kw_only(), py::arg("config"), py::arg("yaml"), py::arg("overrides"), py::arg("out"), py::arg("name"),
+           py::arg("until_s"), py::arg("record"), py::arg("allow_outside"), py::arg("plugin_folders"))
+      .def("front", [](const LiveRobot& live) { return live.view().front(); })
+      .def("last", [](const LiveRobot& live) { return live.view().last(); })
+      .def("health",
+           [](const LiveRobot& live) {
+             const LiveView::HealthNow health = live.view().health();
+             return py::make_tuple(to_string(health.state), health.reason);
+           })
+      .def("events", &events_of)
+      .def("wait", &LiveRobot::wait)
+      .def("stop", &LiveRobot::stop)
+      .def_property_readonly("robot", &LiveRobot::robot)
+      .def_property_readonly("is_running", &LiveRobot::is_running);
+}
+
 /// Names, units and meanings of the fields of each payload.
 py::dict payloads() {
   py::dict out;
@@ -167,6 +201,7 @@ PYBIND11_MODULE(_waymark, module) {
   add_factories(module);
   add_contract_kit(module);
   add_robot(module);
+  add_live_robot(module);
   module.def("payloads", &payloads,
              "The payloads of core, by name, and those that loaded plugins registered, by their full name: the fields, "
              "by name, as (unit, meaning, whether it must be given).");

@@ -7,8 +7,10 @@
 #include <limits>
 #include <utility>
 
+#include "live_view.hpp"
 #include "measurement_block.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/host/flight_record.hpp"
 
 namespace py = pybind11;
 
@@ -21,26 +23,6 @@ constexpr std::chrono::milliseconds kSignalsEvery{100};
 bool was_taken_in(Fate fate) {
   return fate == Fate::fused || fate == Fate::gated || fate == Fate::mapped || fate == Fate::skipped ||
          fate == Fate::held_out;
-}
-
-StepRecord record_of(const Snapshot& snapshot) {
-  StepRecord record;
-  const Measurement& measurement = snapshot.measurement();
-  record.measurement_stamp = measurement.stamp;
-  record.arrival = measurement.arrival;
-  record.sequence = measurement.sequence;
-  record.sensor = measurement.sensor;
-  record.fate = snapshot.fate();
-  record.started = snapshot.started();
-  record.health = snapshot.health().state;
-  record.health_reason = snapshot.health().reason;
-  if (!record.started) return record;
-  record.stamp = snapshot.stamp();
-  record.belief = snapshot.belief();
-  record.pose_covariance = pose_covariance(record.belief, snapshot.layout());
-  record.effective_sample_size = snapshot.effective_sample_size();
-  record.datum = snapshot.datum();
-  return record;
 }
 
 TrajectoryRow row_of(const Snapshot& snapshot) {
@@ -66,16 +48,45 @@ PluginLoader loader_of(const Config& yaml, const std::vector<std::filesystem::pa
   return PluginLoader(std::move(folders));
 }
 
+host::RecordedRun read_config(const RobotOptions& options) {
+  if (options.config.empty()) return {Config::parse(options.yaml, "yaml", options.overrides), options.name};
+  host::RecordedRun read = host::is_flight_record(options.config)
+                               ? host::recorded_run(options.config, options.overrides)
+                               : host::RecordedRun{Config::load(options.config, options.overrides), {}};
+  if (!options.name.empty()) read.name = options.name;
+  return read;
+}
+
 }  // namespace
 
-PythonRobot::PythonRobot(RobotOptions options) : records_(options.records) {
+StepRecord record_of(const Snapshot& snapshot) {
+  StepRecord record;
+  const Measurement& measurement = snapshot.measurement();
+  record.measurement_stamp = measurement.stamp;
+  record.arrival = measurement.arrival;
+  record.sequence = measurement.sequence;
+  record.sensor = measurement.sensor;
+  record.fate = snapshot.fate();
+  record.started = snapshot.started();
+  record.health = snapshot.health().state;
+  record.health_reason = snapshot.health().reason;
+  if (!record.started) return record;
+  record.stamp = snapshot.stamp();
+  record.belief = snapshot.belief();
+  record.pose_covariance = pose_covariance(record.belief, snapshot.layout());
+  record.effective_sample_size = snapshot.effective_sample_size();
+  record.datum = snapshot.datum();
+  return record;
+}
+
+PythonRobot::PythonRobot(RobotOptions options) : records_(options.records), live_view_(options.live_view) {
   const py::gil_scoped_release released;
-  const Config yaml = options.config.empty() ? Config::parse(options.yaml, "yaml", options.overrides)
-                                             : Config::load(options.config, options.overrides);
+  const auto [yaml, name] = read_config(options);
   if (options.allows_outside) yaml.permit_outside();
   const PluginLoader loader = loader_of(yaml, options.plugin_folders);
   const bool is_fed = options.is_fed.value_or(!yaml.has("source") && !yaml.has("sources"));
   host::Robot robot = is_fed ? host::Robot::live(yaml, loader) : host::Robot::load(yaml, loader);
+  if (is_fed && live_view_) throw ConfigError(yaml.place() + ": has no source: feed it as a waymark.Robot");
   if (is_fed) {
     std::vector<std::string> names;
     names.reserve(robot.sensors.size());
@@ -85,21 +96,36 @@ PythonRobot::PythonRobot(RobotOptions options) : records_(options.records) {
     }
     fed_ = std::make_shared<FedSource>(std::move(names));
     robot.source = fed_;
-  } else if (robot.source->is_live()) {
+  } else if (robot.source->is_live() && !live_view_) {
+    throw ConfigError(yaml.place() + ": its source is of a running robot: run it with waymark.Live");
+  } else if (live_view_ && !robot.source->is_live()) {
     throw ConfigError(yaml.place() +
-                      ": its source is of a running robot; `waymark run` serves it, or feed its "
-                      "measurements (feed=True)");
+                      ": its source is a log: run it with waymark.run, or as if it ran now with live.real_time: true");
   }
-  host::SessionOptions session{.name = options.name, .until_s = options.until_s, .stop = &stop_};
+  host::SessionOptions session{.name = name, .until_s = options.until_s, .stop = &stop_};
   if (options.out) {
     std::filesystem::create_directories(*options.out);
     session.out = *options.out;
   } else {
     robot.sinks.clear();
     robot.report = nullptr;
+    robot.live_settings.checkpoint.clear();
   }
   session.observer = [this](const Snapshot& snapshot, double) { observe(snapshot); };
+  if (live_view_) {
+    robot.sinks.push_back({"python", live_view_});
+    session.on_event = [this](const Event& event) { live_view_->note(event); };
+  }
   session_ = std::make_unique<host::Session>(std::move(robot), std::move(session));
+  if (live_view_) resume_live(options.out.value_or(std::filesystem::path()));
+}
+
+void PythonRobot::resume_live(const std::filesystem::path& out) {
+  const host::LiveSettings& live = session_->robot().live_settings;
+  if (!live.resumes || live.checkpoint.empty()) return;
+  const std::string problem = session_->resume_if_possible(out / live.checkpoint);
+  const Time now(std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+  if (!problem.empty()) live_view_->note({"begins anew: " + problem, now, false});
 }
 
 void PythonRobot::observe(const Snapshot& snapshot) {
@@ -108,6 +134,7 @@ void PythonRobot::observe(const Snapshot& snapshot) {
     steps_.push_back(record_of(snapshot));
     stop_ = true;
   }
+  if (live_view_) return;  // signals are the main thread's
   const auto now = std::chrono::steady_clock::now();
   if (now - signals_checked_ < kSignalsEvery) return;
   signals_checked_ = now;
@@ -150,6 +177,11 @@ void PythonRobot::play() {
   steps_.clear();
   read_on();
   raise_interrupt();
+}
+
+void PythonRobot::play_live() {
+  const Turn turn(*this);
+  session_->play();
 }
 
 template <class End>

@@ -39,9 +39,14 @@ struct StepRecord {
   std::optional<Datum> datum;
 };
 
+/// Of a snapshot, which is valid during the observer's call only.
+StepRecord record_of(const Snapshot& snapshot);
+
+class LiveView;
+
 /// How a robot is built.
 struct RobotOptions {
-  std::filesystem::path config;  ///< a file; or
+  std::filesystem::path config;  ///< a file: a YAML, or a flight record; or
   std::string yaml;              ///< its text
   std::vector<std::string> overrides;
   std::optional<std::filesystem::path> out;  ///< nothing: no sink writes
@@ -51,6 +56,7 @@ struct RobotOptions {
   bool records = true;
   bool allows_outside = false;
   std::vector<std::filesystem::path> plugin_folders;
+  std::shared_ptr<LiveView> live_view = nullptr;  ///< of a running robot; null: its sources must be logs
 };
 
 /// A robot with one run of it, for Python. One thread at a time; the GIL is released while the filter works.
@@ -71,6 +77,9 @@ class PythonRobot {
   void suspend(const std::filesystem::path& checkpoint);
   /// Goes on from a checkpoint; before anything was read. A robot that is fed has been fed the same measurements again.
   void resume(const std::filesystem::path& checkpoint);
+  /// Serves a running robot until `stop_live`, which any thread may call, also before. Called without the GIL.
+  void play_live();
+  void stop_live() { stop_ = true; }
   bool is_finished() const { return result_.has_value(); }
   bool is_fed() const { return fed_ != nullptr; }
   std::uint64_t waiting() const;  ///< measurements that were fed and not read yet
@@ -112,6 +121,7 @@ class PythonRobot {
   RunReport run_report() const;
   void observe(const Snapshot& snapshot);
   MapDescription describe(const std::string& map, MapDetail detail) const;
+  void resume_live(const std::filesystem::path& out);
   void read_on();
   template <class End>
   void end_by(const End& end);
@@ -122,6 +132,7 @@ class PythonRobot {
   bool records_ = true;
   bool is_stepping_ = false;
   bool is_interrupted_ = false;
+  std::shared_ptr<LiveView> live_view_;
   std::chrono::steady_clock::time_point signals_checked_{};
   std::atomic<bool> stop_{false};
   mutable std::atomic<bool> is_used_{false};

@@ -66,6 +66,8 @@ class Stubs(unittest.TestCase):
                 self.assertTrue(getattr(waymark, name).__doc__, name)
         for name in ("feed", "step", "play", "finish", "front", "landmarks", "grid"):
             self.assertTrue(getattr(waymark.Robot, name).__doc__)
+        for name in ("front", "last", "health", "health_reason", "events", "is_running", "wait", "stop"):
+            self.assertTrue(getattr(waymark.Live, name).__doc__)
 
 
 if __name__ == "__main__":

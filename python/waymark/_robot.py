@@ -78,10 +78,19 @@ class _Maps:
         return names[0] if name is None else name
 
 
+def _options(path, yaml, set, out, seed, threads, until_s, record, name, allow_outside):
+    """The arguments of a robot, as the native one takes them."""
+    if (path is None) == (yaml is None):
+        raise TypeError("give either the path of a YAML, or its text as yaml=")
+    return dict(config="" if path is None else os.fspath(path), yaml=yaml or "", overrides=_overrides(set, seed, threads),
+                out=None if out is None else os.fspath(out), name=name, until_s=until_s, record=record,
+                allow_outside=allow_outside, plugin_folders=_plugin_folders())
+
+
 class Robot(_Maps):
     """A robot with one run of it.
 
-    path      the YAML; or give its text as `yaml`
+    path      the YAML, or a flight record ("flight.mcap"), which is replayed; or give the text of a YAML as `yaml`
     set       keys of the YAML by their dotted path, {"filter.particles": 100}, as `waymark run --set`
     out       folder for the files of the sinks; None: no sink writes
     seed, threads   the same as set={"filter.seed": …, "filter.threads": …}
@@ -94,13 +103,15 @@ class Robot(_Maps):
 
     def __init__(self, path=None, *, yaml=None, set=None, out=None, seed=None, threads=None, until_s=None, feed=None,
                  record=True, name="", allow_outside=False):
-        if (path is None) == (yaml is None):
-            raise TypeError("give either the path of a YAML, or its text as yaml=")
         self._native = _waymark.Robot(
-            config="" if path is None else os.fspath(path), yaml=yaml or "", overrides=_overrides(set, seed, threads),
-            out=None if out is None else os.fspath(out), name=name, until_s=until_s, feed=feed, record=record,
-            allow_outside=allow_outside, plugin_folders=_plugin_folders())
+            feed=feed, **_options(path, yaml, set, out, seed, threads, until_s, record, name, allow_outside))
         self.out = None if out is None else pathlib.Path(out)
+
+    @classmethod
+    def _of(cls, native, out):
+        robot = cls.__new__(cls)
+        robot._native, robot.out = native, out
+        return robot
 
     def __enter__(self):
         return self
@@ -289,7 +300,7 @@ class Result(_Maps):
 
 
 def run(path=None, *, set=None, out=None, seed=None, check=True, **options):
-    """Runs a robot on its log, as `waymark run` does, and returns the Result. Arguments as of `Robot`; `check`: RunError if
-    the run did not end well."""
+    """Runs a robot on its log, or a flight record of it, as `waymark run` does, and returns the Result. Arguments as of
+    `Robot`; `check`: RunError if the run did not end well."""
     robot = Robot(path, set=set, out=out, seed=seed, **options)
     return robot.play().finish(check)

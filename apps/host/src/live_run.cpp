@@ -13,9 +13,6 @@
 namespace waymark::host {
 namespace {
 
-/// Without any measurement of any sensor for so long, something is wrong with all of them.
-constexpr Duration kSilence = std::chrono::seconds(3);
-
 double process_cpu_s() {
   timespec used{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);

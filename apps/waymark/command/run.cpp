@@ -16,11 +16,11 @@
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
-#include "apps/waymark/command/flight_record.hpp"
 #include "apps/waymark/command/folded_events.hpp"
 #include "apps/waymark/command/progress.hpp"
 #include "apps/waymark/command/run_log.hpp"
 #include "apps/waymark/command/sensor_table.hpp"
+#include "waymark/host/flight_record.hpp"
 #include "waymark/host/session.hpp"
 #include "waymark/io/output_file.hpp"
 
@@ -138,9 +138,10 @@ int run(const RunOptions& options) {
   std::vector<std::string> overrides = options.overrides;
   if (options.seed) overrides.push_back(fmt::format("filter.seed={}", *options.seed));
   if (options.threads) overrides.push_back(fmt::format("filter.threads={}", *options.threads));
-  const RecordedRun given = is_flight_record(options.config)
-                                ? recorded_run(options.config, overrides)
-                                : RecordedRun{Config::load(options.config, overrides), options.config.stem()};
+  const host::RecordedRun given =
+      host::is_flight_record(options.config)
+          ? host::recorded_run(options.config, overrides)
+          : host::RecordedRun{Config::load(options.config, overrides), options.config.stem()};
   const Config& yaml = given.config;
   const RunLog log(options.quiet ? std::min(LogLevel::warning, log_level(options.log_level))
                                  : log_level(options.log_level));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -10,6 +11,9 @@
 #include "waymark/config/config.hpp"
 
 namespace waymark::host {
+
+/// Without any measurement of any sensor for so long, something is wrong with all of them: the pose is lost.
+inline constexpr Duration kSilence = std::chrono::seconds(3);
 
 /// How a running robot is served (`live:` of the YAML). Without a live source only `real_time` counts.
 struct LiveSettings {

@@ -7,7 +7,7 @@
 
 #include "waymark/config/config.hpp"
 
-namespace waymark::command {
+namespace waymark::host {
 
 /// What a flight record holds of the run that wrote it.
 struct RecordedRun {
@@ -24,4 +24,4 @@ bool is_flight_record(const std::filesystem::path& file);
 /// record, ConfigError as `Config::load`.
 RecordedRun recorded_run(const std::filesystem::path& file, std::vector<Config::Override> overrides);
 
-}  // namespace waymark::command
+}  // namespace waymark::host

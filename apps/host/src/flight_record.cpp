@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/waymark/command/flight_record.hpp"
+#include "waymark/host/flight_record.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,7 +16,7 @@
 #include "plugins/shared/mcap/mcap_log.hpp"
 #endif
 
-namespace waymark::command {
+namespace waymark::host {
 
 bool is_flight_record(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
@@ -116,4 +116,4 @@ RecordedRun recorded_run(const std::filesystem::path& file, std::vector<Config::
 }
 #endif
 
-}  // namespace waymark::command
+}  // namespace waymark::host
