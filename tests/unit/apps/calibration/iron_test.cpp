@@ -68,7 +68,11 @@ TEST(CalibrationIron, AllAttitudesDetermineAllAxes) {
   soft << 1.05, 0.02, -0.01, 0.02, 0.97, 0.03, -0.01, 0.03, 1.0;
   soft /= std::cbrt(soft.determinant());
   std::vector<Eigen::Vector3d> fields;
-  for (int k = 0; k < 2000; ++k) fields.push_back(reading(soft, Eigen::Quaterniond::UnitRandom(), random));
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector4d q(normal(random), normal(random), normal(random), normal(random));
+    fields.push_back(reading(soft, Eigen::Quaterniond(q.normalized()), random));
+  }
   const std::optional<Iron> iron = fit_iron(fields);
   ASSERT_TRUE(iron);
   EXPECT_EQ(iron->axes, 3);
