@@ -16,8 +16,11 @@ namespace {
 
 /// Rejected fixes after which their own way is compared with the predicted one.
 constexpr int kFewRejections = 4;
-/// Of measurements that follow the ones before them no more than one of so many is rejected: 6σ of a position.
-const particles::Gates kWideGates(1.0 - std::exp(-0.5 * 36.0));
+/// 6σ of a position: what follows the measurements before it is no outlier, so it corrects the belief up to there.
+const particles::Gates& wide_gates() {
+  static const particles::Gates gates(1.0 - std::exp(-0.5 * 36.0));
+  return gates;
+}
 
 /// Of the length of an innovation.
 std::string_view unit_of(const Update& update) {
@@ -67,7 +70,7 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   const bool follows = index == 0 && result.is_continuous && update.observes() == Quantity::position &&
                        record.slot.max_consecutive_rejections > 0 && !steps().maps().localizes();
   particles::UpdatePolicy policy = record.policy;
-  if (follows && policy.gates[2] < kWideGates[2]) policy.gates = kWideGates;
+  if (follows && policy.gates[2] < wide_gates()[2]) policy.gates = wide_gates();
   const particles::MixtureOutcome outcome = filter().update(update, policy);
   if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
   result.observes_position = result.observes_position || update.observes() == Quantity::position;
