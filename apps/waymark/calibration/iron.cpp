@@ -14,10 +14,10 @@ namespace waymark::calibration {
 namespace {
 
 constexpr std::size_t kFewestFields = 50;
-constexpr std::size_t kBlocks = 20;    // of time, for the scatter of the scores
-constexpr double kSpatial = 0.3;       // least by largest spread of the readings: below, the robot stayed level
-constexpr double kHuber = 2.576;       // 99 % of Gaussian residuals
-constexpr double kNormalMad = 1.4826;  // σ by the median of the absolute values
+constexpr std::size_t kIronBlocks = 20;  // of time, for the scatter of the scores
+constexpr double kSpatial = 0.3;         // least by largest spread of the readings: below, the robot stayed level
+constexpr double kIronHuber = 2.576;     // 99 % of Gaussian residuals
+constexpr double kNormalMad = 1.4826;    // σ by the median of the absolute values
 
 /// Places of a symmetric matrix in a vector of parameters, after the centre.
 struct Symmetric {
@@ -39,7 +39,7 @@ struct Ellipsoid {
 };
 
 /// pᵀ Q p + 2 uᵀ p = 1 by linear least squares; nothing if that is no ellipsoid.
-std::optional<Ellipsoid> algebraic(const Eigen::MatrixXd& points) {
+std::optional<Ellipsoid> algebraic_ellipsoid(const Eigen::MatrixXd& points) {
   const int d = static_cast<int>(points.cols());
   const Symmetric symmetric{d};
   Eigen::MatrixXd design(points.rows(), d + symmetric.size());
@@ -60,7 +60,8 @@ std::optional<Ellipsoid> algebraic(const Eigen::MatrixXd& points) {
 }
 
 /// Residuals (distances, to first order) and their Jacobian at an ellipsoid.
-void linearize(const Eigen::MatrixXd& points, const Ellipsoid& at, Eigen::VectorXd& residual, Eigen::MatrixXd& J) {
+void linearize_ellipsoid(const Eigen::MatrixXd& points, const Ellipsoid& at, Eigen::VectorXd& residual,
+                         Eigen::MatrixXd& J) {
   const int d = static_cast<int>(points.cols());
   const Symmetric symmetric{d};
   residual.resize(points.rows());
@@ -78,23 +79,23 @@ void linearize(const Eigen::MatrixXd& points, const Ellipsoid& at, Eigen::Vector
   }
 }
 
-Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual, double& sigma) {
+Eigen::VectorXd ellipsoid_weights(const Eigen::VectorXd& residual, double& sigma) {
   std::vector<double> sizes(residual.data(), residual.data() + residual.size());
   for (double& size : sizes) size = std::abs(size);
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::ranges::nth_element(sizes, middle);
   sigma = std::max(kNormalMad * *middle, 1e-9);
-  return residual.unaryExpr([&](double r) { return std::min(1.0, kHuber * sigma / std::max(std::abs(r), 1e-12)); });
+  return residual.unaryExpr([&](double r) { return std::min(1.0, kIronHuber * sigma / std::max(std::abs(r), 1e-12)); });
 }
 
 /// The larger one of the usual covariance's σ and of that by the scores of blocks of time (White, 1982).
-Eigen::VectorXd sigmas(const Eigen::MatrixXd& J, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                       double sigma) {
+Eigen::VectorXd ellipsoid_sigmas(const Eigen::MatrixXd& J, const Eigen::VectorXd& residual,
+                                 const Eigen::VectorXd& weight, double sigma) {
   const Eigen::MatrixXd inverse = (J.transpose() * weight.asDiagonal() * J).inverse();
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(J.cols(), J.cols());
-  for (std::size_t block = 0; block < kBlocks; ++block) {
-    const auto begin = static_cast<Eigen::Index>(block * static_cast<std::size_t>(J.rows()) / kBlocks);
-    const auto end = static_cast<Eigen::Index>((block + 1) * static_cast<std::size_t>(J.rows()) / kBlocks);
+  for (std::size_t block = 0; block < kIronBlocks; ++block) {
+    const auto begin = static_cast<Eigen::Index>(block * static_cast<std::size_t>(J.rows()) / kIronBlocks);
+    const auto end = static_cast<Eigen::Index>((block + 1) * static_cast<std::size_t>(J.rows()) / kIronBlocks);
     const Eigen::VectorXd weighted =
         residual.segment(begin, end - begin).cwiseProduct(weight.segment(begin, end - begin));
     const Eigen::VectorXd score = J.middleRows(begin, end - begin).transpose() * weighted;
@@ -132,7 +133,7 @@ std::optional<Iron> fit_iron(const std::vector<Eigen::Vector3d>& fields) {
   const int d = std::sqrt(spreads(0)) > kSpatial * unit ? 3 : 2;
   const Eigen::MatrixXd points = all.leftCols(d) / unit;
 
-  std::optional<Ellipsoid> found = algebraic(points);
+  std::optional<Ellipsoid> found = algebraic_ellipsoid(points);
   if (!found) return std::nullopt;
   const Symmetric symmetric{d};
   Eigen::VectorXd residual;
@@ -140,8 +141,8 @@ std::optional<Iron> fit_iron(const std::vector<Eigen::Vector3d>& fields) {
   Eigen::VectorXd weight;
   double sigma = 0.0;
   for (int iteration = 0; iteration < 20; ++iteration) {
-    linearize(points, *found, residual, J);
-    weight = huber_weights(residual, sigma);
+    linearize_ellipsoid(points, *found, residual, J);
+    weight = ellipsoid_weights(residual, sigma);
     const Eigen::MatrixXd weighted = weight.asDiagonal() * J;
     const Eigen::VectorXd step = -(J.transpose() * weighted).ldlt().solve(weighted.transpose() * residual);
     if (!step.allFinite()) return std::nullopt;
@@ -154,8 +155,8 @@ std::optional<Iron> fit_iron(const std::vector<Eigen::Vector3d>& fields) {
   }
   const double determinant = found->W.determinant();
   if (!(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(found->W).eigenvalues()(0) > 0.0)) return std::nullopt;
-  linearize(points, *found, residual, J);
-  const Eigen::VectorXd of_parameters = sigmas(J, residual, huber_weights(residual, sigma), sigma);
+  linearize_ellipsoid(points, *found, residual, J);
+  const Eigen::VectorXd of_parameters = ellipsoid_sigmas(J, residual, ellipsoid_weights(residual, sigma), sigma);
 
   const double radius = std::pow(determinant, -1.0 / d);
   Iron iron;

@@ -15,7 +15,7 @@ namespace waymark::calibration {
 namespace {
 
 constexpr double kWidestGap = 0.5 * std::numbers::pi;
-constexpr double kKnown = 0.05;  // of the strength: 3° of heading
+constexpr double kKnownShare = 0.05;  // of the strength: 3° of heading
 
 std::optional<Eigen::Vector3d> field_of(const Measurement& measurement) {
   const std::string_view type = measurement.payload->type();
@@ -27,7 +27,7 @@ std::optional<Eigen::Vector3d> field_of(const Measurement& measurement) {
 }
 
 /// R.m.s. of the strength in the fitted axes about its mean, as a share.
-double scatter_of(const std::vector<Eigen::Vector3d>& calibrated, int axes) {
+double scatter_of_strength(const std::vector<Eigen::Vector3d>& calibrated, int axes) {
   double sum = 0.0;
   double squares = 0.0;
   for (const Eigen::Vector3d& field : calibrated) {
@@ -39,7 +39,7 @@ double scatter_of(const std::vector<Eigen::Vector3d>& calibrated, int axes) {
   return std::sqrt(std::max(0.0, squares / static_cast<double>(calibrated.size()) - mean * mean)) / mean;
 }
 
-void read_given(const Config& sensor, Magnetometer& out) {
+void read_given_iron(const Config& sensor, Magnetometer& out) {
   if (sensor.has(kHardIron)) {
     const std::vector<double> h = sensor.numbers(kHardIron, 3);
     out.given_hard = {h[0], h[1], h[2]};
@@ -50,7 +50,7 @@ void read_given(const Config& sensor, Magnetometer& out) {
 }
 
 /// From the axes of the base into those of the sensor.
-void turn_into_sensor(const Eigen::Matrix3d& R_base_sensor, Magnetometer& out) {
+void turn_iron_into_sensor(const Eigen::Matrix3d& R_base_sensor, Magnetometer& out) {
   Eigen::Vector3d hard = out.iron.hard;
   if (out.iron.axes == 2) hard.z() = (R_base_sensor * out.given_hard).z();
   out.hard = R_base_sensor.transpose() * hard;
@@ -62,7 +62,7 @@ void turn_into_sensor(const Eigen::Matrix3d& R_base_sensor, Magnetometer& out) {
 }  // namespace
 
 bool Magnetometer::is_determined() const {
-  return iron.gap_rad < kWidestGap && iron.hard_sigma.maxCoeff() < kKnown * iron.strength;
+  return iron.gap_rad < kWidestGap && iron.hard_sigma.maxCoeff() < kKnownShare * iron.strength;
 }
 
 std::vector<Magnetometer> magnetometers_over_log(const std::filesystem::path& yaml,
@@ -96,10 +96,10 @@ std::vector<Magnetometer> magnetometers_over_log(const std::filesystem::path& ya
     found.has_keys = sensor.has("plugin") && sensor.text("plugin") == "compass";
     found.readings = static_cast<long>(readings.size());
     found.iron = *iron;
-    read_given(sensor, found);
-    turn_into_sensor(R_base_sensor, found);
+    read_given_iron(sensor, found);
+    turn_iron_into_sensor(R_base_sensor, found);
     for (Eigen::Vector3d& field : readings) field = R_base_sensor * (found.given_soft * (field - found.given_hard));
-    found.given_scatter = scatter_of(readings, iron->axes);
+    found.given_scatter = scatter_of_strength(readings, iron->axes);
     all.push_back(std::move(found));
   }
   return all;
