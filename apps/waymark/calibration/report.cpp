@@ -121,7 +121,7 @@ std::string comment_of(const Findings& findings, const Values& values, const std
 /// The force at rest. Along it a bias shows; across it a bias is not distinguished from a tilt of floor or mounting.
 std::string lines_of_force(const Standing& standing) {
   if (!std::isfinite(standing.force_norm)) return {};
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  constexpr double kInDegrees = 180.0 / std::numbers::pi;
   const Eigen::Vector3d& f = standing.force_base;
   const double sigma = standing.force_norm_sigma;
   return fmt::format(
@@ -130,8 +130,8 @@ std::string lines_of_force(const Standing& standing) {
       "    # distinguished from a floor or a mounting that leans: the force is {:.2f}° off the base's z forward, "
       "{:.2f}° left\n"
       "    {}: {}  # ± {}, was {}\n",
-      standing.force_norm - standing.given_gravity, sigma, std::atan2(f.x(), f.z()) * kDegrees,
-      std::atan2(f.y(), f.z()) * kDegrees, kGravity, number(standing.force_norm, sigma), number(sigma, sigma),
+      standing.force_norm - standing.given_gravity, sigma, std::atan2(f.x(), f.z()) * kInDegrees,
+      std::atan2(f.y(), f.z()) * kInDegrees, kGravity, number(standing.force_norm, sigma), number(sigma, sigma),
       number(standing.given_gravity, sigma));
 }
 
