@@ -9,6 +9,7 @@ turns in place, some of them in reverse, and stands in between. The script print
 Example:
   tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20
   tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20 --first 101 --csv robots.csv
+  tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20 --oracle --no-slips
 """
 import argparse
 import csv
@@ -138,12 +139,13 @@ class Robot:
         return rows, errors
 
 
-def write(robot, folder, sigma):
+def write(robot, folder, sigma, oracle=False):
     truth = robot.drive()
     fixes, errors = robot.fixes(truth)
+    scale = robot.scale if oracle else (1.0, 1.0)
     with open(folder / "wheels.csv", "w") as out:
-        out.write("t,left,right\n" + "".join(f"{t:.3f},{left:.5f},{right:.5f}\n" for t, left, right in robot.wheels(truth)))
-    typed = robot.states_type
+        out.write("t,left,right\n" + "".join(f"{t:.3f},{left / scale[0]:.5f},{right / scale[1]:.5f}\n" for t, left, right in robot.wheels(truth)))
+    typed = robot.states_type and not oracle
     with open(folder / "gps.csv", "w") as out:
         out.write("t,lat,lon" + (",type" if typed else "") + "\n")
         for t, east, north in fixes:
@@ -154,13 +156,20 @@ def write(robot, folder, sigma):
     receiver = "" if typed or robot.receiver == "single" else f", receiver: {robot.receiver}"
     if sigma:
         receiver, type_column = f", sigma_m: {math.hypot(robot.white, robot.slow):.3f}", ""
+    track = robot.track
+    known = ""
+    if oracle:
+        receiver = f", sigma_m: {robot.white}, offset_sigma_m: {robot.slow}, offset_tau_s: {robot.tau}"
+        track, noise = robot.true_track, robot.wheel_noise
+        known = (f", speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0, lateral_noise_m_per_sqrt_s: [0, 0.002]"
+                 f", speed_noise_m_per_sqrt_s: [{noise / math.sqrt(2.0):.5f}, 0], yaw_noise_rad_per_sqrt_s: [{noise * math.sqrt(2.0) / track:.5f}, 0, 0]")
     (folder / "robot.yaml").write_text(f"""source:
   plugin: csv
   files:
     - {{ path: wheels.csv, sensor: wheels, payload: WheelSpeeds, time: t, columns: {{ left_mps: left, right_mps: right }} }}
     - {{ path: gps.csv, sensor: gps, payload: GnssFix, time: t, columns: {{ latitude_deg: lat, longitude_deg: lon{type_column} }} }}
 sensors:
-  - {{ name: wheels, plugin: odometry, model: differential, track_m: {robot.track} }}
+  - {{ name: wheels, plugin: odometry, model: differential, track_m: {track}{known} }}
   - {{ name: gps, plugin: dgps, base_p_antenna_m: [{robot.arm[0]}, {robot.arm[1]}, 0.5]{receiver} }}
 sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
 """)
@@ -194,6 +203,8 @@ def main():
     parser.add_argument("--first", type=int, default=1, help="seed of the first robot")
     parser.add_argument("--plain", action="store_true", help="straight legs, one wheel 2 %% off, a receiver of 0.4 m white and 0.8 m slow")
     parser.add_argument("--sigma", action="store_true", help="the YAML gives the receiver's whole error as sigma_m, and no class")
+    parser.add_argument("--oracle", action="store_true", help="all values and noises are given, as they are; what is left are the slips")
+    parser.add_argument("--no-slips", action="store_true", help="the same robots and drives, and wheels that do not slip")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to waymark run")
     parser.add_argument("--csv", help="writes the figures of each robot there")
     parser.add_argument("--keep", help="folder in which logs and results stay")
@@ -207,7 +218,9 @@ def main():
             robot = Robot(seed)
             if arguments.plain:
                 robot.be_plain()
-            truth, fixes, errors = write(robot, folder, arguments.sigma)
+            if arguments.no_slips:
+                robot.slips = []
+            truth, fixes, errors = write(robot, folder, arguments.sigma, arguments.oracle)
             command = [arguments.waymark, "run", str(folder / "robot.yaml"), "--quiet", "--out", str(folder / "out")]
             for setting in arguments.set:
                 command += ["--set", setting]

@@ -124,6 +124,64 @@ TEST(Calibrate, AStandingImuOfARecording) {
   EXPECT_NEAR(found["imu.gyro_noise_rad_per_sqrt_s"].estimated, 6.2e-4, 0.3e-4);
 }
 
+// A constant field that turns with the robot is hard iron. The Earth's is 20 µT horizontally.
+TEST(Calibrate, HardIronOfAMagnetometerOnARobotThatStaysLevel) {
+  const TemporaryFolder folder;
+  write_text(folder / "robot.yaml", R"(
+source:
+  plugin: simulator
+  seed: 4
+  duration_s: 120
+  course: { waypoints_m: [0, 0, 8, 0, 8, 6, 0, 6], laps: 4 }
+  landmarks: { count: 0, area_m: [-5, -5, 15, 10], radius_m: [0.1, 0.2], seed: 1 }
+  magnetism: { disturbances_s: [0, 1000], disturbance_t: [6.0e-6, -3.0e-6, 4.0e-6], disturbance_frame: base }
+  wheels: { sensor: wheels, track_m: 0.5 }
+  gps: { sensor: gps, sigma_m: 0.05 }
+  imu: { sensor: mag, rate_hz: 20 }
+initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
+sensors:
+  - { name: wheels, plugin: odometry, model: differential, track_m: 0.5 }
+  - { name: gps, plugin: dgps, base_p_antenna_m: [0, 0, 0.5], sigma_m: 0.05, offset_sigma_m: 0 }
+  - { name: mag, plugin: compass, declination: none, base_T_sensor: { yaw_deg: 90 } }
+)");
+  const std::string robot = (folder / "robot.yaml").string();
+  const Outcome outcome =
+      waymark({"calibrate", robot, "--json", (folder / "found.json").string(), "--only", "mag.hard_iron_t"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, Found> found = read_found(folder / "found.json");
+  // The sensor's x axis is the base's y axis, its y axis the base's -x axis.
+  const double truth[2] = {-3e-6, -6e-6};
+  for (int axis : {0, 1}) {
+    const Found& hard = found["mag.hard_iron_t[" + std::to_string(axis) + "]"];
+    EXPECT_TRUE(hard.is_determined);
+    EXPECT_NEAR(hard.estimated, truth[axis], 3.0 * hard.sigma) << axis;
+    EXPECT_LT(hard.sigma, 1e-7) << axis;
+  }
+  EXPECT_FALSE(found["mag.hard_iron_t[2]"].is_determined) << "a level robot does not excite it";
+  EXPECT_THAT(outcome.out, HasSubstr("    hard_iron_t: [-"));
+  EXPECT_THAT(outcome.out, HasSubstr("up and down was not excited"));
+  EXPECT_THAT(outcome.out, HasSubstr("--set 'sensors.mag.hard_iron_t=["));
+}
+
+TEST(Calibrate, AWrongSignIsNamedFirst) {
+  const TemporaryFolder folder;
+  const Outcome drive =
+      waymark({"run", WAYMARK_SOURCE_DIR "/config/calibration.yaml", "--quiet", "--out", (folder / "drive").string(),
+               "--set", "source.duration_s=150", "--set", "sinks=[{plugin: log}]"});
+  ASSERT_EQ(drive.exit_code, 0) << drive.err;
+  std::string replay = read_text(folder / "drive/log/replay.yaml");
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"left_mps: left_mps", "left_mps: right_mps"},
+                                 {"right_mps: right_mps", "right_mps: left_mps"}}) {
+    const std::size_t at = replay.find(from);
+    ASSERT_NE(at, std::string::npos) << replay;
+    replay.replace(at, from.size(), to);
+  }
+  write_text(folder / "drive/log/swapped.yaml", replay);
+  const Outcome outcome = waymark({"calibrate", (folder / "drive/log/swapped.yaml").string()});
+  EXPECT_THAT(outcome.out, HasSubstr("source: swap left_mps and right_mps of wheels"));
+  EXPECT_THAT(outcome.out, HasSubstr("# yaw: wheels: ")) << "in the block that is copied";
+}
+
 // Motion capture as odometry. The README of the recording: yaw -0.030 ± 0.006 rad, delay 34 ± 10 ms, x 7 mm, y 0.
 TEST(Calibrate, MountingAndDelayOfAScannerFromItsOwnMotion) {
   if (data_folder().empty()) GTEST_SKIP() << "WAYMARK_DATA is not set";

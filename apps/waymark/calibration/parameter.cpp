@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "apps/waymark/calibration/magnetometer.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::calibration {
@@ -129,11 +130,17 @@ bool is_wanted(const Parameter& parameter, const std::vector<std::string>& only)
          std::ranges::any_of(only, [&](const std::string& word) { return parameter.name().starts_with(word); });
 }
 
-Parameter gyro_noise_of(const std::string& imu) {
+/// For its name: a key that is not adjusted but read from the log directly.
+Parameter direct(const std::string& sensor, const char* key) {
   Parameter parameter;
-  parameter.sensor = imu;
-  parameter.key = kGyroNoise;
+  parameter.sensor = sensor;
+  parameter.key = key;
   return parameter;
+}
+
+/// An IMU takes part if it hands on the heading of its field.
+bool has_magnetometer(const Config& sensor, const std::string& plugin) {
+  return plugin == "compass" || (plugin == "imu" && sensor.has("heading") && sensor.boolean("heading", false));
 }
 
 /// The elements of a list that a factor scales.
@@ -248,18 +255,30 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
         plan.others.push_back(all[i]);
       }
     }
-    if (plugin == "imu" && is_wanted(gyro_noise_of(name), only)) plan.imus.push_back(name);
+    if (plugin == "imu" && is_wanted(direct(name, kGravity), only)) plan.accelerometers.push_back(name);
+    if (plugin == "imu" && (is_wanted(direct(name, kGyroNoise), only) || is_wanted(direct(name, kGravity), only)))
+      plan.imus.push_back(name);
+    if (has_magnetometer(sensor, plugin) &&
+        (is_wanted(direct(name, kHardIron), only) || is_wanted(direct(name, kSoftIron), only)))
+      plan.magnetometers.push_back(name);
   }
   for (const std::string& word : only) {
     const auto begins_so = [&](const Parameter& one) { return one.name().starts_with(word); };
-    const auto is_of = [&](const std::string& imu) { return begins_so(gyro_noise_of(imu)); };
-    if (std::ranges::any_of(plan.parameters, begins_so) || std::ranges::any_of(plan.imus, is_of)) continue;
+    const auto is_of_imu = [&](const std::string& imu) {
+      return begins_so(direct(imu, kGyroNoise)) || begins_so(direct(imu, kGravity));
+    };
+    const auto is_of_iron = [&](const std::string& sensor) {
+      return begins_so(direct(sensor, kHardIron)) || begins_so(direct(sensor, kSoftIron));
+    };
+    if (std::ranges::any_of(plan.parameters, begins_so) || std::ranges::any_of(plan.imus, is_of_imu) ||
+        std::ranges::any_of(plan.magnetometers, is_of_iron))
+      continue;
     throw Error(fmt::format("--only {}: no parameter of this robot begins so", word));
   }
   const Config motion = yaml.child_or_empty("motion");
   if (!plan.parameters.empty() && motion.has("source") && motion.text("source") == "maps")
     throw Error("motion.source is maps: a calibration needs wheels or another odometry, which gives a speed");
-  if (plan.parameters.empty() && plan.imus.empty())
+  if (plan.parameters.empty() && plan.imus.empty() && plan.magnetometers.empty())
     throw Error("no sensor of this robot has a parameter that can be estimated");
   return plan;
 }

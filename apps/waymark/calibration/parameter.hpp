@@ -63,10 +63,15 @@ struct Plan {
   std::vector<Config::Override> overrides;
   /// IMUs whose noise is read from a standing stretch.
   std::vector<std::string> imus;
+  /// Of these, those whose `gravity_mps2` is read from it.
+  std::vector<std::string> accelerometers;
+  /// Sensors whose hard and soft iron is fitted, if they deliver a magnetic field.
+  std::vector<std::string> magnetometers;
 };
 
-/// What a standing stretch says of an IMU: its key in the YAML, "gyro_noise_rad_per_sqrt_s".
+/// What a standing stretch says of an IMU: keys of the plugin imu.
 inline constexpr const char* kGyroNoise = "gyro_noise_rad_per_sqrt_s";
+inline constexpr const char* kGravity = "gravity_mps2";
 
 /// The plan for a YAML. `only`: names of parameters, or beginnings ("gps", "wheels.track_m"); empty: all. Throws Error
 /// for a name that fits nothing.

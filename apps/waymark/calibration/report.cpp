@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "apps/waymark/calibration/report_of_fields.hpp"
 
 namespace waymark::calibration {
 
@@ -115,13 +118,32 @@ std::string comment_of(const Findings& findings, const Values& values, const std
   return comment;
 }
 
+/// The force at rest. Along it a bias shows; across it a bias is not distinguished from a tilt of floor or mounting.
+std::string lines_of_force(const Standing& standing) {
+  if (!std::isfinite(standing.force_norm)) return {};
+  constexpr double kInDegrees = 180.0 / std::numbers::pi;
+  const Eigen::Vector3d& f = standing.force_base;
+  const double sigma = standing.force_norm_sigma;
+  return fmt::format(
+      "    # upwards the accelerometer shows {:+.3f} ± {:.3f} m/s² more than gravity; forward and left its bias is "
+      "not\n"
+      "    # distinguished from a floor or a mounting that leans: the force is {:.2f}° off the base's z forward, "
+      "{:.2f}° left\n"
+      "    {}: {}  # ± {}, was {}\n",
+      standing.force_norm - standing.given_gravity, sigma, std::atan2(f.x(), f.z()) * kInDegrees,
+      std::atan2(f.y(), f.z()) * kInDegrees, kGravity, number(standing.force_norm, sigma), number(sigma, sigma),
+      number(standing.given_gravity, sigma));
+}
+
 std::string lines_of_standing(const Standing& standing) {
   const double shown = standing.bias_sigma.maxCoeff();
   return fmt::format(
-      "    # gyro bias at rest: [{}, {}, {}] ± {} rad/s\n    {}: {}  # ± {}, was {}; at rest: a driving robot shakes\n",
-      number(standing.bias.x(), shown), number(standing.bias.y(), shown), number(standing.bias.z(), shown),
-      number(shown, shown), kGyroNoise, number(standing.noise.density, standing.noise.sigma),
-      number(standing.noise.sigma, standing.noise.sigma), number(standing.given_noise, standing.noise.sigma));
+             "    # gyro bias at rest: [{}, {}, {}] ± {} rad/s\n    {}: {}  # ± {}, was {}; at rest: a driving robot "
+             "shakes\n",
+             number(standing.bias.x(), shown), number(standing.bias.y(), shown), number(standing.bias.z(), shown),
+             number(shown, shown), kGyroNoise, number(standing.noise.density, standing.noise.sigma),
+             number(standing.noise.sigma, standing.noise.sigma), number(standing.given_noise, standing.noise.sigma)) +
+         lines_of_force(standing);
 }
 
 }  // namespace
@@ -163,6 +185,19 @@ std::string standing_tables(const Findings& findings) {
   return text;
 }
 
+std::string magnetometer_lines(const Findings& findings) {
+  std::string text;
+  for (const Magnetometer& magnetometer : findings.magnetometers) text += summary(magnetometer);
+  return text;
+}
+
+std::string contradiction_lines(const Findings& findings) {
+  std::string text;
+  for (const Finding& finding : findings.contradictions)
+    text += fmt::format("{}: {}\n", finding.check, describe(finding));
+  return text;
+}
+
 std::string json(const Findings& findings, const Values& values) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
@@ -189,6 +224,23 @@ std::string json(const Findings& findings, const Values& values) {
                       {"sigma", standing.bias_sigma(axis)},
                       {"determined", true}});
     }
+    if (!std::isfinite(standing.force_norm)) continue;
+    list.push_back({{"name", standing.sensor + "." + kGravity},
+                    {"unit", "m/s²"},
+                    {"given", standing.given_gravity},
+                    {"estimated", standing.force_norm},
+                    {"sigma", standing.force_norm_sigma},
+                    {"determined", true}});
+  }
+  for (const Magnetometer& magnetometer : findings.magnetometers) {
+    for (const IronElement& element : elements(magnetometer)) {
+      list.push_back({{"name", element.name},
+                      {"unit", element.unit},
+                      {"given", element.given},
+                      {"estimated", element.estimated},
+                      {"sigma", element.sigma},
+                      {"determined", element.is_determined}});
+    }
   }
   return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
@@ -205,9 +257,16 @@ std::vector<Config::Override> overrides(const Findings& findings, const Values& 
   });
   if (const Lateness late = lateness_of(findings, values); late.parameter >= 0)
     all.push_back(fmt::format("sensors.{}.delay_s={}", findings.time_base, findings.time_base_delay + late.seconds));
-  for (const Standing& standing : findings.standing)
+  for (const Standing& standing : findings.standing) {
     all.push_back(fmt::format("sensors.{}.{}={}", standing.sensor, kGyroNoise,
                               number(standing.noise.density, standing.noise.sigma)));
+    if (!std::isfinite(standing.force_norm)) continue;
+    all.push_back(fmt::format("sensors.{}.{}={}", standing.sensor, kGravity,
+                              number(standing.force_norm, standing.force_norm_sigma)));
+  }
+  for (const Magnetometer& magnetometer : findings.magnetometers) {
+    for (Config::Override& one : overrides(magnetometer)) all.push_back(std::move(one));
+  }
   return all;
 }
 
@@ -216,6 +275,7 @@ std::string yaml_block(const Findings& findings, const Values& values, const std
   std::vector<std::string> sensors{findings.time_base};
   for (const Parameter& parameter : findings.parameters) sensors.push_back(parameter.sensor);
   for (const Standing& standing : findings.standing) sensors.push_back(standing.sensor);
+  for (const Magnetometer& magnetometer : findings.magnetometers) sensors.push_back(magnetometer.sensor);
   std::string text;
   std::vector<std::string> written;
   for (const std::string& sensor : sensors) {
@@ -230,7 +290,7 @@ std::string yaml_block(const Findings& findings, const Values& values, const std
       const std::string path = one.substr(0, equals);
       const std::string key = path.substr(prefix.size());
       const std::string comment = comment_of(findings, values, path);
-      if (comment.empty()) continue;  // of a standing stretch, below
+      if (comment.empty()) continue;  // of a standing stretch or a field, below
       const std::size_t dot = key.find('.');
       if (dot != std::string::npos && key.substr(0, dot) != parent) {
         parent = key.substr(0, dot);
@@ -242,9 +302,15 @@ std::string yaml_block(const Findings& findings, const Values& values, const std
     for (const Standing& standing : findings.standing) {
       if (standing.sensor == sensor) lines += lines_of_standing(standing);
     }
+    for (const Magnetometer& magnetometer : findings.magnetometers) {
+      if (magnetometer.sensor == sensor) lines += yaml_lines(magnetometer);
+    }
     if (!lines.empty()) text += fmt::format("  - name: {}\n{}", sensor, lines);
   }
-  return heading + (text.empty() ? "# Nothing was determined.\n" : "sensors:\n" + text);
+  std::string comments;
+  for (const Finding& finding : findings.contradictions)
+    comments += fmt::format("# {}: {}\n", finding.check, describe(finding));
+  return heading + comments + (text.empty() ? "# Nothing was determined.\n" : "sensors:\n" + text);
 }
 
 }  // namespace waymark::calibration

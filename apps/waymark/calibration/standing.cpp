@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/waymark/calibration/standing.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -23,6 +24,7 @@ constexpr double kMotionMps = 0.01;           // as `still_speed_mps` of the odo
 constexpr double kMotionRadps = 0.01;         // as `still_rate_radps`
 constexpr std::size_t kFewestSamples = 5;     // of a second
 constexpr double kUsualGyroNoise = 8.727e-4;  // [rad/√s], the default of the plugin imu
+constexpr double kUsualGravity = 9.81;        // [m/s²], likewise
 
 /// The samples of one second.
 struct Second {
@@ -78,6 +80,22 @@ std::vector<double> axis_of(const std::vector<InertialSample>& samples, std::siz
   return values;
 }
 
+/// The length of the mean force: along it a bias is observable, across it a bias is a tilt.
+void read_force(const std::vector<InertialSample>& samples, std::size_t first, std::size_t last, Standing& standing) {
+  const Eigen::Vector3d force = mean(samples, first, last, &InertialSample::force);
+  standing.force_base = force;  // turned by who knows the mounting
+  standing.force_norm = force.norm();
+  if (!force.allFinite()) return;
+  const Eigen::Vector3d along = force.normalized();
+  double variance = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double white = white_noise(standing.force[axis]).density / std::sqrt(standing.duration_s);
+    const double sigma = std::hypot(white, lowest(standing.force[axis]).deviation);
+    variance += along(axis) * along(axis) * sigma * sigma;
+  }
+  standing.force_norm_sigma = std::sqrt(variance);
+}
+
 }  // namespace
 
 std::optional<Standing> standing_of(const std::vector<InertialSample>& samples, const std::vector<Time>& moving) {
@@ -116,6 +134,7 @@ std::optional<Standing> standing_of(const std::vector<InertialSample>& samples, 
     standing.bias_sigma(axis) =
         std::hypot(noise.density / std::sqrt(standing.duration_s), lowest(standing.gyro[axis]).deviation);
   }
+  read_force(samples, first, last, standing);
   standing.noise.density = std::sqrt(standing.noise.density);
   standing.noise.sigma = std::sqrt(standing.noise.sigma);
   return standing;
@@ -158,8 +177,11 @@ std::vector<Standing> standing_over_log(const std::filesystem::path& yaml,
     standing->sensor = robot.sensors[i].name;
     standing->begin_s += to_seconds(samples[i].front().stamp - *first);
     for (const Config& sensor : robot.yaml.items("sensors")) {
-      if (sensor.text("name") == standing->sensor) standing->given_noise = sensor.number(kGyroNoise, kUsualGyroNoise);
+      if (sensor.text("name") != standing->sensor) continue;
+      standing->given_noise = sensor.number(kGyroNoise, kUsualGyroNoise);
+      standing->given_gravity = sensor.number(kGravity, kUsualGravity);
     }
+    standing->force_base = robot.rig.T_base_sensor(standing->sensor).q * standing->force_base;
     all.push_back(std::move(*standing));
   }
   return all;

@@ -29,7 +29,11 @@ struct Standing {
   double given_noise = 0.0;  ///< `gyro_noise_rad_per_sqrt_s` of the YAML
   Eigen::Vector3d bias;      ///< mean rate [rad/s]
   Eigen::Vector3d bias_sigma;
-  WhiteNoise noise;                  ///< of the rate, r.m.s. of the axes [rad/√s]
+  WhiteNoise noise;            ///< of the rate, r.m.s. of the axes [rad/√s]
+  double given_gravity = 0.0;  ///< `gravity_mps2` of the YAML
+  double force_norm = 0.0;     ///< of the mean specific force [m/s²]; NaN: there is none
+  double force_norm_sigma = 0.0;
+  Eigen::Vector3d force_base;        ///< mean specific force in the axes of the base as it is mounted; NaN: none
   std::vector<AllanPoint> gyro[3];   ///< [rad/s]
   std::vector<AllanPoint> force[3];  ///< [m/s²]; empty if there is none
 };

@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
+#include "apps/waymark/command/log_diagnosis.hpp"
 #include "waymark/host/diagnosis.hpp"
 
 namespace waymark::command {
@@ -24,26 +24,6 @@ struct DoctorOptions {
 };
 
 using Json = nlohmann::ordered_json;
-
-/// An error of the log ends it there, and is returned.
-std::string read_log(host::Robot& robot, host::Diagnosis& diagnosis, double until_s, double& length_s) {
-  std::optional<Time> first;
-  try {
-    while (std::optional<Measurement> measurement = robot.source->next()) {
-      if (is_stamp(measurement->arrival)) {
-        if (!first) first = measurement->arrival;
-        const double passed = to_seconds(measurement->arrival - *first);
-        if (passed > until_s) break;
-        length_s = std::max(length_s, passed);
-      }
-      if (robot.is_command(*measurement) || !robot.assign(*measurement)) continue;
-      diagnosis.arrived(*measurement);
-    }
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return {};
-}
 
 void print_comparisons(const std::vector<host::Comparison>& comparisons) {
   if (comparisons.empty()) return;
@@ -86,7 +66,7 @@ int examine(const DoctorOptions& options) {
     throw Error(fmt::format("{}: is of a running robot; `waymark run` compares its sensors", options.config.string()));
   host::Diagnosis diagnosis(robot);
   double length_s = 0.0;
-  const std::string error = read_log(robot, diagnosis, options.until_s, length_s);
+  const std::string error = diagnose_log(robot, diagnosis, options.until_s, length_s);
   diagnosis.finish();
   const std::vector<Finding>& findings = diagnosis.findings();
   if (options.json) {

@@ -16,8 +16,11 @@ namespace {
 
 /// Rejected fixes after which their own way is compared with the predicted one.
 constexpr int kFewRejections = 4;
-/// A single rejection so far off is no chance: 6σ.
-constexpr double kFarNis = 36.0;
+/// 6σ of a position: what follows the measurements before it is no outlier, so it corrects the belief up to there.
+const particles::Gates& wide_gates() {
+  static const particles::Gates gates(1.0 - std::exp(-0.5 * 36.0));
+  return gates;
+}
 
 /// Of the length of an innovation.
 std::string_view unit_of(const Update& update) {
@@ -64,7 +67,11 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   SensorRecord& record = this->record(m);
   const bool has_way = index == 0 && record.traits.is_absolute && update.observes() == Quantity::position;
   const Eigen::Vector2d p = has_way ? position() : Eigen::Vector2d::Zero();
-  const particles::MixtureOutcome outcome = filter().update(update, record.policy);
+  const bool follows = index == 0 && result.is_continuous && update.observes() == Quantity::position &&
+                       record.slot.max_consecutive_rejections > 0 && !steps().maps().localizes();
+  particles::UpdatePolicy policy = record.policy;
+  if (follows && policy.gates[2] < wide_gates()[2]) policy.gates = wide_gates();
+  const particles::MixtureOutcome outcome = filter().update(update, policy);
   if (!steps().account(m, index, outcome, result) || record.policy.evaluate_only) return;
   result.observes_position = result.observes_position || update.observes() == Quantity::position;
   const bool is_position = index == 0 && update.observes() == Quantity::position && outcome.innovation.size() > 1;
@@ -75,9 +82,7 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
     if (is_position) check_for_bias(m, outcome, result);
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
-    // The gate alone rejects one of a thousand good ones.
-    const bool is_far = outcome.nis > kFarNis || rejections > 1;
-    const bool is_certain = result.is_continuous && is_position && is_far && !steps().maps().localizes();
+    const bool is_certain = follows && is_position;
     if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
     } else if (is_certain) {

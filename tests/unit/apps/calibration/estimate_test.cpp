@@ -270,7 +270,7 @@ TEST(CalibrationReport, ProposesNothingThatIsImplausibleOrHasNotConverged) {
   const Plan plan = plan_for(yaml, {"wheels.speed_scale", "gps.delay_s"});
   const Values values(yaml, plan.parameters);
   ASSERT_EQ(plan.parameters.size(), 2U);
-  Findings findings{"wheels", 0.0, plan.parameters, {}, {}};
+  Findings findings{"wheels", 0.0, plan.parameters, {}, {}, {}, {}};
   findings.estimate.change = Eigen::Vector2d(0.9, 0.1);  // nine times the prior's σ
   findings.estimate.sigma = Eigen::Vector2d(0.01, 0.01);
   findings.estimate.information = Eigen::Vector2d(0.99, 0.99);
@@ -285,7 +285,7 @@ TEST(CalibrationReport, ASensorThatIsAheadOfTheWheelsMakesThemLate) {
   const Config yaml = Config::parse(kRobot);
   const Plan plan = plan_for(yaml, {"gps.delay_s", "compass.delay_s"});
   const Values values(yaml, plan.parameters);
-  Findings findings{"wheels", 0.0, plan.parameters, {}, {}};
+  Findings findings{"wheels", 0.0, plan.parameters, {}, {}, {}, {}};
   findings.estimate.change = Eigen::Vector2d(-0.25, 0.125);
   findings.estimate.sigma = Eigen::Vector2d(0.01, 0.01);
   findings.estimate.information = Eigen::Vector2d(0.99, 0.99);

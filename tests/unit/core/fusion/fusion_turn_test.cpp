@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -55,6 +56,26 @@ TEST(FusionTurn, OneFixOfAGoodReceiverIsEnough) {
                     "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.01, offset_sigma_m: 0 }\n");
   robot.play(turned_by(2.0));
   EXPECT_LT(robot.report(1).gated, 4U);
+}
+
+// One fix a second: a rejected one lets the robot go astray for another second.
+TEST(FusionTurn, AFixThatFollowsIsUsedAtOnceHoweverFarTheTurn) {
+  for (double turned = 0.1; turned < 1.5; turned += 0.1) {
+    FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels +
+                      "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.02, offset_sigma_m: 0 }\n");
+    std::vector<Measurement> log;
+    drive(log, 0.0, 12.0, 1.0);
+    for (int t = 0; t < 12; ++t) {
+      const double after = std::max(0, t - 10);
+      log.push_back(fix(t, std::min(t, 10) + after * std::cos(turned), after * std::sin(turned)));
+    }
+    robot.play(in_order(log));
+    const auto seen =
+        std::ranges::find_if(robot.seen(), [](const Seen& one) { return one.sensor == 1 && one.stamp > 10.5; });
+    ASSERT_NE(seen, robot.seen().end());
+    const Eigen::Vector2d true_p(10.0 + std::cos(turned), std::sin(turned));
+    EXPECT_LT((seen->belief.mean.T_map_base.p.head<2>() - true_p).norm(), 0.1) << turned;
+  }
 }
 
 TEST(FusionTurn, FixesThatStandElsewhereDoNot) {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/waymark/command/log_diagnosis.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::command {
+
+std::string diagnose_log(host::Robot& robot, host::Diagnosis& diagnosis, double until_s, double& length_s) {
+  std::optional<Time> first;
+  try {
+    while (std::optional<Measurement> measurement = robot.source->next()) {
+      if (is_stamp(measurement->arrival)) {
+        if (!first) first = measurement->arrival;
+        const double passed = to_seconds(measurement->arrival - *first);
+        if (passed > until_s) break;
+        length_s = std::max(length_s, passed);
+      }
+      if (robot.is_command(*measurement) || !robot.assign(*measurement)) continue;
+      diagnosis.arrived(*measurement);
+    }
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace waymark::command

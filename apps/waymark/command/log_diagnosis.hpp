@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "waymark/host/diagnosis.hpp"
+
+namespace waymark::command {
+
+/// Gives a diagnosis the first `until_s` seconds of a robot's log, without a filter; `length_s`: how much there was. An
+/// error of the log ends it there, and is returned.
+std::string diagnose_log(host::Robot& robot, host::Diagnosis& diagnosis, double until_s, double& length_s);
+
+}  // namespace waymark::command
