@@ -46,7 +46,8 @@ std::optional<Unit> unit_of(double value, double low, double high, const std::ar
 
 /// Usual times between two measurements [s].
 std::pair<double, double> usual_interval(const WatchedSensor& sensor) {
-  if (sensor.payload == ImuSample::kType) return {1e-4, 0.3};
+  // Milliseconds taken for seconds make a period of 1 s of the shortest ones.
+  if (sensor.payload == ImuSample::kType) return {1e-4, 0.95};
   if (sensor.payload == LaserScan::kType || sensor.payload == PointCloud::kType) return {0.005, 5.0};
   if (sensor.payload == GnssFix::kType) return {0.01, 60.0};
   if (sensor.payload == WheelSpeeds::kType || sensor.payload == BodyTwist::kType ||

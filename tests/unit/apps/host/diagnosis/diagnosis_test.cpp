@@ -45,7 +45,9 @@ struct Examined {
 };
 
 /// Drives in curves of changing direction and lets the diagnosis see it. `delay_s`: of the compass's stamps.
-Examined examine(const std::function<void(Readings&)>& mistake, const std::string& yaml = kYaml, double delay_s = 0.0) {
+/// `imu_every`: steps of 0.02 s between two measurements of the IMU.
+Examined examine(const std::function<void(Readings&)>& mistake, const std::string& yaml = kYaml, double delay_s = 0.0,
+                 int imu_every = 1) {
   const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
@@ -78,7 +80,7 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);
     pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
-    pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
+    if (k % imu_every == 0) pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
     if (k % 25 == 0) pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
     if (k % 5 == 0) pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
   }
@@ -94,6 +96,11 @@ double number_after(const std::string& text, const std::string& line) {
 
 TEST(Diagnosis, FindsNothingOnARobotWithoutAMistake) {
   const Examined examined = examine([](Readings&) {});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
+TEST(Diagnosis, FindsNothingWrongWithAnImuOfTwoAndAHalfHertz) {
+  const Examined examined = examine([](Readings&) {}, kYaml, 0.0, 20);
   for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
 }
 
