@@ -125,7 +125,7 @@ std::string lines_of_force(const Standing& standing) {
   const Eigen::Vector3d& f = standing.force_base;
   const double sigma = standing.force_norm_sigma;
   return fmt::format(
-      "    # upwards the accelerometer shows {:+.3f} ± {:.3f} m/s² more than gravity; forward and left its bias is "
+      "    # upwards the accelerometer shows {:+.4f} ± {:.4f} m/s² more than gravity; forward and left its bias is "
       "not\n"
       "    # distinguished from a floor or a mounting that leans: the force is {:.2f}° off the base's z forward, "
       "{:.2f}° left\n"
