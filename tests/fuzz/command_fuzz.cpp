@@ -50,8 +50,12 @@ void run(std::string_view input) {
   }();
   const host::Robot robot = host::Robot::live(kConfig, kLoader);
   const std::unique_ptr<Fusion> fusion = robot.fusion(nullptr);
-  const host::CommandOutputs outputs{[] { return std::string("maps"); }, [] { return std::string("file"); },
-                                     [] { return std::string("{}"); }, [] {}};
+  const host::CommandOutputs outputs{.save_maps = [] { return std::string("maps"); },
+                                     .checkpoint = [] { return std::string("file"); },
+                                     .status = [] { return std::string("{}"); },
+                                     .stop = [] {},
+                                     .retune = [](const std::string&) {},
+                                     .note_missing = [](std::uint32_t, const host::Gap&) {}};
   std::size_t next = 0;
   for (std::size_t k = 0; k < kMostCommands && !input.empty(); ++k) {
     for (std::size_t i = 0; i < 2 && next < kLog.size(); ++i) fusion->add(kLog[next++]);
@@ -59,7 +63,7 @@ void run(std::string_view input) {
     const std::string command(input.substr(0, end));
     input.remove_prefix(std::min(end + 1, input.size()));
     (void)host::steers(command);
-    const std::string reply = host::execute(command, *fusion, robot, outputs);
+    const std::string reply = host::execute(command, *fusion, robot, outputs, true);
     if (!reply.starts_with("ok") && !reply.starts_with("error: ")) violation("a reply is neither ok nor an error");
     if (reply.find('\n') != std::string::npos) violation("a reply is not one line: " + reply);
   }

@@ -16,6 +16,8 @@ namespace {
 
 /// Rejected fixes after which their own way is compared with the predicted one.
 constexpr int kFewRejections = 4;
+constexpr std::string_view kMotionWasWrong = "the motion source was wrong, or the heading";
+
 /// 6σ of a position: what follows the measurements before it is no outlier, so it corrects the belief up to there.
 const particles::Gates& wide_gates() {
   static const particles::Gates gates(1.0 - std::exp(-0.5 * 36.0));
@@ -80,13 +82,15 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   const double off = compares_ways ? heading_off(m, update, p, outcome) : 0.0;
   if (outcome.accepted) {
     if (is_position) check_for_bias(m, outcome, result);
+    const bool corrects = follows && outcome.nis > record.policy.gates[static_cast<int>(outcome.innovation.size())];
+    if (corrects) result.degraded_reason = kMotionWasWrong;
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
     const bool is_certain = follows && is_position;
     if (off != 0.0 && (is_certain || rejections >= kFewRejections)) {
       turn(m, update, outcome, off);
     } else if (is_certain) {
-      result.degraded_reason = "the motion source was wrong, or the heading";
+      result.degraded_reason = kMotionWasWrong;
       reacquire(m, index, update, outcome,
                 fmt::format("a measurement does not fit the prediction, but follows the ones before it: the motion was "
                             "wrong by {:.3g}{}",

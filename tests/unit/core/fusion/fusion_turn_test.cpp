@@ -61,6 +61,7 @@ TEST(FusionTurn, OneFixOfAGoodReceiverIsEnough) {
 
 // One fix a second: a rejected one lets the robot go astray for another second.
 TEST(FusionTurn, AFixThatFollowsIsUsedAtOnceHoweverFarTheTurn) {
+  int degraded_without_event = 0;
   for (double turned = 0.1; turned < 1.5; turned += 0.1) {
     FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels +
                       "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.02, offset_sigma_m: 0 }\n");
@@ -76,7 +77,11 @@ TEST(FusionTurn, AFixThatFollowsIsUsedAtOnceHoweverFarTheTurn) {
     ASSERT_NE(seen, robot.seen().end());
     const Eigen::Vector2d true_p(10.0 + std::cos(turned), std::sin(turned));
     EXPECT_LT((seen->belief.mean.T_map_base.p.head<2>() - true_p).norm(), 0.1) << turned;
+    const bool is_degraded = robot.fusion().health().sensors[1].state == SensorHealth::State::degraded;
+    if (is_degraded && robot.events().find("follows the ones before it") == std::string::npos) ++degraded_without_event;
   }
+  // Beyond the gate of all other fixes, and within 6σ.
+  EXPECT_GT(degraded_without_event, 0);
 }
 
 TEST(FusionTurn, FixesThatStandElsewhereDoNot) {
