@@ -11,12 +11,14 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/waymark/command/command_line.hpp"
 #include "apps/waymark/command/commands.hpp"
 #include "apps/waymark/command/folded_events.hpp"
+#include "apps/waymark/command/heap_trim.hpp"
 #include "apps/waymark/command/progress.hpp"
 #include "apps/waymark/command/run_log.hpp"
 #include "apps/waymark/command/sensor_table.hpp"
@@ -176,7 +178,10 @@ int run(const RunOptions& options) {
     const std::string problem = session.resume_if_possible(out / live.checkpoint);
     if (!problem.empty()) log.print(LogLevel::warning, "waymark: begins anew: {}\n", problem);
   }
+  std::optional<HeapTrim> heap_trim;
+  if (is_live) heap_trim.emplace();
   session.play();
+  heap_trim.reset();
   const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
   progress.finish();
   print_report(result.report, is_live, log);
