@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
-#include <vector>
 
 namespace waymark::host {
 namespace {
@@ -55,9 +56,10 @@ void GapWatch::learn(double step_s) {
   ++unlearned_;
   if (steps_.size() < kFewestSteps || (steps_.size() == kMostSteps && unlearned_ < kComputeEvery)) return;
   unlearned_ = 0;
-  std::vector<double> sorted(steps_.begin(), steps_.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::ranges::nth_element(sorted, middle);
+  std::array<double, kMostSteps> sorted{};
+  const auto end = std::ranges::copy(steps_, sorted.begin()).out;
+  const auto middle = sorted.begin() + std::ssize(steps_) / 2;
+  std::nth_element(sorted.begin(), middle, end);
   period_s_ = *middle;
   double sum = 0.0;
   double usual = 0.0;
@@ -90,8 +92,8 @@ std::optional<Gap> GapWatch::add(Time stamp, Duration offset, std::optional<Dura
   }
   if (suspicion_) return follow(stamp, step_s);
   if (may_be_gap) {
-    suspicion_ = {.begin = before, .end = stamp, .first_end = stamp, .longest_s = step_s, .gaps = 1, .since = 1};
-    suspicion_->unusual = 1;
+    suspicion_ = {
+        .begin = before, .end = stamp, .first_end = stamp, .longest_s = step_s, .gaps = 1, .since = 1, .unusual = 1};
     return std::nullopt;
   }
   learn(step_s);

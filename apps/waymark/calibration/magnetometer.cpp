@@ -6,8 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "waymark/base/error.hpp"
-#include "waymark/host/robot.hpp"
+#include "apps/waymark/calibration/log_reader.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::calibration {
@@ -69,14 +68,10 @@ std::vector<Magnetometer> magnetometers_over_log(const std::filesystem::path& ya
                                                  const std::vector<Config::Override>& overrides,
                                                  std::optional<double> until_s,
                                                  const std::vector<std::string>& sensors) {
-  const host::Robot robot = host::Robot::load(yaml, overrides);
-  if (robot.source == nullptr || robot.live_input != nullptr) throw Error(yaml.string() + ": calibration needs a log");
+  LogReader log(yaml, overrides, until_s);
+  const host::Robot& robot = log.robot();
   std::vector<std::vector<Eigen::Vector3d>> fields(robot.sensors.size());
-  std::optional<Time> first;
-  while (std::optional<Measurement> m = robot.source->next()) {
-    if (!first) first = m->arrival;
-    if (until_s && to_seconds(m->arrival - *first) > *until_s) break;
-    if (!robot.assign(*m)) continue;
+  while (std::optional<Measurement> m = log.next()) {
     if (const std::optional<Eigen::Vector3d> field = field_of(*m)) fields[m->sensor].push_back(*field);
   }
   std::vector<Magnetometer> all;

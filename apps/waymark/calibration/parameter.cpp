@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -130,13 +131,20 @@ bool is_wanted(const Parameter& parameter, const std::vector<std::string>& only)
          std::ranges::any_of(only, [&](const std::string& word) { return parameter.name().starts_with(word); });
 }
 
-/// For its name: a key that is not adjusted but read from the log directly.
-Parameter direct(const std::string& sensor, const char* key) {
-  Parameter parameter;
-  parameter.sensor = sensor;
-  parameter.key = key;
-  return parameter;
+/// True if one of these keys of a sensor is wanted, which are not adjusted but read from the log directly.
+bool wants_one(const std::string& sensor, std::initializer_list<const char*> keys,
+               const std::vector<std::string>& only) {
+  return std::ranges::any_of(keys, [&](const char* key) {
+    Parameter parameter;
+    parameter.sensor = sensor;
+    parameter.key = key;
+    return is_wanted(parameter, only);
+  });
 }
+
+/// Keys that are read from the log directly.
+constexpr std::initializer_list<const char*> kOfImu{kGyroNoise, kGravity};
+constexpr std::initializer_list<const char*> kOfField{kHardIron, kSoftIron};
 
 /// An IMU takes part if it hands on the heading of its field.
 bool has_magnetometer(const Config& sensor, const std::string& plugin) {
@@ -255,23 +263,16 @@ Plan plan_for(const Config& yaml, const std::vector<std::string>& only) {
         plan.others.push_back(all[i]);
       }
     }
-    if (plugin == "imu" && is_wanted(direct(name, kGravity), only)) plan.accelerometers.push_back(name);
-    if (plugin == "imu" && (is_wanted(direct(name, kGyroNoise), only) || is_wanted(direct(name, kGravity), only)))
-      plan.imus.push_back(name);
-    if (has_magnetometer(sensor, plugin) &&
-        (is_wanted(direct(name, kHardIron), only) || is_wanted(direct(name, kSoftIron), only)))
-      plan.magnetometers.push_back(name);
+    if (plugin == "imu" && wants_one(name, {kGravity}, only)) plan.accelerometers.push_back(name);
+    if (plugin == "imu" && wants_one(name, kOfImu, only)) plan.imus.push_back(name);
+    if (has_magnetometer(sensor, plugin) && wants_one(name, kOfField, only)) plan.magnetometers.push_back(name);
   }
   for (const std::string& word : only) {
     const auto begins_so = [&](const Parameter& one) { return one.name().starts_with(word); };
-    const auto is_of_imu = [&](const std::string& imu) {
-      return begins_so(direct(imu, kGyroNoise)) || begins_so(direct(imu, kGravity));
-    };
-    const auto is_of_iron = [&](const std::string& sensor) {
-      return begins_so(direct(sensor, kHardIron)) || begins_so(direct(sensor, kSoftIron));
-    };
+    const auto is_of_imu = [&](const std::string& imu) { return wants_one(imu, kOfImu, {word}); };
+    const auto is_of_field = [&](const std::string& sensor) { return wants_one(sensor, kOfField, {word}); };
     if (std::ranges::any_of(plan.parameters, begins_so) || std::ranges::any_of(plan.imus, is_of_imu) ||
-        std::ranges::any_of(plan.magnetometers, is_of_iron))
+        std::ranges::any_of(plan.magnetometers, is_of_field))
       continue;
     throw Error(fmt::format("--only {}: no parameter of this robot begins so", word));
   }

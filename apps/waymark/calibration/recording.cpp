@@ -9,6 +9,7 @@
 #include <memory>
 #include <set>
 
+#include "apps/waymark/calibration/log_reader.hpp"
 #include "apps/waymark/calibration/scan_pairs.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/host/robot.hpp"
@@ -22,13 +23,6 @@ namespace {
 
 constexpr double kGapSeconds = 0.5;  // without samples: the motion in it is not known
 
-host::Robot load_log(const std::filesystem::path& yaml, const std::vector<Config::Override>& overrides) {
-  host::Robot robot = host::Robot::load(yaml, overrides);
-  if (robot.source == nullptr || robot.live_input != nullptr)
-    throw Error(fmt::format("{}: calibration needs a log", yaml.string()));
-  return robot;
-}
-
 /// What one pass through the filter gives.
 struct FilterPass {
   std::vector<PathPoint> path;
@@ -38,28 +32,21 @@ struct FilterPass {
 
 FilterPass filter(const std::filesystem::path& yaml, const std::vector<Config::Override>& overrides,
                   std::optional<double> until_s) {
-  const host::Robot robot = load_log(yaml, overrides);
+  LogReader log(yaml, overrides, until_s);
   FilterPass pass;
-  std::optional<Time> first;
   const auto note = [&](const Snapshot& snapshot) {
     if (snapshot.fate() == Fate::held_out) pass.held_out.insert(snapshot.measurement().sequence);
-    if (!snapshot.started() || !first) return;
+    if (!snapshot.started()) return;
     const Pose& pose = snapshot.belief().mean.T_map_base;
-    const double t = to_seconds(snapshot.stamp() - *first);
+    const double t = to_seconds(snapshot.stamp() - log.first().value());
     if (!pass.path.empty() && t < pass.path.back().t) return;
     const double before = pass.path.empty() ? 0.0 : pass.path.back().pose.z();
     const PathPoint point{t, {pose.p.x(), pose.p.y(), before + so3::wrap(pose.yaw() - before)}};
     if (!pass.path.empty() && t == pass.path.back().t) pass.path.pop_back();
     pass.path.push_back(point);
   };
-  const std::unique_ptr<Fusion> fusion = robot.fusion(note);
-  std::uint64_t number = 0;
-  while (std::optional<Measurement> m = robot.source->next()) {
-    m->sequence = number++;
-    if (!first) first = m->arrival;
-    if (until_s && to_seconds(m->arrival - *first) > *until_s) break;
-    if (robot.assign(*m)) fusion->add(std::move(*m));
-  }
+  const std::unique_ptr<Fusion> fusion = log.robot().fusion(note);
+  while (std::optional<Measurement> m = log.next()) fusion->add(std::move(*m));
   fusion->finish();
   if (pass.path.size() < 2) throw Error(fmt::format("{}: the filter has not started: see waymark run", yaml.string()));
   pass.datum = fusion->datum();
@@ -172,20 +159,16 @@ std::optional<double> Integral::mean(double a, double b) const {
 Recording read_recording(const std::filesystem::path& yaml, const std::vector<Config::Override>& overrides,
                          std::optional<double> until_s) {
   FilterPass pass = filter(yaml, overrides, until_s);
-  const host::Robot robot = load_log(yaml, overrides);
+  LogReader log(yaml, overrides, until_s);
+  const host::Robot& robot = log.robot();
   std::map<std::uint32_t, std::vector<Seen>> seen;
   std::map<std::uint32_t, ScanPairs> scans;
-  std::optional<Time> first;
-  std::uint64_t number = 0;
-  while (std::optional<Measurement> m = robot.source->next()) {
-    m->sequence = number++;
-    if (!first) first = m->arrival;
-    if (until_s && to_seconds(m->arrival - *first) > *until_s) break;
-    if (!robot.assign(*m) || pass.held_out.contains(m->sequence)) continue;
+  while (std::optional<Measurement> m = log.next()) {
+    if (pass.held_out.contains(m->sequence)) continue;
     const SensorSlot& slot = robot.sensors[m->sensor];
     const std::optional<Time> stamp = moved(m->stamp, -slot.delay);
     if (!stamp || !slot.enabled || !is_fused(slot.fuse)) continue;
-    const double t = to_seconds(*stamp - *first);
+    const double t = to_seconds(*stamp - log.first().value());
     if (m->payload->type() == LaserScan::kType) {
       const auto mounted = robot.rig.mountings()[m->sensor].T_base_sensor;
       const auto [at, is_new] = scans.try_emplace(m->sensor, mounted.value_or(Pose{}));

@@ -191,58 +191,46 @@ std::string magnetometer_lines(const Findings& findings) {
   return text;
 }
 
-std::string contradiction_lines(const Findings& findings) {
+std::string contradiction_lines(const Findings& findings, std::string_view start) {
   std::string text;
   for (const Finding& finding : findings.contradictions)
-    text += fmt::format("{}: {}\n", finding.check, describe(finding));
+    text += fmt::format("{}{}: {}\n", start, finding.check, describe(finding));
   return text;
 }
 
 std::string json(const Findings& findings, const Values& values) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  using Json = nlohmann::ordered_json;
+  Json list = Json::array();
+  const auto add = [&](const std::string& name, std::string_view unit, const Json& given, double estimated,
+                       double sigma, bool is_determined) {
+    list.push_back({{"name", name},
+                    {"unit", unit},
+                    {"given", given},
+                    {"estimated", estimated},
+                    {"sigma", sigma},
+                    {"determined", is_determined}});
+  };
   for (std::size_t i = 0; i < findings.parameters.size(); ++i) {
     const Row row = row_of(findings, values, i);
-    list.push_back({{"name", findings.parameters[i].name()},
-                    {"unit", findings.parameters[i].unit},
-                    {"given", row.given},
-                    {"estimated", row.estimated},
-                    {"sigma", row.sigma},
-                    {"determined", is_determined(findings, i)}});
+    const Parameter& parameter = findings.parameters[i];
+    add(parameter.name(), parameter.unit, row.given, row.estimated, row.sigma, is_determined(findings, i));
   }
   for (const Standing& standing : findings.standing) {
-    list.push_back({{"name", standing.sensor + "." + kGyroNoise},
-                    {"unit", "rad/√s"},
-                    {"given", standing.given_noise},
-                    {"estimated", standing.noise.density},
-                    {"sigma", standing.noise.sigma},
-                    {"determined", true}});
+    add(standing.sensor + "." + kGyroNoise, "rad/√s", standing.given_noise, standing.noise.density,
+        standing.noise.sigma, true);
     for (int axis = 0; axis < 3; ++axis) {
-      list.push_back({{"name", fmt::format("{}.gyro_bias_radps[{}]", standing.sensor, axis)},
-                      {"unit", "rad/s"},
-                      {"given", nullptr},
-                      {"estimated", standing.bias(axis)},
-                      {"sigma", standing.bias_sigma(axis)},
-                      {"determined", true}});
+      add(fmt::format("{}.gyro_bias_radps[{}]", standing.sensor, axis), "rad/s", nullptr, standing.bias(axis),
+          standing.bias_sigma(axis), true);
     }
     if (!std::isfinite(standing.force_norm)) continue;
-    list.push_back({{"name", standing.sensor + "." + kGravity},
-                    {"unit", "m/s²"},
-                    {"given", standing.given_gravity},
-                    {"estimated", standing.force_norm},
-                    {"sigma", standing.force_norm_sigma},
-                    {"determined", true}});
+    add(standing.sensor + "." + kGravity, "m/s²", standing.given_gravity, standing.force_norm,
+        standing.force_norm_sigma, true);
   }
   for (const Magnetometer& magnetometer : findings.magnetometers) {
-    for (const IronElement& element : elements(magnetometer)) {
-      list.push_back({{"name", element.name},
-                      {"unit", element.unit},
-                      {"given", element.given},
-                      {"estimated", element.estimated},
-                      {"sigma", element.sigma},
-                      {"determined", element.is_determined}});
-    }
+    for (const IronElement& one : elements(magnetometer))
+      add(one.name, one.unit, one.given, one.estimated, one.sigma, one.is_determined);
   }
-  return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return list.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::vector<Config::Override> overrides(const Findings& findings, const Values& values) {
@@ -307,10 +295,8 @@ std::string yaml_block(const Findings& findings, const Values& values, const std
     }
     if (!lines.empty()) text += fmt::format("  - name: {}\n{}", sensor, lines);
   }
-  std::string comments;
-  for (const Finding& finding : findings.contradictions)
-    comments += fmt::format("# {}: {}\n", finding.check, describe(finding));
-  return heading + comments + (text.empty() ? "# Nothing was determined.\n" : "sensors:\n" + text);
+  return heading + contradiction_lines(findings, "# ") +
+         (text.empty() ? "# Nothing was determined.\n" : "sensors:\n" + text);
 }
 
 }  // namespace waymark::calibration

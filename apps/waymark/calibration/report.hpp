@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/waymark/calibration/estimate.hpp"
@@ -33,8 +34,8 @@ std::string standing_tables(const Findings& findings);
 /// are none.
 std::string magnetometer_lines(const Findings& findings);
 
-/// What the diagnosis found, a line each; empty if nothing.
-std::string contradiction_lines(const Findings& findings);
+/// What the diagnosis found, a line each that begins with `start`; empty if nothing.
+std::string contradiction_lines(const Findings& findings, std::string_view start);
 
 /// The keys that were determined, as a YAML that repeats `sensors:`, with σ and the given value in comments;
 /// and what the diagnosis found, as comments before.

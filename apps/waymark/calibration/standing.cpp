@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstddef>
 
+#include "apps/waymark/calibration/log_reader.hpp"
 #include "apps/waymark/calibration/parameter.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/host/robot.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/interface/sensor.hpp"
 
@@ -143,15 +143,11 @@ std::optional<Standing> standing_of(const std::vector<InertialSample>& samples, 
 std::vector<Standing> standing_over_log(const std::filesystem::path& yaml,
                                         const std::vector<Config::Override>& overrides, std::optional<double> until_s,
                                         const std::vector<std::string>& imus) {
-  const host::Robot robot = host::Robot::load(yaml, overrides);
-  if (robot.source == nullptr || robot.live_input != nullptr) throw Error(yaml.string() + ": calibration needs a log");
+  LogReader log(yaml, overrides, until_s);
+  const host::Robot& robot = log.robot();
   std::vector<std::vector<InertialSample>> samples(robot.sensors.size());
   std::vector<Time> moving;
-  std::optional<Time> first;
-  while (std::optional<Measurement> m = robot.source->next()) {
-    if (!first) first = m->arrival;
-    if (until_s && to_seconds(m->arrival - *first) > *until_s) break;
-    if (!robot.assign(*m)) continue;
+  while (std::optional<Measurement> m = log.next()) {
     const SensorSlot& slot = robot.sensors[m->sensor];
     if (m->payload->type() == ImuSample::kType) {
       const auto& imu = m->as<ImuSample>();
@@ -175,7 +171,7 @@ std::vector<Standing> standing_over_log(const std::filesystem::path& yaml,
     std::optional<Standing> standing = standing_of(samples[i], moving);
     if (!standing) continue;
     standing->sensor = robot.sensors[i].name;
-    standing->begin_s += to_seconds(samples[i].front().stamp - *first);
+    standing->begin_s += to_seconds(samples[i].front().stamp - log.first().value());
     for (const Config& sensor : robot.yaml.items("sensors")) {
       if (sensor.text("name") != standing->sensor) continue;
       standing->given_noise = sensor.number(kGyroNoise, kUsualGyroNoise);

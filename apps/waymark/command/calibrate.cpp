@@ -37,8 +37,6 @@ struct CalibrateOptions {
   std::optional<double> until_s;
 };
 
-constexpr double kDiagnosedSeconds = 400.0;  // as `waymark doctor`
-
 /// True if the finding is about a value that is estimated.
 bool is_estimated(const Finding& finding, const calibration::Plan& plan) {
   return std::ranges::any_of(plan.parameters, [&](const calibration::Parameter& parameter) {
@@ -82,7 +80,7 @@ void calibrate(const CalibrateOptions& options) {
   findings.contradictions = contradictions(options, yaml, plan);
   if (!findings.contradictions.empty()) {
     print_output("waymark doctor finds what no value below mends; first:\n{}",
-                 calibration::contradiction_lines(findings));
+                 calibration::contradiction_lines(findings, ""));
   }
   read_standing(options, plan, findings);
   if (!plan.magnetometers.empty()) {

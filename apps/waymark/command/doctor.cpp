@@ -19,7 +19,7 @@ namespace {
 struct DoctorOptions {
   std::filesystem::path config;
   std::vector<std::string> overrides;
-  double until_s = 400.0;
+  double until_s = kDiagnosedSeconds;
   bool json = false;
 };
 

@@ -23,6 +23,9 @@ void add_chain_noise(Q& noise, int pose, int velocity, const Eigen::Matrix<doubl
   noise.template block<N, N>(velocity, velocity).diagonal() += dt * density;
 }
 
+/// What is left over `dt` [s] of a block state's distance from zero.
+double decay_of(const BlockState& state, double dt) { return state.tau_s > 0.0 ? std::exp(-dt / state.tau_s) : 1.0; }
+
 /// sin(x)/x and (1 − cos x)/x with their derivatives by x: the translation of an arc in the plane.
 struct Arc {
   double s, c, ds, dc;
@@ -62,10 +65,7 @@ void propagate(ErrorMatrix& P, const Eigen::Matrix<double, kPose, kCore>& G,
 
 void ProcessModel::predict_mean(NavState& mean, double dt) const {
   predict_pose(mean, dt);
-  for (int i = 0; i < layout_.block_size(); ++i) {
-    const BlockState& state = layout_.block_state(i);
-    if (state.tau_s > 0.0) mean.block[i] *= std::exp(-dt / state.tau_s);
-  }
+  for (int i = 0; i < layout_.block_size(); ++i) mean.block[i] *= decay_of(layout_.block_state(i), dt);
 }
 
 void ProcessModel::predict_pose(NavState& mean, double dt) const {
@@ -164,8 +164,8 @@ ErrorMatrix ProcessModel::transition(const NavState& mean, double dt) const {
     F.topLeftCorner<6, 12>() += spatial_step(mean, dt, true).G;
   }
   for (int i = 0; i < layout_.block_size(); ++i) {
-    const BlockState& state = layout_.block_state(i);
-    if (state.tau_s > 0.0) F(layout_.core_size() + i, layout_.core_size() + i) = std::exp(-dt / state.tau_s);
+    const int k = layout_.core_size() + i;
+    F(k, k) = decay_of(layout_.block_state(i), dt);
   }
   return F;
 }
@@ -177,7 +177,7 @@ void ProcessModel::predict_blocks(Belief& belief, double dt, bool standing) cons
     const int k = layout_.core_size() + i;
     double growth = state.walk_per_sqrt_m * state.walk_per_sqrt_m * distance;
     if (state.tau_s > 0.0) {
-      const double decay = std::exp(-dt / state.tau_s);
+      const double decay = decay_of(state, dt);
       belief.mean.block[i] *= decay;
       belief.P.row(k) *= decay;
       belief.P.col(k) *= decay;
