@@ -16,6 +16,8 @@ void check_usable(const GnssFix& fix, int min_satellites) {
   if (!is_geodetic(fix)) return;
   if (!std::isfinite(fix.latitude_deg) || !std::isfinite(fix.longitude_deg))
     throw DataError("the fix has neither east and north nor latitude and longitude");
+  if (fix.latitude_deg == 0.0 && fix.longitude_deg == 0.0)
+    throw DataError("latitude 0, longitude 0: receivers write this without a fix");
   if (std::abs(fix.latitude_deg) > 90.0 || std::abs(fix.longitude_deg) > 180.0) {
     throw DataError("latitude " + std::to_string(fix.latitude_deg) + ", longitude " +
                     std::to_string(fix.longitude_deg) + " is not a place on Earth");

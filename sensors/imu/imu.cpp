@@ -175,12 +175,13 @@ class Imu final : public Sensor {
     return hint;
   }
 
-  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum* datum) const override {
     const auto& sample = measurement.as<ImuSample>();
     ObservedMotion seen;
     seen.yaw_rate_radps = (q_base_sensor_ * sample.w_sensor).z();
     seen.f_base = q_base_sensor_ * sample.f_sensor;
     seen.m_base = q_base_sensor_ * sample.m_sensor;
+    if (heading_) seen.yaw_rad = observed_yaw(measurement.stamp, sample, seen, datum);
     return seen;
   }
 
@@ -242,6 +243,21 @@ class Imu final : public Sensor {
   }
 
  private:
+  /// The heading that this sample shows by itself [rad]: the device's, or that of the field across gravity.
+  double observed_yaw(Time stamp, const ImuSample& sample, const ObservedMotion& seen, const Datum* datum) const {
+    if (device_) {
+      const double declination = datum != nullptr ? device_declination(stamp, datum) : 0.0;
+      return so3::yaw(from_true_north(device_->of(sample), declination) * q_base_sensor_.conjugate());
+    }
+    const Eigen::Vector3d east = seen.m_base.cross(seen.f_base);  // of the magnetic field, in the base frame
+    const Eigen::Vector3d north = seen.f_base.cross(east);
+    const bool is_model = earth_.uses_model();
+    const double declination = !is_model          ? filter_.settings().declination
+                               : datum != nullptr ? model_declination(stamp, datum)
+                                                  : 0.0;
+    return so3::wrap(std::atan2(north.normalized().x(), east.normalized().x()) - declination);
+  }
+
   static constexpr double kFirstInterval = 0.01;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-4;    // [s]
   static constexpr double kCrawl = 0.05;          // [m/s], slower is not a drive

@@ -46,7 +46,8 @@ class ShippedConfig : public testing::TestWithParam<std::string> {
   static std::vector<std::string> short_of() {
     if (GetParam() == "figure_2_1") return {"--until", "20"};
     if (GetParam() == "paper" || GetParam() == "paper_literal") return {"--until", "40"};
-    const bool has_clouds = GetParam() == "simulated_3d" || GetParam() == "ramp_3d" || GetParam() == "uneven_3d";
+    const bool has_clouds = GetParam() == "simulated_3d" || GetParam() == "ramp_3d" || GetParam() == "uneven_3d" ||
+                            GetParam() == "lidar_imu_3d";
     if (has_clouds) return {"--until", "10"};
     if (GetParam() == "hilti") return {"--set", "sources.0.last_cloud=20"};
     return {};

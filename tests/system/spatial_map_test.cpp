@@ -83,5 +83,38 @@ TEST(SpatialMap, AScannerThatIsCarriedByHandIsTrackedAlone) {
   EXPECT_LE(score.at("trajectory").at("ate_rms_m").get<double>(), 0.08) << score.dump();
 }
 
+TEST(SpatialMap, BesideAnImuTheScansShowHowTheRobotMoves) {
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out";
+  const Outcome outcome = Command({"run", WAYMARK_SOURCE_DIR "/config/lidar_imu_3d.yaml", "--quiet", "--out",
+                                   out.string(), "--until", "30", "--set", "filter.particles=1"})
+                              .timeout(std::chrono::seconds(500))
+                              .run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json score = scored(out);
+  EXPECT_LE(score.at("trajectory").at("ate_rms_m").get<double>(), 0.15) << score.dump();
+}
+
+TEST(PlanarMap, BesideAnImuTheScansShowHowTheRobotMoves) {
+  const TemporaryFolder folder;
+  std::string yaml = read_text(WAYMARK_SOURCE_DIR "/config/indoor.yaml");
+  const auto replace = [&](const std::string& from, const std::string& to, const std::string& text) {
+    const std::size_t begin = yaml.find(from);
+    const std::size_t end = yaml.find(to, begin);
+    ASSERT_NE(end, std::string::npos) << from;
+    yaml.replace(begin, end - begin, text);
+  };
+  replace("  wheels: {", "  lidar: {", "  imu: { sensor: imu, rate_hz: 50, magnetometer: false }\n");
+  replace("  - name: wheels", "  - name: lidar",
+          "  - { name: imu, plugin: imu, base_T_sensor: { xyz_m: [0, 0, 0.1] } }\n");
+  replace("initial:", "motion:", "initial: { x_m: 0, y_m: 0, yaw_deg: 0, speed_sigma_mps: 0.1 }\n\n");
+  write_text(folder / "robot.yaml", yaml);
+  const std::filesystem::path out = folder / "out";
+  const Outcome outcome = Command({"run", (folder / "robot.yaml").string(), "--quiet", "--out", out.string()}).run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json score = scored(out);
+  EXPECT_LE(score.at("trajectory").at("ate_rms_m").get<double>(), 0.15) << score.dump();
+}
+
 }  // namespace
 }  // namespace waymark::system_test

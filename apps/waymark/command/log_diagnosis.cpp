@@ -10,16 +10,22 @@ namespace waymark::command {
 
 std::string diagnose_log(host::Robot& robot, host::Diagnosis& diagnosis, double until_s, double& length_s) {
   std::optional<Time> first;
+  bool is_over = false;  // but for sensors that have not delivered yet
   try {
     while (std::optional<Measurement> measurement = robot.source->next()) {
       if (is_stamp(measurement->arrival)) {
         if (!first) first = measurement->arrival;
         const double passed = to_seconds(measurement->arrival - *first);
-        if (passed > until_s) break;
-        length_s = std::max(length_s, passed);
+        is_over = is_over || passed > until_s;
+        if (!is_over) length_s = std::max(length_s, passed);
       }
+      if (is_over && diagnosis.has_all_sensors()) break;
       if (robot.is_command(*measurement) || !robot.assign(*measurement)) continue;
-      diagnosis.arrived(*measurement);
+      if (is_over) {
+        diagnosis.note(*measurement);
+      } else {
+        diagnosis.arrived(*measurement);
+      }
     }
   } catch (const Error& error) {
     return error.what();

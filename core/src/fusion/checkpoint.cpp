@@ -122,7 +122,7 @@ void repeat_arrivals(Parts& p, const Progress& progress, Needed& needed, const F
     Measurement m = next_again(next);
     fusion::SensorRecord& sensor = p.committed.record(m);
     sensor.correct_delay(m);
-    if (p.intake.admit(m, turn)) {
+    if (p.intake.admit(m, sensor.slot.delay, turn)) {
       ++sensor.mistimed;
       needed.last.offer(m);  // also what was rejected is reported
     }

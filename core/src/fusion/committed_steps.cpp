@@ -56,15 +56,28 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
   state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
   if (outcome.accepted) {
     state.rejections_in_a_row[index] = 0;
+    state.measures_velocity = state.measures_velocity || outcome.observes_velocity;
   } else if (result.fate == Fate::fused) {
     result.fate = Fate::gated;
   }
   return true;
 }
 
+/// An IMU alone measures how the robot turns: then, and while the wheels are silent, only the scans show how it moves.
+bool CommittedSteps::velocity_is_measured() const {
+  const std::vector<SensorHealth>& health = committed_.health.health().sensors;
+  for (std::size_t i = 0; i < committed_.sensors.size(); ++i) {
+    const SensorRecord& sensor = committed_.sensors[i];
+    const bool delivers =
+        health[i].state == SensorHealth::State::ok || health[i].state == SensorHealth::State::degraded;
+    if (sensor.traits.is_motion_source && sensor.state.measures_velocity && delivers) return true;
+  }
+  return false;
+}
+
 Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
-  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, motion_is_measured_},
-                       tilt_sigma(belief, committed_.filter.layout()), committed_);
+  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, velocity_is_measured()},
+                       has_motion_sensor_, tilt_sigma(belief, committed_.filter.layout()), committed_);
 }
 
 void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,

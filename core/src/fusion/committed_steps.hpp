@@ -15,8 +15,8 @@ namespace waymark::fusion {
 class CommittedSteps {
  public:
   /// All must outlive the object.
-  CommittedSteps(Committed& committed, MapExtraction& maps, std::optional<Datum>& datum, bool motion_is_measured)
-      : committed_(committed), maps_(maps), datum_(datum), motion_is_measured_(motion_is_measured) {}
+  CommittedSteps(Committed& committed, MapExtraction& maps, std::optional<Datum>& datum, bool has_motion_sensor)
+      : committed_(committed), maps_(maps), datum_(datum), has_motion_sensor_(has_motion_sensor) {}
 
   Committed& committed() { return committed_; }
   MapExtraction& maps() { return maps_; }
@@ -42,10 +42,12 @@ class CommittedSteps {
   void conclude(const Measurement& m, UpdateResult& result);
 
  private:
+  bool velocity_is_measured() const;
+
   Committed& committed_;
   MapExtraction& maps_;
   std::optional<Datum>& datum_;
-  bool motion_is_measured_;
+  bool has_motion_sensor_;
 };
 
 }  // namespace waymark::fusion

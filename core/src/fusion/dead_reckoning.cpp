@@ -95,8 +95,11 @@ void DeadReckoning::process_motion(const Measurement& m) {
 void DeadReckoning::set_standing(const Measurement& m, const UpdateList& updates) {
   const bool was_standing = standstill_.standing();
   if (updates.motion() != UpdateList::Motion::not_reported) {
-    standstill_.report(m.sensor, m.stamp, updates.motion() == UpdateList::Motion::moving,
-                       updates.twist_reset().has_value());
+    const bool is_whole_twist = updates.twist_reset().has_value();
+    standstill_.report(m.sensor, m.stamp,
+                       {.moving = updates.motion() == UpdateList::Motion::moving,
+                        .measures_velocity = is_whole_twist || measures_speed_,
+                        .until_next = is_whole_twist});
   }
   const StateLayout& layout = process_.layout();
   const bool stands = standstill_.standing();

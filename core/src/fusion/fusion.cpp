@@ -22,9 +22,10 @@ using fusion::UpdateResult;
 void Fusion::add(Measurement m) {
   Parts& p = *parts_;
   ++p.arrived;
-  p.committed.record(m).correct_delay(m);
+  const fusion::SensorRecord& sensor = p.committed.record(m);
+  sensor.correct_delay(m);
   const auto turn = [&](const Measurement& next, bool is_late) { p.dispatch(next, is_late); };
-  if (const auto fault = p.intake.admit(m, turn)) p.reject(m, *fault);
+  if (const auto fault = p.intake.admit(m, sensor.slot.delay, turn)) p.reject(m, *fault);
 }
 
 void Fusion::Parts::dispatch(const Measurement& m, bool is_late) {

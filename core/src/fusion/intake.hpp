@@ -18,9 +18,10 @@ class Intake {
 
   /// Adds one measurement and calls `turn(const Measurement&, bool is_late)` for all that are due. Returns the fault of
   /// an implausible stamp; the measurement is then dropped.
+  /// `delay`: what was subtracted from the stamp already; of a sensor whose stamps are early it is negative.
   template <class Turn>
-  std::optional<std::string> admit(const Measurement& m, const Turn& turn) {
-    if (auto fault = clocks_.fault(m)) return fault;
+  std::optional<std::string> admit(const Measurement& m, Duration delay, const Turn& turn) {
+    if (auto fault = clocks_.fault(m, delay)) return fault;
     if (!queue_.push(m)) {
       turn(m, true);
       return std::nullopt;

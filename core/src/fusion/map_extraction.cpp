@@ -33,7 +33,7 @@ std::vector<Companion> MapExtraction::companions_of(const MapSlot& map, const Me
   return companions;
 }
 
-bool MapExtraction::waits_for_level(std::size_t map, const Measurement& m, bool motion_is_measured, double tilt_sigma,
+bool MapExtraction::waits_for_level(std::size_t map, const Measurement& m, bool has_motion_sensor, double tilt_sigma,
                                     Committed& committed) {
   const MapModule& module = *maps_[map].module;
   const auto observes_tilt = [](const SensorRecord& sensor) {
@@ -41,7 +41,7 @@ bool MapExtraction::waits_for_level(std::size_t map, const Measurement& m, bool 
            sensor.slot.enabled && is_fused_after_start(sensor.slot);
   };
   // A loaded map shows the tilt by itself. Without a motion sensor only the map shows the motion.
-  if (!module.is_spatial() || module.has_prior_map() || !motion_is_measured ||
+  if (!module.is_spatial() || module.has_prior_map() || !has_motion_sensor ||
       std::ranges::none_of(committed.sensors, observes_tilt)) {
     level_[map].end();
   }
@@ -55,8 +55,8 @@ bool MapExtraction::waits_for_level(std::size_t map, const Measurement& m, bool 
   return state == LevelWait::State::waits;
 }
 
-Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& motion, double tilt_sigma,
-                                  Committed& committed) {
+Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& motion, bool has_motion_sensor,
+                                  double tilt_sigma, Committed& committed) {
   Extraction result;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const MapSlot& map = maps_[i];
@@ -65,7 +65,7 @@ Extraction MapExtraction::extract(const Measurement& m, const MotionWindow& moti
       result.held_out = true;
       continue;
     }
-    if (waits_for_level(i, m, motion.is_measured, tilt_sigma, committed)) {
+    if (waits_for_level(i, m, has_motion_sensor, tilt_sigma, committed)) {
       result.skipped = true;
       continue;
     }

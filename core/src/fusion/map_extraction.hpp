@@ -46,9 +46,10 @@ class MapExtraction {
   bool is_enabled(std::size_t map) const { return enabled_.at(map); }
 
   /// The observations of every module that this measurement triggers; a map of all six of the pose waits until roll and
-  /// pitch are known. A module that throws anything but DataError is taken out of service. `tilt_sigma`: σ of roll and
-  /// pitch [rad], the larger one.
-  Extraction extract(const Measurement& m, const MotionWindow& motion, double tilt_sigma, Committed& committed);
+  /// pitch are known, if the robot has a motion sensor. A module that throws anything but DataError is taken out of
+  /// service. `tilt_sigma`: σ of roll and pitch [rad], the larger one.
+  Extraction extract(const Measurement& m, const MotionWindow& motion, bool has_motion_sensor, double tilt_sigma,
+                     Committed& committed);
   /// Drops a module and its maps, and adds an event with the reason.
   void take_out_of_service(std::size_t map, Time stamp, std::string_view why, Committed& committed);
   /// Adds an event with the number of unusable measurements for each map that had several.
@@ -63,7 +64,7 @@ class MapExtraction {
   std::vector<Companion> companions_of(const MapSlot& map, const Measurement& m, const Committed& committed) const;
 
   /// True while the map's first scan is still to come, since the robot's tilt is not known yet but will be.
-  bool waits_for_level(std::size_t map, const Measurement& m, bool motion_is_measured, double tilt_sigma,
+  bool waits_for_level(std::size_t map, const Measurement& m, bool has_motion_sensor, double tilt_sigma,
                        Committed& committed);
 
   std::vector<MapSlot> maps_;

@@ -56,8 +56,11 @@ bool PresentHorizon::update_standstill(const Measurement& m, const UpdateList& u
   if (updates.motion() == UpdateList::Motion::not_reported) return false;
   monitoring::Standstill& standstill = steps().committed().standstill;
   const bool was_standing = standstill.standing();
-  standstill.report(m.sensor, m.stamp, updates.motion() == UpdateList::Motion::moving,
-                    updates.twist_reset().has_value());
+  const bool is_whole_twist = updates.twist_reset().has_value();
+  standstill.report(m.sensor, m.stamp,
+                    {.moving = updates.motion() == UpdateList::Motion::moving,
+                     .measures_velocity = is_whole_twist || record(m).state.measures_velocity,
+                     .until_next = is_whole_twist});
   if (!was_standing && standstill.standing()) filter().stop();
   if (was_standing && !standstill.standing())
     filter().release(settings_.start.velocity_sigma, settings_.start.rate_sigma);

@@ -43,6 +43,7 @@ struct SensorState {
   int biased = 0;                   ///< how often they were biased
   bool ignored_noted = false;       ///< there is an event already
   bool not_localized_noted = false;
+  bool measures_velocity = false;  ///< one of its updates did
 
   /// A copy with a clone of the sensor.
   SensorState clone() const;
@@ -53,7 +54,7 @@ struct SensorState {
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
     archive(way, bias);
     archive.within(biased, 0, kMostCounted);
-    archive(ignored_noted, not_localized_noted);
+    archive(ignored_noted, not_localized_noted, measures_velocity);
     bool in_service = sensor != nullptr;
     archive(in_service);
     if (in_service && !sensor) throw DataError("the checkpoint has a sensor in service that the configuration lacks");

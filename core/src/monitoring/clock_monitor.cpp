@@ -23,12 +23,12 @@ double seconds(Time time) { return to_seconds(time.time_since_epoch()); }
 
 }  // namespace
 
-std::optional<std::string> ClockMonitor::fault(const Measurement& m) {
+std::optional<std::string> ClockMonitor::fault(const Measurement& m, Duration delay) {
   Arrivals& sensor = sensors_[m.sensor];
   ++sensor.count;
   std::optional<std::string> found;
   if (is_stamp(m.stamp) && is_stamp(m.arrival)) {
-    found = find_fault(m, sensor);
+    found = find_fault(m, delay, sensor);
   } else {
     found = "stamp or arrival lies more than 146 years from the epoch: it is not a valid time";
   }
@@ -51,11 +51,11 @@ std::optional<std::string> ClockMonitor::fault(const Measurement& m) {
   return std::nullopt;
 }
 
-std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Arrivals& sensor) {
+std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Duration delay, Arrivals& sensor) {
   sensor.equal_in_a_row = sensor.count > 1 && m.stamp == sensor.previous ? sensor.equal_in_a_row + 1 : 0;
   sensor.previous = m.stamp;
   if (m.stamp == Time{} && m.arrival - m.stamp > kZeroIsPlausible) return "zero stamp: the clock was never set";
-  if (m.stamp - m.arrival > settings_.max_ahead) {
+  if (m.stamp - m.arrival > settings_.max_ahead - std::min(delay, Duration::zero())) {
     return fmt::format("stamp {:.3f} s after its own arrival: the clock is ahead", to_seconds(m.stamp - m.arrival));
   }
   if (sensor.equal_in_a_row >= kStuck) {

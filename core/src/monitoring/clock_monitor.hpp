@@ -19,8 +19,9 @@ class ClockMonitor {
  public:
   ClockMonitor(const ClockSettings& settings, std::size_t sensors) : settings_(settings), sensors_(sensors) {}
 
-  /// The fault of this stamp, as a text for users, or nothing. Call it once per measurement.
-  std::optional<std::string> fault(const Measurement& m);
+  /// The fault of this stamp, as a text for users, or nothing. Call it once per measurement. `delay`: what the YAML has
+  /// subtracted from the stamp; a negative one may carry it beyond the arrival.
+  std::optional<std::string> fault(const Measurement& m, Duration delay = {});
 
   /// Fills in the statistics of the arrivals: counts, first and last stamp, latency, longest gap.
   void report(std::size_t sensor, SensorReport& report) const;
@@ -55,7 +56,7 @@ class ClockMonitor {
               gap_max);
     }
   };
-  std::optional<std::string> find_fault(const Measurement& m, Arrivals& sensor);
+  std::optional<std::string> find_fault(const Measurement& m, Duration delay, Arrivals& sensor);
   Duration longest_step() const;
 
   ClockSettings settings_;

@@ -11,25 +11,34 @@
 
 namespace waymark::monitoring {
 
-/// Detects standstill: all active motion sensors report no motion for a while, and none became silent while it reported
-/// motion (docs/math/ekf.md).
+/// Detects standstill: all active motion sensors report no motion for a while, none became silent while it reported
+/// motion, and one of them measures the velocity (docs/math/ekf.md): to an IMU alone, smooth straight driving is rest.
 class Standstill {
  public:
   Standstill(std::size_t sensors, Duration after) : reports_(sensors), after_(after) {}
 
-  /// The motion report of a sensor. `until_next`: it is valid until the sensor's next one, without time limit.
-  void report(std::size_t sensor, Time stamp, bool moving, bool until_next = false) {
+  /// A sensor's report of its motion.
+  struct Reported {
+    bool moving = true;
+    bool measures_velocity = true;  ///< false: it measures how the robot turns, no more
+    bool until_next = false;        ///< valid until the sensor's next one, without time limit
+  };
+  void report(std::size_t sensor, Time stamp, const Reported& reported) {
     Report& report = reports_[sensor];
-    if (!report.any || moving) report.still_since = stamp;
+    if (!report.any || reported.moving) report.still_since = stamp;
     report.any = true;
     report.last = stamp;
-    report.moving = moving;
-    report.until_next = until_next;
-    standing_ = std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
-      // The last report of a silent sensor stays valid: wheels that fail while they turn do not stop the robot.
-      const bool alive = r.any && stamp - r.last < kSilence;
-      return !r.any || (!r.moving && (!alive || stamp - r.still_since >= after_));
-    });
+    report.moving = reported.moving;
+    report.until_next = reported.until_next;
+    report.measures_velocity = reported.measures_velocity;
+    const bool velocity_is_zero = std::any_of(
+        reports_.begin(), reports_.end(), [](const Report& r) { return r.any && !r.moving && r.measures_velocity; });
+    standing_ = velocity_is_zero && std::all_of(reports_.begin(), reports_.end(), [&](const Report& r) {
+                  // The last report of a silent sensor stays valid: wheels that fail while they turn do not stop the
+                  // robot.
+                  const bool alive = r.any && stamp - r.last < kSilence;
+                  return !r.any || (!r.moving && (!alive || stamp - r.still_since >= after_));
+                });
   }
 
   bool standing() const { return standing_; }
@@ -59,7 +68,7 @@ class Standstill {
   template <class Archive>
   void serialize(Archive& archive) {
     for (Report& report : reports_)
-      archive(report.any, report.moving, report.until_next, report.last, report.still_since);
+      archive(report.any, report.moving, report.until_next, report.measures_velocity, report.last, report.still_since);
     archive(standing_);
   }
 
@@ -68,6 +77,7 @@ class Standstill {
     bool any = false;
     bool moving = true;
     bool until_next = false;
+    bool measures_velocity = false;
     Time last{};
     Time still_since{};
   };

@@ -24,6 +24,8 @@ constexpr double kEarly = 2.0;        // by so much an early stamp is less likel
 constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
 constexpr double kLeastSigma = 1e-3;  // [s]
 constexpr double kShiftSigma = 0.1;   // [s], of a shift that is known by its step only
+constexpr double kLeastSpeed = 0.05;  // [m/s]
+constexpr double kSpeedSpread = 0.3;  // of the speed in turns, as a share
 constexpr double kPerScale = 8.0;     // [s] of a lag that is no mistake, by the σ of the turns' scale
 
 /// How far the stamps of one sensor are behind those of another.
@@ -52,6 +54,18 @@ double tolerance_of(const Case& c, const Observer& a, const Observer& b) {
          kShareOfInterval * std::max(interval_of(c.sensor(a.sensor)), interval_of(c.sensor(b.sensor)));
 }
 
+/// How much earlier than the base an antenna ahead of it shows a turn [s]: by a way, so by less at a higher speed.
+double lead_of(const Case& c, const Observer& observer) {
+  if (observer.kind != Observer::Kind::course && observer.kind != Observer::Kind::chord) return 0.0;
+  const WatchedSensor& sensor = c.sensor(observer.sensor);
+  double speed = sensor.speeds.quantile(0.5);
+  for (const WatchedSensor& other : c.watch.sensors()) {
+    if (speed == 0.0 && other.way.samples() > 0) speed = other.speeds.quantile(0.5);
+  }
+  const double ahead = sensor.usual.p_base_point.x();
+  return speed > kLeastSpeed && std::isfinite(ahead) ? ahead / speed : 0.0;
+}
+
 /// Lags of the turns of each against those of each other one.
 void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
   const Agreement& yaw = motion.yaw;
@@ -74,8 +88,11 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
       // Turns that fit together only if they are shifted.
       if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0)
         lag = {true, direct.shift, kShiftSigma};
-      if (lag.is_known)
-        delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference)});
+      if (!lag.is_known) continue;
+      const double lead = lead_of(c, observer) - lead_of(c, reference);
+      lag.value += lead;
+      lag.sigma = std::hypot(lag.sigma, kSpeedSpread * lead);
+      delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference)});
     }
   }
 }
@@ -182,8 +199,9 @@ void add_finding(Case& c, const std::vector<Delay>& delays, const std::vector<do
 
 void check_delays(Case& c, const MotionAgreement& motion) {
   std::vector<Delay> delays;
-  add_delays_of_turns(c, motion, delays);
+  // Positions first: an antenna that is found to stand elsewhere leads or lags in turns.
   add_delays_of_positions(c, motion, delays);
+  add_delays_of_turns(c, motion, delays);
   for (const Delay& delay : delays) {
     c.comparisons.push_back({"delay", c.sensor(delay.sensor).name, c.sensor(delay.against).name, delay.lag.value,
                              delay.lag.sigma, 0, "s behind"});

@@ -27,7 +27,11 @@ constexpr double kFarDatum = 500e3;       // [m], no robot's map reaches so far
 constexpr double kEarthRadius = 6.371e6;  // [m]
 constexpr std::size_t kLeastValues = 30;
 constexpr std::size_t kLeastStamps = 8;
-constexpr double kTilted = 40.0 * kDegree;  // of a robot in the plane
+constexpr double kMostTurns = 4.0 * std::numbers::pi;  // [rad], of an angle that is not in degrees
+constexpr double kNearRoom = 0.75;                     // [m], half of the ranges of few rooms are shorter
+constexpr double kStill = 1e-7;                        // [rad/s], no gyro is so quiet
+constexpr double kTurning = 0.05;                      // [rad/s]
+constexpr double kTilted = 40.0 * kDegree;             // of a robot in the plane
 
 /// A factor and what is multiplied by it by mistake.
 struct Unit {
@@ -151,17 +155,26 @@ void check_field(Case& c, std::size_t i) {
 void check_angles(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const double most = 2.0 * std::numbers::pi + 0.1;
-  if (sensor.headings.size() >= kLeastValues && sensor.headings.quantile(0.9) > most) {
+  const auto are_degrees = [&](const Thinned& angles) {
+    return angles.size() >= kLeastValues && angles.quantile(0.9) > most && angles.quantile(1.0) > kMostTurns;
+  };
+  if (are_degrees(sensor.headings)) {
     c.add(Certainty::named, "unit", {i},
           fmt::format("headings up to {:.0f} rad: they are in degrees", sensor.headings.quantile(1.0)),
           fmt::format("source: heading_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
   }
   if (sensor.steerings.size() >= kLeastValues && sensor.steerings.quantile(0.98) > 0.5 * std::numbers::pi) {
+    const double largest = sensor.steerings.quantile(1.0);
+    const bool is_wheel_of_driver = largest < kMostTurns;  // which turns some 15 times as far
     c.add(Certainty::named, "unit", {i},
-          fmt::format("steers by up to {:.0f} rad: they are degrees", sensor.steerings.quantile(1.0)),
-          fmt::format("source: steering_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
+          fmt::format("steers by up to {:.3g} rad: {}", largest,
+                      is_wheel_of_driver ? "it is the angle of the steering wheel" : "they are degrees"),
+          is_wheel_of_driver
+              ? fmt::format("source: steering_rad of {} divided by the ratio of the steering, 12 to 20", sensor.name)
+              : fmt::format("source: steering_rad of {} times {:.9f}", sensor.name, kDegree),
+          0.0);
   }
-  if (sensor.courses.size() >= kLeastValues && sensor.courses.quantile(0.9) > most) {
+  if (are_degrees(sensor.courses)) {
     c.add(Certainty::named, "unit", {i},
           fmt::format("courses up to {:.0f} rad: they are in degrees", sensor.courses.quantile(1.0)),
           fmt::format("source: course_rad of {} times {:.9f}", sensor.name, kDegree), 0.0);
@@ -174,11 +187,28 @@ void check_ranges(Case& c, std::size_t i) {
   const double range = sensor.ranges.quantile(0.5);
   if (range >= 0.02 && range <= 300.0) return;
   static constexpr std::array<Unit, 3> kUnits{{{1e-3, "mm"}, {0.01, "cm"}, {1e3, "m that were taken for mm"}}};
-  const auto unit = unit_of(range, 0.1, 100.0, kUnits);
+  auto unit = unit_of(range, 0.1, 100.0, kUnits);
+  if (unit && range * unit->factor < kNearRoom) unit = unit_of(range, kNearRoom, 100.0, kUnits);
   c.add(Certainty::named, "unit", {i},
         fmt::format("half of its ranges are beyond {:.3g} m{}", range,
                     unit ? fmt::format(": they are in {}", unit->name) : ""),
         fmt::format("source: ranges_m of {} times {:g}", sensor.name, unit ? unit->factor : 1.0), 0.0);
+}
+
+/// A gyro whose rate about the vertical is zero while another sensor turns.
+void check_still(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.role() != Role::gyro || sensor.rates.size() < kLeastValues || sensor.rates.quantile(1.0) > kStill) return;
+  for (const WatchedSensor& other : c.watch.sensors()) {
+    if (&other == &sensor || other.rates.size() < kLeastValues || other.rates.quantile(0.9) < kTurning) continue;
+    c.add(Certainty::named, "still", {i},
+          fmt::format("it never turns about the vertical axis, and {} turns by up to {:.2g} rad/s", other.name,
+                      other.rates.quantile(0.9)),
+          fmt::format("source: the column of w_z_radps of {}, or sensors.{}.base_T_sensor: another axis points up",
+                      sensor.name, sensor.name),
+          0.0);
+    return;
+  }
 }
 
 double distance_on_earth(double latitude_a, double longitude_a, double latitude_b, double longitude_b) {
@@ -221,6 +251,7 @@ void check_magnitudes(Case& c) {
     check_field(c, i);
     check_angles(c, i);
     check_ranges(c, i);
+    check_still(c, i);
     check_place(c, i);
   }
 }

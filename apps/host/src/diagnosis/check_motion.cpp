@@ -59,7 +59,8 @@ double cost_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, const Scale
     case Role::scanner:
       // Few scanners deliver mirrored scans whose beams count counter-clockwise.
       if (mirrored) return sensor.steps_backwards ? kTelling : 1.2 * kUsual;
-      return kUnlikely;
+      // Half a degree from beam to beam taken for one, or the reverse.
+      return is_near(ratio.value, 2.0) || is_near(ratio.value, 0.5) ? 1.2 * kUsual : kUnlikely;
     case Role::heading:
       return mirrored || ratio.verdict == Ratio::Verdict::unrelated ? kUsual : kUnlikely;
     case Role::fix:
@@ -131,13 +132,18 @@ std::string others(const Case& c, const Agreement& agreement, int group, const O
 }
 
 /// The line that makes a sensor's turns `ratio` times smaller.
-std::string change_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, const Scales& scales) {
+std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales) {
+  const std::size_t i = observer.sensor;
   const WatchedSensor& sensor = c.sensor(i);
   const std::string& name = sensor.name;
   const double r = ratio.value;
   const bool mirrored = is_near(r, -1.0);
+  const bool is_absurd = ratio.verdict == Ratio::Verdict::unrelated || !is_within(std::abs(r), 0.2, 5.0, 1.0);
   switch (sensor.role()) {
     case Role::wheels:
+      if (is_absurd && sensor.payload == WheelSpeeds::kType)
+        return fmt::format("source: left_mps and right_mps of {}: the sign, the unit or the column of one of them",
+                           name);
       if (is_one_scale(sensor, scales)) return fmt::format("source: speeds of {} times {:.4g}", name, 1.0 / r);
       if (sensor.payload == WheelSpeeds::kType) {
         if (mirrored) return fmt::format("source: swap left_mps and right_mps of {} (or both count backwards)", name);
@@ -153,8 +159,11 @@ std::string change_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, cons
     case Role::gyro:
       if (ratio.verdict == Ratio::Verdict::unrelated)
         return fmt::format("sensors.{}.base_T_sensor: another of its axes points up", name);
-      if (mirrored)
-        return fmt::format("sensors.{}.base_T_sensor.roll_deg: 180 fits, or the opposite sign of its rates", name);
+      if (mirrored) {
+        const bool is_upside_down = (sensor.T_base_sensor.q * Eigen::Vector3d::UnitZ()).z() < 0.0;
+        return fmt::format("sensors.{}.base_T_sensor.roll_deg: {} fits, or the opposite sign of its rates", name,
+                           is_upside_down ? 0 : 180);
+      }
       if (is_near(std::abs(r), 1.0 / kDegree))
         return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);
       return fmt::format("source: rates of {} times {:.4g}", name, 1.0 / r);
@@ -162,10 +171,20 @@ std::string change_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, cons
       if (mirrored) return fmt::format("source: heading of {} times -1 (it is clockwise from north)", name);
       return fmt::format("sensors.{}: its heading does not follow the turns", name);
     case Role::scanner:
+      if (ratio.verdict == Ratio::Verdict::unrelated)
+        return fmt::format("source: the scans of {} do not turn with the robot: repeated ones, or another scanner",
+                           name);
+      if (!(r < 0.0))
+        return fmt::format(
+            "source: step_deg of {}, the angle from beam to beam: its scans turn {:.3g} times as far as they should",
+            name, r);
       return fmt::format("source: the scans of {} are mirrored: the opposite sign of step_deg (and of start_deg)",
                          name);
     case Role::fix:
-      if (mirrored) return fmt::format("source: swap east and north (latitude and longitude) of {}", name);
+      if (mirrored && observer.kind == Observer::Kind::course)
+        return fmt::format("source: the course of {} counts the wrong way round: clockwise from north is right", name);
+      if (mirrored)
+        return fmt::format("source: swap east and north of {}, or the sign of its longitude (east is positive)", name);
       return {};
     case Role::other:
       break;
@@ -336,14 +355,59 @@ void check_pull(Case& c, const MotionAgreement& motion) {
     }
     if (usual == 0.0 || clearest == nullptr || 2 * pulling <= partners) continue;
     const double track = c.setting(sensor, "track_m");
+    const double given = c.setting(sensor, "curvature_per_m");
+    const double curvature = std::isfinite(given) ? given : 0.0;
     c.add(Certainty::named, "wheels of unequal size", {sensor},
           fmt::format("it turns {:.3g} ± {:.2g} rad more per metre than {}", clearest->per_way, clearest->per_way_sigma,
                       c.sensor(against).name),
           std::isfinite(track) ? fmt::format("source: right_mps of {} times {:.3g} against left_mps",
                                              c.sensor(sensor).name, 1.0 - clearest->per_way * track)
-                               : fmt::format("source: rotation of {} less {:.3g} rad per metre", c.sensor(sensor).name,
-                                             clearest->per_way),
+                               : fmt::format("sensors.{}.curvature_per_m: {:.3g} fits", c.sensor(sensor).name,
+                                             curvature - clearest->per_way),
           (std::abs(clearest->per_way) - usual) / clearest->per_way_sigma);
+  }
+}
+
+/// A gyro that turns where nothing else does, by more than any bias.
+void check_gyro_offset(Case& c, const Agreement& yaw) {
+  constexpr double kMostBias = 0.1;  // [rad/s], 6 °/s
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    const std::size_t sensor = yaw.observers[i].sensor;
+    if (c.sensor(sensor).role() != Role::gyro || c.is_blamed(sensor)) continue;
+    const Ratio* clearest = nullptr;
+    std::size_t against = 0;
+    for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
+      const Ratio& ratio = yaw.ratios[i][j];
+      if (yaw.observers[j].sensor == sensor || ratio.verdict != Ratio::Verdict::agree || ratio.offset_sigma == 0.0)
+        continue;
+      if (clearest != nullptr && clearest->offset_sigma <= ratio.offset_sigma) continue;
+      clearest = &ratio;
+      against = yaw.observers[j].sensor;
+    }
+    if (clearest == nullptr) continue;
+    const double sigmas = (std::abs(clearest->offset) - kMostBias) / std::max(clearest->offset_sigma, 1e-6);
+    if (sigmas < kPullSigmas) continue;
+    c.add(Certainty::named, "offset", {sensor},
+          fmt::format("it turns {:.3g} ± {:.2g} rad/s more than {}, standing or not; no bias of a gyro is so large",
+                      clearest->offset, clearest->offset_sigma, c.sensor(against).name),
+          fmt::format("source: rates of {} less {:.4g} rad/s (the value at rest)", c.sensor(sensor).name,
+                      clearest->offset),
+          sigmas);
+  }
+}
+
+/// Beams at a wrong angle from each other: the scans turn too far, and their ways are spoilt, too.
+void check_beams(Case& c, const Agreement& yaw, const Verdict& verdict) {
+  if (verdict.trusted < 0 || verdict.doubted >= 0) return;
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    const Observer& observer = yaw.observers[i];
+    const Ratio ratio = yaw.against(i, verdict.trusted);
+    const bool is_beams = observer.kind == Observer::Kind::matched && ratio.value > 0.2 && ratio.value < 5.0;
+    if (!is_beams || yaw.groups[i] == verdict.trusted || c.is_blamed(observer.sensor) ||
+        ratio.verdict != Ratio::Verdict::differ)
+      continue;
+    c.add(Certainty::named, "yaw", {observer.sensor}, seen_of_yaw(c, yaw, i, verdict.trusted, ratio),
+          change_of_yaw(c, observer, ratio, {}), ratio.sigmas);
   }
 }
 
@@ -382,6 +446,10 @@ void check_motion(Case& c, MotionAgreement& motion) {
   };
   check_swapped(c, motion);
   check_pull(c, motion);
+  check_gyro_offset(c, motion.yaw);
+  Agreement turns = motion.yaw;
+  const Verdict first = decide(turns, yaw_cost);
+  check_beams(c, turns, first);
   // Ways first: a scale of the wheels that shows there explains their turns.
   const Verdict way = decide(motion.way, way_cost);
   add_findings(
@@ -393,8 +461,8 @@ void check_motion(Case& c, MotionAgreement& motion) {
       c, motion.yaw, yaw, "yaw",
       [&](std::size_t i, const Ratio& ratio) { return seen_of_yaw(c, motion.yaw, i, yaw.trusted, ratio); },
       [&](std::size_t i, const Ratio& ratio) {
-        const std::size_t sensor = motion.yaw.observers[i].sensor;
-        return change_of_yaw(c, sensor, ratio, scales_of(motion, sensor, yaw.trusted));
+        const Observer& observer = motion.yaw.observers[i];
+        return change_of_yaw(c, observer, ratio, scales_of(motion, observer.sensor, yaw.trusted));
       });
 }
 

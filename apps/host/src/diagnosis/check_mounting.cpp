@@ -22,8 +22,10 @@ constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a ve
 constexpr double kScannerTolerance = 4.0 * kDegree;
 constexpr double kScannerLever = 0.15;  // [m]
 constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
+constexpr double kFarOff = 12.0;        // σ, but if it is so far off
 constexpr double kAntennaLever = 0.5;   // [m]
 constexpr std::size_t kLeastDirections = 20;
+constexpr std::size_t kMostDirections = 40;  // without a common one there is none
 constexpr std::size_t kParts = 8;
 
 /// Middle of angles that lie around `about`, and its σ from the middles of parts of the log.
@@ -86,13 +88,22 @@ double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
 
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
-  if (!sensor.has_heading || c.is_blamed(i)) return;
+  const Track& heading = sensor.has_heading ? sensor.yaw : sensor.heading;
+  if (heading.samples() == 0 || c.is_blamed(i)) return;
   const Observer* way = motion.way.trusted_track();
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     const WatchedSensor& fix = c.sensor(k);
     if (fix.fixes.empty() || k == i || c.is_blamed(k)) continue;
     const bool knows_reverse = way != nullptr && !way->is_unsigned && !c.is_blamed(way->sensor);
-    const auto offset = middle_of(directions(fix, sensor.yaw, knows_reverse ? way->track : nullptr));
+    const std::vector<double> offsets = directions(fix, heading, knows_reverse ? way->track : nullptr);
+    const auto offset = middle_of(offsets);
+    if (!offset && knows_reverse && offsets.size() >= kMostDirections && !sensor.has_heading) {
+      c.add(Certainty::named, "heading", {i},
+            fmt::format("its heading has no fixed angle to the direction in which the robot drives, as {} shows",
+                        fix.name),
+            fmt::format("source: the order and the signs of the quaternion, or of the field, of {}", sensor.name), 0.0);
+      return;
+    }
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});
@@ -136,7 +147,8 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
   const auto concerns = [&](const Finding& finding) {
     return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
   };
-  if (sigma > kLeverSigma || std::ranges::any_of(c.findings, concerns)) return;
+  const bool is_known = sigma <= kLeverSigma || off.norm() > kFarOff * sigma;
+  if (!is_known || std::ranges::any_of(c.findings, concerns)) return;
   const double lever_sigmas = (off.norm() - kScannerLever) / std::max(sigma, 0.01);
   if (lever_sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},

@@ -33,6 +33,12 @@ struct Case {
 /// Magnitudes that no robot has: units, stamps, gravity, the Earth's field, the place on the Earth.
 void check_magnitudes(Case& c);
 
+/// Positions and headings that do not change while the robot moves.
+void check_frozen(Case& c);
+
+/// At the end of a log: sensors that delivered nothing, and clocks that run hours apart.
+void check_clocks(Case& c);
+
 /// Which observers of a quantity agree with each other.
 struct Agreement {
   std::vector<Observer> observers;
@@ -41,8 +47,10 @@ struct Agreement {
   int trusted = -1;                        ///< the group that is taken for right; -1: none is
 
   bool is_trusted(std::size_t observer) const { return trusted >= 0 && groups[observer] == trusted; }
-  /// How much a group counts: its sensors, and a little for one that observes in two ways.
+  /// How much a group counts: its sensors, a little for one that observes in two ways, and for one that leans to it.
   double weight(int group) const;
+  /// True if the observer's ratio to the group is near 1, but not known well enough to agree or to differ.
+  bool leans_to(std::size_t observer, int group) const;
   /// A trusted observer that is known at all times, not `except`; null if there is none.
   const Observer* trusted_track(const Track* except = nullptr) const;
   /// Ratio of an observer to those of a group, the best known one; unknown if there is none.

@@ -11,6 +11,8 @@ namespace waymark::host::diagnosis {
 namespace {
 
 constexpr double kSecondWay = 0.6;  // of a sensor: Doppler and position of a receiver
+constexpr double kLeans = 0.5;      // of a sensor that is too noisy to agree, and looks as if it did
+constexpr double kAlike = 0.25;
 constexpr double kToleranceSigmas = 3.0;
 
 std::string label(const Case& c, const Observer& observer) {
@@ -47,6 +49,8 @@ Ratio inverse(const Ratio& ratio) {
   other.value = 1.0 / ratio.value;
   other.shift = -ratio.shift;
   other.sigma = ratio.sigma / (ratio.value * ratio.value);
+  other.offset = -ratio.offset / ratio.value;
+  other.offset_sigma = ratio.offset_sigma / std::abs(ratio.value);
   other.per_way = -ratio.per_way / ratio.value;
   other.per_way_sigma = ratio.per_way_sigma / std::abs(ratio.value);
   return other;
@@ -147,7 +151,21 @@ double Agreement::weight(int group) const {
   for (std::size_t i = 0; i < observers.size(); ++i) {
     if (groups[i] == group) sum += sensors.insert(observers[i].sensor).second ? 1.0 : kSecondWay;
   }
+  for (std::size_t i = 0; i < observers.size(); ++i) {
+    if (leans_to(i, group) && sensors.insert(observers[i].sensor).second) sum += kLeans;
+  }
   return sum;
+}
+
+bool Agreement::leans_to(std::size_t observer, int group) const {
+  bool leans = false;
+  for (std::size_t j = 0; j < observers.size(); ++j) {
+    const Ratio& ratio = ratios[observer][j];
+    if (groups[j] != group || groups[observer] == group || ratio.spans == 0) continue;
+    if (ratio.verdict != Ratio::Verdict::unknown) return false;
+    leans = leans || std::abs(ratio.value - 1.0) < kAlike;
+  }
+  return leans;
 }
 
 const Observer* Agreement::trusted_track(const Track* except) const {

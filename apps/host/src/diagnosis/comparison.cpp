@@ -184,12 +184,15 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
   Fit fit = fit_ratio(rows);
   const auto is_way_vague = [&] { return !fit.valid || fit.sigma(fit.x.size() - 1) > kVaguePerWay; };
   bool knows_way = has_way;
+  bool knows_time = !options.is_unsigned;
   if (has_way && is_way_vague()) {
     // At a constant speed way and time are the same; a bias is then taken for a turn per way.
     rows = rows_with(false, true);
     fit = fit_ratio(rows);
+    knows_time = false;
     if (is_way_vague()) {
       knows_way = false;
+      knows_time = true;
       rows = rows_with(true, false);
       fit = fit_ratio(rows);
     }
@@ -204,6 +207,10 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
   if (knows_way) {
     ratio.per_way = fit.x(fit.x.size() - 1);
     ratio.per_way_sigma = fit.sigma(fit.x.size() - 1);
+  }
+  if (knows_time) {
+    ratio.offset = fit.x(1);
+    ratio.offset_sigma = fit.sigma(1);
   }
   if (!options.is_unsigned && bounds.correlation2 < kUnrelated) {
     const bool is_clear = ratio.spans >= kLeastUnrelated && std::abs(fit.x(0)) + kSigmas * ratio.sigma < 0.3;

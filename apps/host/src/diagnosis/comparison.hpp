@@ -44,6 +44,8 @@ struct Ratio {
   double sigmas = 0.0;         ///< how far from 1, beyond what is usual
   double per_way = 0.0;        ///< of an angle: what the numerator turns more per way [rad/m]
   double per_way_sigma = 0.0;  ///< 0: not known
+  double offset = 0.0;         ///< of an angle: what the numerator turns more per time [rad/s]
+  double offset_sigma = 0.0;   ///< 0: not known
   double shift = 0.0;          ///< by which the numerator was taken for late [s]
   long spans = 0;
 };

@@ -34,14 +34,16 @@ struct Diagnosis::Parts {
   std::size_t taken = 0;
   std::vector<Comparison> comparisons;
 
-  /// What two evaluations in a row find is certain; at the end of a window one is enough.
-  void evaluate(bool is_last) {
+  /// What two evaluations in a row find is certain; at the end of a window, or of the log, one is enough.
+  void evaluate(bool is_last, bool at_end = false) {
     diagnosis::Case c{watch, robot};
     diagnosis::check_magnitudes(c);
+    diagnosis::check_frozen(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_motion(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
+    if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;
       const auto known = std::ranges::find_if(findings, [&](const Finding& f) { return is_same(f, finding); });
@@ -84,8 +86,12 @@ void Diagnosis::arrived(const Measurement& measurement) {
   }
 }
 
+void Diagnosis::note(const Measurement& measurement) { parts_->watch.note(measurement); }
+
+bool Diagnosis::has_all_sensors() const { return parts_->watch.has_all_sensors(); }
+
 void Diagnosis::finish() {
-  if (parts_->watch.newest() > 0.0) parts_->evaluate(true);
+  if (parts_->watch.newest() > 0.0) parts_->evaluate(true, true);
 }
 
 const std::vector<Finding>& Diagnosis::findings() const { return parts_->findings; }

@@ -61,6 +61,22 @@ void Watch::clear_window() {
   newest_ = 0.0;
 }
 
+void Watch::note(const Measurement& measurement) {
+  if (!sensors_[measurement.sensor].is_watched) return;
+  if (const std::optional<Time> stamp = moved(measurement.stamp, -sensors_[measurement.sensor].delay))
+    note_stamp(measurement.sensor, *stamp);
+}
+
+void Watch::note_stamp(std::uint32_t index, Time stamp) {
+  WatchedSensor& sensor = sensors_[index];
+  if (!sensor.first_stamp) sensor.first_stamp = stamp;
+  sensor.last_stamp = stamp;
+}
+
+bool Watch::has_all_sensors() const {
+  return std::ranges::all_of(sensors_, [](const WatchedSensor& s) { return !s.is_watched || s.first_stamp; });
+}
+
 void Watch::take(const Measurement& measurement) {
   WatchedSensor& sensor = sensors_[measurement.sensor];
   if (!sensor.is_watched) return;
@@ -68,7 +84,7 @@ void Watch::take(const Measurement& measurement) {
   const std::optional<Time> stamp = moved(measurement.stamp, -sensor.delay);
   if (!stamp) return;
   if (sensor.last_stamp) sensor.intervals.add(to_seconds(*stamp - *sensor.last_stamp));
-  sensor.last_stamp = *stamp;
+  note_stamp(measurement.sensor, *stamp);
   if (!begin_) begin_ = *stamp;
   const double t = to_seconds(*stamp - *begin_);
   take_raw(sensor, measurement);
@@ -131,7 +147,9 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
     sensor.way.add_rate(t, motion.speed_mps);
     sensor.yaw.add_rate(t, motion.yaw_rate_radps);
   }
-  if (std::isfinite(motion.yaw_rad)) {
+  if (std::isfinite(motion.yaw_rad) && std::isfinite(motion.yaw_rate_radps)) {
+    sensor.heading.add_total(t, motion.yaw_rad, true);
+  } else if (std::isfinite(motion.yaw_rad)) {
     sensor.has_heading = true;
     sensor.yaw.add_total(t, motion.yaw_rad, true);
   }

@@ -17,6 +17,10 @@ class Watch {
 
   /// Takes a measurement, in order of arrival. `Measurement::sensor` is an index into the robot's sensors.
   void take(const Measurement& measurement);
+  /// Notes the stamp of a measurement, and nothing else of it.
+  void note(const Measurement& measurement);
+  /// True if every sensor has delivered.
+  bool has_all_sensors() const;
 
   /// Time of the newest measurement in the window [s], and whether the window is full.
   double newest() const { return newest_; }
@@ -33,6 +37,7 @@ class Watch {
  private:
   void take_motion(WatchedSensor& sensor, double t, const ObservedMotion& motion);
   void take_scan(WatchedSensor& sensor, double t, const LaserScan& scan);
+  void note_stamp(std::uint32_t index, Time stamp);
   void take_raw(WatchedSensor& sensor, const Measurement& measurement);
 
   const Robot& robot_;

@@ -37,6 +37,7 @@ Role WatchedSensor::role() const {
 
 void WatchedSensor::clear_window() {
   yaw.clear();
+  heading.clear();
   way.clear();
   course.clear();
   ground_way.clear();

@@ -66,6 +66,7 @@ struct WatchedSensor {
   Thinned ranges;
   Thinned courses;
   Thinned steerings;
+  std::optional<Time> first_stamp;
   std::optional<Time> last_stamp;
   Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();
   long force_count = 0;
@@ -79,6 +80,7 @@ struct WatchedSensor {
   Track course;  ///< direction of the motion over ground, where the speed is measured by itself
   Track ground_way;
   bool has_heading = false;  ///< `yaw` counts from east
+  Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro
   std::vector<Fix> fixes;
   std::vector<ScanStep> steps;
   ObservedMotion usual;  ///< its newest one, for the errors that are usual

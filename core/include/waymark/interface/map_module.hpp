@@ -26,8 +26,8 @@ struct MotionWindow {
   Eigen::Vector3d v_base = Eigen::Vector3d::Zero();  ///< [m/s]
   Eigen::Vector3d w_base = Eigen::Vector3d::Zero();  ///< [rad/s]
   Pose T_map_base = {};
-  /// False if no sensor measures the motion (`motion.source: maps`): the twist follows from the maps themselves, so a
-  /// map that waits for motion before it looks at a scan would wait for ever.
+  /// False while no sensor measures the velocity (scanners alone, an IMU beside them, wheels that fell silent): it
+  /// follows from the maps themselves then, so a map that waits for motion before it uses a scan would wait for ever.
   bool is_measured = true;
   /// Motion of the base over a short time before or after the stamp, at constant twist: T_base(t)_base(t + dt).
   Pose relative(double dt) const { return {so3::exp(w_base * dt), so3::left_jacobian(w_base * dt) * v_base * dt}; }

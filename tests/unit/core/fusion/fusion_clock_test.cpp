@@ -58,6 +58,19 @@ TEST(FusionClock, NamesAStampFromTheFuture) {
   EXPECT_THAT(robot.events(), HasSubstr("2.000 s after its own arrival"));
 }
 
+TEST(FusionClock, AnEarlyClockMayBeSetForwardByItsDelay) {
+  std::vector<Measurement> log = straight();
+  for (Measurement& m : log) {
+    if (m.sensor == 1) m.stamp = m.arrival = m.stamp - from_seconds(0.8);
+  }
+  FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels +
+                    "  - { name: gps, plugin: dgps, base_p_antenna_m: none, sigma_m: 0.5, delay_s: -0.8 }\n");
+  robot.play(in_order(log));
+  EXPECT_EQ(robot.report(1).mistimed, 0U);
+  EXPECT_GT(robot.report(1).fused, 15U);
+  EXPECT_NEAR(robot.pose().p.x(), 19.9, 0.3);
+}
+
 TEST(FusionClock, NamesAStampFarInThePast) {
   FusionRobot robot = robot_on(with_stamp(10, at(kEpoch - 1e6)));
   EXPECT_EQ(robot.report(1).mistimed, 1U);

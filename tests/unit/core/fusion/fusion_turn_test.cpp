@@ -34,7 +34,9 @@ TEST(FusionTurn, TheHeadingIsFoundWithinAFewFixes) {
     FusionRobot robot(kAtOrigin + "sensors:\n" + kWheels + gps());
     robot.play(turned_by(turned));
     // At 1.5 rad the fixes are within their gate of 6σ from one to the next.
-    if (std::abs(turned) > 1.6) EXPECT_THAT(robot.events(), HasSubstr("follows the ones before it")) << turned;
+    if (std::abs(turned) > 1.6) {
+      EXPECT_THAT(robot.events(), HasSubstr("follows the ones before it")) << turned;
+    }
     EXPECT_NEAR(std::remainder(robot.pose().yaw() - turned, 2.0 * std::numbers::pi), 0.0, 0.1) << turned;
     EXPECT_LT(robot.report(1).gated, 8U) << turned;
     for (const Seen& seen : robot.seen()) {

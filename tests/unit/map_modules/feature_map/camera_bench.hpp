@@ -40,10 +40,11 @@ struct CameraScene {
   cv::Mat picture(const Pose& T_base_then = {}) const {
     cv::Mat bgr(intrinsics.height, intrinsics.width, CV_8UC3);
     const Pose T_base_eye = T_base_then * T_base_camera;
+    const Eigen::Matrix3d R = T_base_eye.q.toRotationMatrix();
     Random random({.seed = 5, .slot = 0, .stamp = 0, .sensor = 0});
     for (int v = 0; v < bgr.rows; ++v) {
       for (int u = 0; u < bgr.cols; ++u) {
-        const cv::Vec3b color = see(T_base_eye, u, v);
+        const cv::Vec3b color = see(T_base_eye.p, R * direction(u, v));
         for (int k = 0; k < 3; ++k)
           bgr.at<cv::Vec3b>(v, u)[k] = cv::saturate_cast<unsigned char>(color[k] + noise * random.normal());
       }
@@ -80,22 +81,28 @@ struct CameraScene {
       const double dy = p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
       x = (x_seen - dx) / radial;
       y = (y_seen - dy) / radial;
+      if (r2 == x * x + y * y) break;
     }
     return {1.0, -x, -y};
   }
 
-  cv::Vec3b see(const Pose& T_base_eye, double u, double v) const {
-    const Eigen::Vector3d beam = T_base_eye.q * direction(u, v);
+  /// What stands in the direction `beam` from `eye`. Plain numbers: tests are compiled without optimisation, and
+  /// pictures have many pixels.
+  cv::Vec3b see(const Eigen::Vector3d& eye, const Eigen::Vector3d& beam) const {
+    const double beam_x = beam.x();
+    const double beam_y = beam.y();
+    const double beam_z = beam.z();
     double nearest = std::numeric_limits<double>::infinity();
-    cv::Vec3b color = beam.z() > 0.0 ? cv::Vec3b(150, 140, 130) : cv::Vec3b(90, 110, 100);
+    cv::Vec3b color = beam_z > 0.0 ? cv::Vec3b(150, 140, 130) : cv::Vec3b(90, 110, 100);
     for (const Painted& thing : things) {
-      const Eigen::Vector2d to = thing.center - T_base_eye.p.head<2>();
-      const double a = beam.head<2>().squaredNorm();
-      const double along = beam.head<2>().dot(to);
-      const double root = along * along - a * (to.squaredNorm() - thing.radius * thing.radius);
+      const double to_x = thing.center.x() - eye.x();
+      const double to_y = thing.center.y() - eye.y();
+      const double a = beam_x * beam_x + beam_y * beam_y;
+      const double along = beam_x * to_x + beam_y * to_y;
+      const double root = along * along - a * (to_x * to_x + to_y * to_y - thing.radius * thing.radius);
       if (root < 0.0 || along <= 0.0) continue;
       const double length = (along - std::sqrt(root)) / a;
-      const double z = T_base_eye.p.z() + length * beam.z();
+      const double z = eye.z() + length * beam_z;
       if (length >= nearest || z < 0.0 || z > thing.height) continue;
       nearest = length;
       color = thing.bgr;

@@ -305,6 +305,12 @@ TEST(Dgps, NoFixIsUnusable) {
   EXPECT_THROW(bench.sensor().start_hint(measurement_of(fix), nullptr), DataError);
 }
 
+TEST(Dgps, LatitudeAndLongitudeZeroIsAReceiverWithoutAFix) {
+  auto bench = dgps("");
+  EXPECT_THROW(bench.feed(measurement_of(geodetic(0.0, 0.0))), DataError);
+  EXPECT_THROW(bench.sensor().start_hint(measurement_of(geodetic(0.0, 0.0)), nullptr), DataError);
+}
+
 TEST(Dgps, TooFewSatellitesAreUnusableAndAnUnknownNumberIsNot) {
   auto bench = dgps(", min_satellites: 6");
   GnssFix fix = local(1.0, 2.0);

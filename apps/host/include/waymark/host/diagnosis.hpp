@@ -36,6 +36,10 @@ class Diagnosis {
 
   /// Takes a measurement in order of arrival. `Measurement::sensor` is an index into the robot's sensors.
   void arrived(const Measurement& measurement);
+  /// Notes the stamp of a measurement that is not compared any more: whether all sensors deliver, in one time.
+  void note(const Measurement& measurement);
+  /// True if every enabled sensor has delivered.
+  bool has_all_sensors() const;
   /// Evaluates what there is, at the end of the log.
   void finish();
 

@@ -25,12 +25,16 @@ constexpr const char* kYaml = R"({ initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
             { name: compass, plugin: compass, declination: none, base_T_sensor: { xyz_m: [0, 0, 0] } }] })";
 enum Sensor : std::uint32_t { kWheels, kImu, kGps, kCompass };
 
-/// What a robot measures; a test makes its mistake in it.
+/// What a robot measures; a test makes its mistake in it. And what is true.
 struct Readings {
-  WheelSpeeds wheels;
-  ImuSample imu;
-  GnssFix gps;
-  CompassHeading compass;
+  double t = 0.0;      // [s]
+  double yaw = 0.0;    // [rad]
+  double speed = 0.0;  // [m/s]
+  double rate = 0.0;   // [rad/s]
+  WheelSpeeds wheels = {};
+  ImuSample imu = {};
+  GnssFix gps = {};
+  CompassHeading compass = {};
 };
 
 struct Examined {
@@ -71,7 +75,7 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
     x += 0.02 * speed * std::cos(yaw);
     y += 0.02 * speed * std::sin(yaw);
     yaw += 0.02 * rate;
-    Readings readings;
+    Readings readings{.t = t, .yaw = yaw, .speed = speed, .rate = rate};
     readings.wheels.left_mps = speed - 0.25 * rate + 0.02 * noise(dice);
     readings.wheels.right_mps = speed + 0.25 * rate + 0.02 * noise(dice);
     readings.imu.w_sensor = {0.0, 0.0, rate + 0.003 + 0.01 * noise(dice)};
@@ -179,6 +183,63 @@ TEST(Diagnosis, FitsTheDelayOfASensor) {
   const Examined examined = examine([](Readings&) {}, kYaml, 0.6);
   ASSERT_THAT(examined.named(), ElementsAre("compass"));
   EXPECT_NEAR(number_after("sensors.compass.delay_s: ", examined.findings.front().change), 0.6, 0.05);
+}
+
+TEST(Diagnosis, AnAntennaAheadOfTheBaseTurnsEarlierWithoutADelay) {
+  constexpr double kAhead = 0.9;
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("base_p_antenna_m: none"), 22, "base_p_antenna_m: [0.9, 0, 0]");
+  std::mt19937 dice(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  const Examined examined = examine(
+      [&](Readings& r) {
+        r.gps.p_map_antenna += kAhead * Eigen::Vector3d(std::cos(r.yaw), std::sin(r.yaw), 0.0);
+        r.gps.speed_mps = std::hypot(r.speed, kAhead * r.rate);
+        const double direction = r.yaw + std::atan2(kAhead * r.rate, r.speed) + noise(dice);
+        r.gps.course_rad = std::remainder(0.5 * M_PI - direction, 2.0 * M_PI);
+      },
+      yaml);
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
+TEST(Diagnosis, NamesAReceiverThatRepeatsItsLastFix) {
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  const Examined examined = examine([&](Readings& r) {
+    if (r.t < 120.0) last = r.gps.p_map_antenna;
+    r.gps.p_map_antenna = last;
+  });
+  ASSERT_THAT(examined.named(), testing::Contains("gps"));
+  EXPECT_EQ(examined.findings.front().check, "frozen");
+}
+
+TEST(Diagnosis, NamesACompassThatIsFrozen) {
+  const Examined examined = examine([](Readings& r) { r.compass.heading_rad = 1.0; });
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_EQ(examined.findings.front().check, "frozen");
+}
+
+TEST(Diagnosis, NamesAGyroThatIsZero) {
+  EXPECT_THAT(examine([](Readings& r) { r.imu.w_sensor.z() = 0.0; }).named(), ElementsAre("imu"));
+}
+
+TEST(Diagnosis, NamesAClockOfAnotherTimeZone) {
+  const Examined examined = examine([](Readings&) {}, kYaml, 3600.0);
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_THAT(examined.findings.front().change, HasSubstr("{ offset_s: -3600 }"));
+}
+
+TEST(Diagnosis, NamesASensorThatDeliversNothing) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.rfind("] }"), 3, ", { name: second, plugin: compass, declination: none, base_T_sensor: {} }] }");
+  const Examined examined = examine([](Readings&) {}, yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("second"));
+  EXPECT_THAT(examined.findings.front().seen, HasSubstr("no measurement"));
+}
+
+TEST(Diagnosis, TheOddOneOutIsNotThatWhichTwoNoisyOnesContradict) {
+  // A gyro that counts double, beside wheels and fixes that are too few to agree with them.
+  const Examined examined = examine([](Readings& r) { r.imu.w_sensor.z() *= 2.0; });
+  EXPECT_THAT(examined.named(), ElementsAre("imu"));
 }
 
 TEST(Diagnosis, SaysThatOneOfTwoIsWrongWhereNothingDecides) {
