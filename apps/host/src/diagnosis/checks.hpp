@@ -49,7 +49,8 @@ struct Agreement {
   bool is_trusted(std::size_t observer) const { return trusted >= 0 && groups[observer] == trusted; }
   /// How much a group counts: its sensors, a little for one that observes in two ways, and for one that leans to it.
   double weight(int group) const;
-  /// True if the observer's ratio to the group is near 1, but not known well enough to agree or to differ.
+  /// True if the observer's ratio to a track of the group is near 1, but not known well enough to agree or to differ,
+  /// and far from 1 to another observer.
   bool leans_to(std::size_t observer, int group) const;
   /// A trusted observer that is known at all times, not `except`; null if there is none.
   const Observer* trusted_track(const Track* except = nullptr) const;

@@ -13,6 +13,7 @@ namespace {
 constexpr double kSecondWay = 0.6;  // of a sensor: Doppler and position of a receiver
 constexpr double kLeans = 0.5;      // of a sensor that is too noisy to agree, and looks as if it did
 constexpr double kAlike = 0.25;
+constexpr double kFarSigmas = 5.0;
 constexpr double kToleranceSigmas = 3.0;
 
 std::string label(const Case& c, const Observer& observer) {
@@ -158,14 +159,20 @@ double Agreement::weight(int group) const {
 }
 
 bool Agreement::leans_to(std::size_t observer, int group) const {
-  bool leans = false;
+  bool is_near = false;
+  bool is_far_from_another = false;
   for (std::size_t j = 0; j < observers.size(); ++j) {
     const Ratio& ratio = ratios[observer][j];
-    if (groups[j] != group || groups[observer] == group || ratio.spans == 0) continue;
+    if (groups[observer] == group || ratio.spans == 0) continue;
+    const double off = std::abs(ratio.value - 1.0);
+    if (groups[j] != group) {
+      is_far_from_another = is_far_from_another || off > std::max(kAlike, kFarSigmas * ratio.sigma);
+      continue;
+    }
     if (ratio.verdict != Ratio::Verdict::unknown) return false;
-    leans = leans || std::abs(ratio.value - 1.0) < kAlike;
+    is_near = is_near || (observers[j].track != nullptr && off < kAlike);
   }
-  return leans;
+  return is_near && is_far_from_another;
 }
 
 const Observer* Agreement::trusted_track(const Track* except) const {
