@@ -180,6 +180,13 @@ def examine(waymark, config, overrides):
     return findings, run.stderr.strip() if run.returncode == 1 else ""
 
 
+def said_of(findings, error):
+    """What was found, or the error, without the place of the recordings."""
+    said = "; ".join(f"{f['certainty']} {', '.join(f['sensors'])}: {f['seen']} -> {f['change']}" for f in findings) or error
+    data = os.environ.get("WAYMARK_DATA")
+    return said.replace(data.rstrip("/"), "DATA") if data else said
+
+
 def outcome_of(findings, error, culprits, unobservable):
     named = [f["sensors"][0] for f in findings if f["certainty"] == "named"]
     among = [s for f in findings if f["certainty"] == "one of" for s in f["sensors"]]
@@ -213,14 +220,14 @@ def main():
     with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(arguments.jobs) as pool:
         folder = Path(name)
         configs = {robot: ROOT / "config" / config for robot, config in RECORDED.items()}
-        for robot in {row[0] for row in rows} & set(SIMULATED):
+        for robot in sorted({row[0] for row in rows} & set(SIMULATED)):
             configs[robot] = record(arguments.waymark, robot, folder)
 
         def run_row(row):
             robot, mistake, culprits, overrides, *why = row
             findings, error = examine(arguments.waymark, configs[robot], overrides_of(robot, overrides))
             outcome = outcome_of(findings, error, set(culprits.split(",")), why)
-            said = "; ".join(f"{f['certainty']} {', '.join(f['sensors'])}: {f['seen']} -> {f['change']}" for f in findings) or error or "; ".join(why)
+            said = said_of(findings, error) or "; ".join(why)
             return outcome, f"{robot:<9} {mistake:<40} {culprits:<8} {outcome:<14} {said}".rstrip()
 
         for outcome, line in pool.map(run_row, rows):
@@ -233,7 +240,7 @@ def main():
         healthy = [entry for entry in healthy if has_data or "WAYMARK_DATA" not in entry[1].read_text()]
         healthy += [(f"{robot} as it is", configs[robot]) for robot in configs if robot in SIMULATED]
         for (label, _), (findings, error) in zip(healthy, pool.map(lambda e: examine(arguments.waymark, e[1], []), healthy)):
-            said = "; ".join(f"{f['certainty']} {', '.join(f['sensors'])}: {f['seen']} -> {f['change']}" for f in findings) or error
+            said = said_of(findings, error)
             false_alarms += len(findings)
             lines.append(f"{label:<40} {'FALSE ALARM  ' + said if said else 'nothing found'}")
             print(lines[-1], flush=True)

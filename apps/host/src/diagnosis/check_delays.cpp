@@ -70,6 +70,9 @@ double lead_of(const Case& c, const Observer& observer) {
 void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
   const Agreement& yaw = motion.yaw;
   const std::vector<Observer>& observers = yaw.observers;
+  std::vector<double> leads;
+  leads.reserve(observers.size());
+  for (const Observer& observer : observers) leads.push_back(lead_of(c, observer));
   for (std::size_t j = 0; j < observers.size(); ++j) {
     const Observer& reference = observers[j];
     if (reference.track == nullptr || !yaw.is_trusted(j) || c.is_blamed(reference.sensor)) continue;
@@ -89,7 +92,7 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
       if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0)
         lag = {true, direct.shift, kShiftSigma};
       if (!lag.is_known) continue;
-      const double lead = lead_of(c, observer) - lead_of(c, reference);
+      const double lead = leads[i] - leads[j];
       lag.value += lead;
       lag.sigma = std::hypot(lag.sigma, kSpeedSpread * lead);
       delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference)});

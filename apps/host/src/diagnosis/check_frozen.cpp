@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "checks.hpp"
 
@@ -12,6 +13,7 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
+constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kFarther = 8.0;    // [m] driven with one position: far beyond what a receiver rounds to
 constexpr double kTurned = 0.8;     // [rad] turned with one heading
 constexpr double kLongest = 20.0;   // [s]
@@ -59,7 +61,7 @@ void check_heading_is_alive(Case& c, std::size_t i) {
       c.add(
           Certainty::named, "frozen", {i},
           fmt::format("its heading stays the same to the last digit for {:.0f} s, in which {} turns by {:.0f} degrees",
-                      kLongest, other.name, std::abs(*turned) * 57.29577951308232),
+                      kLongest, other.name, std::abs(*turned) / kDegree),
           fmt::format("source: {} repeats an old heading; the device, its driver or a column of the log", sensor.name),
           0.0);
       return;

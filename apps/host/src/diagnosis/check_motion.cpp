@@ -397,16 +397,16 @@ void check_gyro_offset(Case& c, const Agreement& yaw) {
 }
 
 /// Beams at a wrong angle from each other: the scans turn too far, and their ways are spoilt, too.
-void check_beams(Case& c, const Agreement& yaw, const Verdict& verdict) {
-  if (verdict.trusted < 0 || verdict.doubted >= 0) return;
+void check_beams(Case& c, const Agreement& yaw) {
+  if (yaw.trusted < 0) return;
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const Observer& observer = yaw.observers[i];
-    const Ratio ratio = yaw.against(i, verdict.trusted);
+    const Ratio ratio = yaw.against(i, yaw.trusted);
     const bool is_beams = observer.kind == Observer::Kind::matched && ratio.value > 0.2 && ratio.value < 5.0;
-    if (!is_beams || yaw.groups[i] == verdict.trusted || c.is_blamed(observer.sensor) ||
+    if (!is_beams || yaw.groups[i] == yaw.trusted || c.is_blamed(observer.sensor) ||
         ratio.verdict != Ratio::Verdict::differ)
       continue;
-    c.add(Certainty::named, "yaw", {observer.sensor}, seen_of_yaw(c, yaw, i, verdict.trusted, ratio),
+    c.add(Certainty::named, "yaw", {observer.sensor}, seen_of_yaw(c, yaw, i, yaw.trusted, ratio),
           change_of_yaw(c, observer, ratio, {}), ratio.sigmas);
   }
 }
@@ -447,9 +447,8 @@ void check_motion(Case& c, MotionAgreement& motion) {
   check_swapped(c, motion);
   check_pull(c, motion);
   check_gyro_offset(c, motion.yaw);
-  Agreement turns = motion.yaw;
-  const Verdict first = decide(turns, yaw_cost);
-  check_beams(c, turns, first);
+  decide(motion.yaw, yaw_cost);
+  check_beams(c, motion.yaw);
   // Ways first: a scale of the wheels that shows there explains their turns.
   const Verdict way = decide(motion.way, way_cost);
   add_findings(
