@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 
 #include "checks.hpp"
 
@@ -13,7 +12,6 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kFarther = 8.0;    // [m] driven with one position: far beyond what a receiver rounds to
 constexpr double kTurned = 0.8;     // [rad] turned with one heading
 constexpr double kLongest = 20.0;   // [s]

@@ -16,7 +16,6 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSigmas = 4.0;
 constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
 constexpr double kScannerTolerance = 4.0 * kDegree;

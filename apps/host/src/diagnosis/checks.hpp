@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,8 @@
 #include "waymark/interface/finding.hpp"
 
 namespace waymark::host::diagnosis {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// What the checks share: the data, the YAML, and what earlier checks have found.
 struct Case {
@@ -67,6 +70,12 @@ struct MotionAgreement {
 
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);
+
+/// Wheels of unequal size: a turn per way that no other sensor has.
+void check_pull(Case& c, const Agreement& yaw);
+
+/// A gyro that turns where nothing else does, by more than any bias.
+void check_gyro_offset(Case& c, const Agreement& yaw);
 
 /// Names who does not fit: scales, signs, units, track width. Decides which group is trusted.
 void check_motion(Case& c, MotionAgreement& motion);

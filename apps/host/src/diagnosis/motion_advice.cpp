@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion_advice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "waymark/interface/payloads.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+std::string plus_minus(const Ratio& ratio) { return fmt::format("{:.3g} ± {:.2g}", ratio.value, ratio.sigma); }
+
+/// Those of a group that an observer is compared with; of its own sensor, what else that observes.
+std::string others(const Case& c, const Agreement& agreement, int group, const Observer& of) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < agreement.observers.size(); ++i) {
+    const Observer& other = agreement.observers[i];
+    if (agreement.groups[i] != group || &other == &of) continue;
+    const std::string name = other.sensor != of.sensor              ? c.sensor(other.sensor).name
+                             : other.kind == Observer::Kind::course ? "its own velocity"
+                                                                    : "its own positions";
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales) {
+  const std::size_t i = observer.sensor;
+  const WatchedSensor& sensor = c.sensor(i);
+  const std::string& name = sensor.name;
+  const double r = ratio.value;
+  const bool mirrored = is_near(r, -1.0);
+  const bool is_absurd = ratio.verdict == Ratio::Verdict::unrelated || !is_within(std::abs(r), 0.2, 5.0, 1.0);
+  switch (sensor.role()) {
+    case Role::wheels:
+      if (is_absurd && sensor.payload == WheelSpeeds::kType)
+        return fmt::format("source: left_mps and right_mps of {}: the sign, the unit or the column of one of them",
+                           name);
+      if (is_one_scale(sensor, scales)) return fmt::format("source: speeds of {} times {:.4g}", name, 1.0 / r);
+      if (sensor.payload == WheelSpeeds::kType) {
+        if (mirrored) return fmt::format("source: swap left_mps and right_mps of {} (or both count backwards)", name);
+        if (r > 0.0) return fmt::format("sensors.{}.track_m: {:.3g} fits", name, c.setting(i, "track_m") * r);
+      }
+      if (sensor.payload == WheelSteering::kType) {
+        if (mirrored) return fmt::format("source: steering_rad of {} times -1 (left is positive)", name);
+        if (r > 10.0) return fmt::format("source: steering_rad of {} times {:.6f} (degrees)", name, kDegree);
+        return fmt::format("sensors.{}.wheelbase_m: {:.3g} fits, or steering_rad times {:.3g}", name,
+                           c.setting(i, "wheelbase_m") * r, 1.0 / r);
+      }
+      return fmt::format("source: rotation of {} times {:.4g}", name, 1.0 / r);
+    case Role::gyro:
+      if (ratio.verdict == Ratio::Verdict::unrelated)
+        return fmt::format("sensors.{}.base_T_sensor: another of its axes points up", name);
+      if (mirrored) {
+        const bool is_upside_down = (sensor.T_base_sensor.q * Eigen::Vector3d::UnitZ()).z() < 0.0;
+        return fmt::format("sensors.{}.base_T_sensor.roll_deg: {} fits, or the opposite sign of its rates", name,
+                           is_upside_down ? 0 : 180);
+      }
+      if (is_near(std::abs(r), 1.0 / kDegree))
+        return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);
+      return fmt::format("source: rates of {} times {:.4g}", name, 1.0 / r);
+    case Role::heading:
+      if (mirrored) return fmt::format("source: heading of {} times -1 (it is clockwise from north)", name);
+      return fmt::format("sensors.{}: its heading does not follow the turns", name);
+    case Role::scanner:
+      if (ratio.verdict == Ratio::Verdict::unrelated)
+        return fmt::format("source: the scans of {} do not turn with the robot: repeated ones, or another scanner",
+                           name);
+      if (!(r < 0.0))
+        return fmt::format(
+            "source: step_deg of {}, the angle from beam to beam: its scans turn {:.3g} times as far as they should",
+            name, r);
+      return fmt::format("source: the scans of {} are mirrored: the opposite sign of step_deg (and of start_deg)",
+                         name);
+    case Role::fix:
+      if (mirrored && observer.kind == Observer::Kind::course)
+        return fmt::format("source: the course of {} counts the wrong way round: clockwise from north is right", name);
+      if (mirrored)
+        return fmt::format("source: swap east and north of {}, or the sign of its longitude (east is positive)", name);
+      return {};
+    case Role::other:
+      break;
+  }
+  return {};
+}
+
+std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio) {
+  const WatchedSensor& sensor = c.sensor(observer.sensor);
+  const double r = ratio.value;
+  if (observer.kind == Observer::Kind::chord)
+    return fmt::format("source: positions of {} times {:.4g}", sensor.name, 1.0 / r);
+  if (sensor.role() == Role::scanner) {
+    if (r > 0.0) return fmt::format("source: ranges_m of {} times {:.4g}", sensor.name, 1.0 / r);
+    return sensor.steps_backwards ? fmt::format("source: the opposite sign of step_deg of {}", sensor.name)
+                                  : fmt::format("sensors.{}.base_T_sensor.yaw_deg: 180 more fits", sensor.name);
+  }
+  if (r < 0.0) return fmt::format("source: speeds of {} times -1", sensor.name);
+  return fmt::format("source: speeds of {} times {:.4g}", sensor.name, 1.0 / r);
+}
+
+std::string seen_of_yaw(const Case& c, const Agreement& agreement, std::size_t i, int group, const Ratio& ratio) {
+  const std::string against = others(c, agreement, group, agreement.observers[i]);
+  if (ratio.verdict == Ratio::Verdict::unrelated)
+    return fmt::format("its turns have nothing to do with those of {} ({} spans)", against, ratio.spans);
+  return fmt::format("it turns {} times as far as {} ({} spans)", plus_minus(ratio), against, ratio.spans);
+}
+
+std::string seen_of_way(const Case& c, const Agreement& agreement, std::size_t i, int group, const Ratio& ratio) {
+  return fmt::format("its way is {} times that of {} ({} spans)", plus_minus(ratio),
+                     others(c, agreement, group, agreement.observers[i]), ratio.spans);
+}
+
+}  // namespace waymark::host::diagnosis
