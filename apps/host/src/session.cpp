@@ -15,7 +15,9 @@
 #include "commands.hpp"
 #include "live_run.hpp"
 #include "plugins/shared/map_formats/write_maps.hpp"
+#include "portable_config.hpp"
 #include "status_line.hpp"
+#include "verdict.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/interface/command.hpp"
 #include "waymark/io/archive.hpp"
@@ -60,67 +62,6 @@ std::optional<Measurement> next_of(Source& source) {
   }
 }
 
-/// A text as YAML, in double quotes.
-std::string in_quotes(std::string_view text) {
-  std::string result = "\"";
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '"' || c == '\\') result += '\\';
-    if (text.substr(i, 2) == "${") result += '$';  // or it would be taken for a variable
-    if (static_cast<unsigned char>(c) < 0x20) {
-      result += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
-    } else {
-      result += c;
-    }
-  }
-  return result + '"';
-}
-
-/// The effective configuration, to be run from any folder: relative paths in it count from that of the YAML.
-std::string config_file_of(const Config& yaml) {
-  const std::string folder = std::filesystem::absolute(yaml.file()).lexically_normal().parent_path().string();
-  if (yaml.has("base_folder"))
-    return Config::parse(yaml.effective(), "", {"base_folder=" + in_quotes(folder)}).effective();
-  return fmt::format("{}base_folder: {}\n", yaml.effective(), in_quotes(folder));
-}
-
-std::vector<std::string> failures_of(const SessionResult& result, const std::vector<std::string>& of_sinks) {
-  std::vector<std::string> failures;
-  if (!result.log_error.empty()) failures.push_back(result.log_error);
-  // The last event names the cause of a missing start, unless the log ended early.
-  const bool names_cause = !result.started && result.log_error.empty() && !result.report.interrupted;
-  for (const Event& event : result.report.events) {
-    if (event.is_failure || (names_cause && &event == &result.report.events.back()))
-      failures.push_back(fmt::format("at {} s: {}", format_time(event.stamp, 3), event.text));
-  }
-  failures.insert(failures.end(), of_sinks.begin(), of_sinks.end());
-  return failures;
-}
-
-/// Nothing for maps that match no scans.
-std::vector<MatchReport> matches_of(const Snapshot& last) {
-  std::vector<MatchReport> reports;
-  if (!last.started()) return reports;
-  for (const MapDescription& map : last.best_maps(MapDetail::summary)) {
-    const auto figure = [&](std::string_view name) {
-      const auto found = std::ranges::find(map.figures, name, &MapFigure::name);
-      return found == map.figures.end() ? std::optional<std::uint64_t>{} : static_cast<std::uint64_t>(found->value);
-    };
-    const auto matches = figure("matches");
-    const auto failed = figure("failed_matches");
-    if (matches && failed) reports.push_back({map.module, *matches, *failed, figure("coarse_searches").value_or(0)});
-  }
-  return reports;
-}
-
-/// What is said of a run that was lost for too large a share of its time; else empty.
-std::string lost_of(const HealthTimes& times, double allowed) {
-  constexpr double kFewSeconds = 5.0;  // of a short run, or after its pose was set: no verdict
-  if (times.lost_s < kFewSeconds || times.lost_share() <= allowed) return {};
-  return fmt::format("the pose was lost for {:.1f} s, {:.0f} % of the run; health.max_lost_share allows {:.0f} %",
-                     times.lost_s, 100.0 * times.lost_share(), 100.0 * allowed);
-}
-
 }  // namespace
 
 Session::Session(Robot robot, SessionOptions options)
@@ -130,7 +71,7 @@ Session::Session(Robot robot, SessionOptions options)
       results_(sinks_of(robot_, lock_ != nullptr),
                RunInfo{options_.out, &robot_.rig, reference_of(robot_, reference_error_), robot_.yaml.effective(),
                        options_.name.empty() ? robot_.yaml.file().stem().string() : options_.name},
-               lock_ ? config_file_of(robot_.yaml) : std::string()),
+               lock_ ? portable_config(robot_.yaml) : std::string()),
       fusion_(make_fusion(robot_)),
       diagnosis_(robot_.is_diagnosed ? std::make_unique<Diagnosis>(robot_) : nullptr),
       log_(std::make_unique<LogIdentity>()),
