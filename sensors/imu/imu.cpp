@@ -265,9 +265,10 @@ class Imu final : public Sensor {
   static constexpr double kSlowTurnTime = 10.0;   // [s], how long one lasts
 
   static bool read_reports_standstill(const Config& config) {
-    const Config::Key key{"reports_standstill",
-                          "rest counts as standing still; false for a robot whose only motion sensor is this one: "
-                          "smooth straight driving feels like rest"};
+    const Config::Key key{
+        "reports_standstill",
+        "rest counts as standing still where another motion sensor measures the speed and reports it, "
+        "too; false: it never does"};
     const Config::Key old_key{"tells_standstill", "old name of `reports_standstill`"};
     return config.boolean(config.has(old_key) && !config.has(key) ? old_key : key, true);
   }

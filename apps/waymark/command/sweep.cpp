@@ -136,7 +136,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SweepOptions>();
   CLI::App* command = app.add_subcommand("sweep", "A study: configurations, values and seeds, with tables and plots");
   command->footer(
-      "Example:\n  waymark sweep tests/results/plans/particles.yaml --jobs 2\n"
+      "Example:\n  waymark sweep tests/results/plans/quickstart.yaml --jobs 2\n"
       "  waymark sweep plan.yaml --slurm\n"
       "  waymark sweep plan.yaml --check results.json\n\n"
       "A study that was interrupted goes on where it was; what failed is run again.");

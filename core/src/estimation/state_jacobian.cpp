@@ -20,4 +20,8 @@ void scatter(const StateLayout& layout, int block_offset, const Linearization& m
   }
 }
 
+bool observes_speed(const Linearization& model) {
+  return model.uses(Linearization::kVelocity) && !model.get(Linearization::kVelocity).col(0).isZero(0.0);
+}
+
 }  // namespace waymark::estimation

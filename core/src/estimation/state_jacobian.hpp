@@ -37,4 +37,8 @@ struct StateJacobian {
 WAYMARK_API void scatter(const StateLayout& layout, int block_offset, const Linearization& model, StateJacobian& out,
                          Linearization::Part first_part = Linearization::kPosition);
 
+/// True if a model depends on how fast the base moves forwards: its sensor measures the speed. One that only says that
+/// a base does not slip sideways does not.
+WAYMARK_API bool observes_speed(const Linearization& model);
+
 }  // namespace waymark::estimation

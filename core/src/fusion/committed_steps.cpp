@@ -56,7 +56,7 @@ bool CommittedSteps::account(const Measurement& m, std::size_t index, const part
   state.sensor->outcome({index, outcome.innovation, outcome.S, outcome.nis, outcome.accepted});
   if (outcome.accepted) {
     state.rejections_in_a_row[index] = 0;
-    state.measures_velocity = state.measures_velocity || outcome.observes_velocity;
+    state.measures_velocity = state.measures_velocity || outcome.observes_speed;
   } else if (result.fate == Fate::fused) {
     result.fate = Fate::gated;
   }

@@ -131,8 +131,7 @@ void DeadReckoning::update(int block_offset, const Update& update) {
   estimation::StateJacobian H;
   ekf::Innovation innovation;
   update.linearize({belief_.mean, belief_.mean.block.data() + block_offset}, model);
-  measures_speed_ = measures_speed_ ||
-                    (model.uses(Linearization::kVelocity) && !model.get(Linearization::kVelocity).col(0).isZero(0.0));
+  measures_speed_ = measures_speed_ || estimation::observes_speed(model);
   H.reset(model.rows(), layout.size());
   estimation::scatter(layout, block_offset, model, H);
   ekf::innovate(belief_, model, H, innovation);

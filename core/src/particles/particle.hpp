@@ -56,8 +56,8 @@ struct MixtureOutcome {
   gaussian::Matrix S;
   double nis = 0.0;
   bool accepted = false;
-  bool usable = true;              ///< false: a particle's innovation was not finite; nothing was applied
-  bool observes_velocity = false;  ///< the model depends on the velocity of the base
+  bool usable = true;           ///< false: a particle's innovation was not finite; nothing was applied
+  bool observes_speed = false;  ///< the model depends on how fast the base moves forwards
 };
 
 /// One module's part in a mapping step.

@@ -64,7 +64,7 @@ MixtureOutcome UpdateStep::gate(const ParticleSet& particles, const UpdatePolicy
   }
   if (!outcome.usable) return outcome;
 
-  outcome.observes_velocity = scratch_.front().model.uses(Linearization::kVelocity);
+  outcome.observes_speed = estimation::observes_speed(scratch_.front().model);
   const ekf::Innovation& first = scratch_.front().innovation;
   const int rows = static_cast<int>(first.nu.size());
   if (particles.size() == 1) {  // the mixture is its only Gaussian
