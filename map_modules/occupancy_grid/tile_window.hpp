@@ -22,6 +22,7 @@ class TileWindow : public scan_matching::TiledCells<Tile::kBits> {
   /// Distances of a tile, row by row.
   const std::uint8_t* distances(std::size_t slot) const { return tiles_[slot]->distance.data(); }
   bool is_occupied(int x, int y) const { return Tile::is_occupied(odds(x, y)); }
+  bool is_known(int x, int y) const { return Tile::is_known(odds(x, y)); }
   std::int8_t odds(int x, int y) const { return tiles_[slot(x, y)]->odds[Tile::place(x, y)]; }
   std::uint8_t distance(int x, int y) const { return tiles_[slot(x, y)]->distance[Tile::place(x, y)]; }
 

@@ -2,29 +2,44 @@
 #include "map_modules/shared/scan_matching/coarse_search.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 namespace waymark::scan_matching {
 
-Eigen::Vector3d coarse_search(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide,
-                              const MatchSettings& settings, double resolution) {
-  const double step = std::max(resolution, MatchSettings::kSearchStep * settings.wide_sigma);
-  const int shifts = static_cast<int>(settings.coarse_distance / step);
-  const int turns = static_cast<int>(settings.coarse_angle / MatchSettings::kSearchYawStep);
-  Eigen::Vector3d best = prior.start;
-  double best_sum = -1.0;
-  for (int turn = -turns; turn <= turns; ++turn) {
-    for (int y = -shifts; y <= shifts; ++y) {
-      for (int x = -shifts; x <= shifts; ++x) {
-        const Eigen::Vector3d d =
-            prior.start + Eigen::Vector3d(x * step, y * step, turn * MatchSettings::kSearchYawStep);
-        const double sum = target.sum_likelihood(wide, prior.mean + d);
-        if (sum <= best_sum) continue;
-        best_sum = sum;
-        best = d;
-      }
+namespace {
+
+constexpr double kFarther = 3.0;  // in coarse_angle
+
+int steps_of(double angle) { return static_cast<int>(angle / MatchSettings::kSearchYawStep); }
+
+}  // namespace
+
+CoarseSearch::CoarseSearch(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide,
+                           const MatchSettings& settings, double resolution)
+    : target_(target),
+      prior_(prior),
+      wide_(wide),
+      step_(std::max(resolution, MatchSettings::kSearchStep * settings.wide_sigma)),
+      shifts_(static_cast<int>(settings.coarse_distance / step_)),
+      near_turns_(steps_of(settings.coarse_angle)),
+      far_turns_(steps_of(std::min(kFarther * settings.coarse_angle, std::numbers::pi))) {}
+
+FoundPlace CoarseSearch::best(int from, int to) const {
+  FoundPlace best{prior_.start};
+  for (int turn = -to; turn <= -std::max(from, 1); ++turn) try_turn(turn, best);
+  for (int turn = from; turn <= to; ++turn) try_turn(turn, best);
+  return best;
+}
+
+void CoarseSearch::try_turn(int turn, FoundPlace& best) const {
+  for (int y = -shifts_; y <= shifts_; ++y) {
+    for (int x = -shifts_; x <= shifts_; ++x) {
+      const Eigen::Vector3d d =
+          prior_.start + Eigen::Vector3d(x * step_, y * step_, turn * MatchSettings::kSearchYawStep);
+      const double likelihood = target_.sum_likelihood(wide_, prior_.mean + d);
+      if (likelihood > best.likelihood) best = {d, likelihood};
     }
   }
-  return best;
 }
 
 }  // namespace waymark::scan_matching

@@ -144,4 +144,23 @@ double sum_likelihood(const Field& field, const LikelihoodTable& table, std::spa
   return sum;
 }
 
+/// Share of end points in unknown cells with nothing occupied near; 0 of a field without `is_known(x, y)`.
+template <class Field>
+double unknown_share(const Field& field, std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw,
+                     double resolution) {
+  std::size_t unknown = 0;
+  if constexpr (requires { field.is_known(0, 0); }) {
+    const FieldProjection at(field.origin(), xyyaw, resolution);
+    for (const Eigen::Vector2f& p : points) {
+      const float u = at.c * p.x() - at.s * p.y() + at.x;
+      const float v = at.s * p.x() + at.c * p.y() + at.y;
+      const int x = static_cast<int>(u);
+      const int y = static_cast<int>(v);
+      const bool is_inside = u >= 0.0f && v >= 0.0f && field.holds(x, y);
+      unknown += !is_inside || (!field.is_known(x, y) && field.distance(x, y) == StoredDistance::kFar);
+    }
+  }
+  return points.empty() ? 0.0 : static_cast<double>(unknown) / static_cast<double>(points.size());
+}
+
 }  // namespace waymark::scan_matching

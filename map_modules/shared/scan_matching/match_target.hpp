@@ -15,6 +15,8 @@ class MatchTarget {
   /// With the base at `xyyaw`.
   virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
   virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
+  /// Share of the points that end in unknown cells with nothing occupied near; 0 of a map that cannot say that.
+  virtual double unknown_share(const Eigen::Vector3d& xyyaw) const = 0;
 };
 
 /// End points over one field.
@@ -28,6 +30,9 @@ class PlanarTarget final : public MatchTarget {
   }
   double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
     return scan_matching::sum_likelihood(field_, table, points_, xyyaw, resolution_);
+  }
+  double unknown_share(const Eigen::Vector3d& xyyaw) const override {
+    return scan_matching::unknown_share(field_, points_, xyyaw, resolution_);
   }
 
  private:

@@ -40,15 +40,31 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   const bool wide = is_wide(prior, settings_);
   Match match = match_from(target, prior, wide ? best_draw(target, prior, tables_.wide, settings_) : prior.start);
   // A descent that ended in a wrong place can fit half of the points.
-  const bool needs_search = !wide && (match.failed || match.score < settings_.search_score);
+  const bool needs_search = !wide && !fits(target, prior, match);
   if (needs_search) {
-    const Match searched =
-        match_from(target, prior, coarse_search(target, prior, tables_.wide, settings_, resolution_));
+    const CoarseSearch search(target, prior, tables_.wide, settings_, resolution_);
+    const FoundPlace near = search.near();
+    const Match searched = match_from(target, prior, near.d);
     if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
+    if (!fits(target, prior, match)) {
+      const FoundPlace farther = search.farther();
+      if (farther.likelihood > near.likelihood) {
+        const Match turned = match_from(target, prior, farther.d);
+        // So far from the prior only what fits as other scans do counts.
+        if (!turned.failed && turned.score >= settings_.search_score) match = turned;
+      }
+    }
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
   return match;
+}
+
+bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const {
+  constexpr double kMostUnknown = 0.7;  // with fewer points in known places chance decides
+  if (match.failed || match.score >= settings_.search_score) return !match.failed;
+  const double unknown = target.unknown_share(prior.mean + match.d);
+  return unknown < kMostUnknown && match.score >= settings_.search_score * (1.0 - unknown);
 }
 
 Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {

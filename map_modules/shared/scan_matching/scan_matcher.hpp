@@ -13,8 +13,8 @@ namespace waymark::scan_matching {
 
 /// Matches scans against likelihood fields: descends (descent.hpp) from the prior's start, or, where the prior is wide,
 /// from the best of many draws of it (prior_spread.hpp). Where that fails, descends from the best place of a coarse
-/// search (coarse_search.hpp). Information that only roughness gives along a corridor does not count
-/// (weak_direction.hpp).
+/// search (coarse_search.hpp); where nothing fits there either, of one with farther turns. Information that
+/// only roughness gives along a corridor does not count (weak_direction.hpp).
 class ScanMatcher {
  public:
   ScanMatcher(const MatchSettings& settings, double resolution);
@@ -30,6 +30,8 @@ class ScanMatcher {
  private:
   /// The match that a descent from `start` leads to; it may have failed.
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
+  /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
+  bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
   /// Of a match that failed: the scan's evidence at the prior's mean.
   Match prior_alone(const MatchTarget& target, const MatchPrior& prior) const;
 

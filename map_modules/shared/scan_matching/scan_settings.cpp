@@ -64,7 +64,9 @@ MatchSettings MatchSettings::read(const Config& config) {
   s.coarse_distance = config.non_negative(
       {"coarse_distance_m", "m", "half width of the search in x and y; 100 000 poses at most"}, 0.28);
   s.coarse_angle =
-      kRadPerDeg * config.number_in({"coarse_angle_deg", "°", "half width of the search in yaw"}, 0.0, 180.0, 7.0);
+      kRadPerDeg * config.number_in({"coarse_angle_deg", "°",
+                                     "half width of the search in yaw; where nothing fits, three times as far"},
+                                    0.0, 180.0, 7.0);
   s.spread_draws = static_cast<int>(config.integer_in(
       {"spread_draws", "poses tried when the prior is far wider than the search; 0: none"}, 0, 10'000'000, 10'000));
   const double position = config.positive(

@@ -13,6 +13,7 @@
 #include "tests/unit/map_modules/occupancy_grid/simulated_room.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
+#include "waymark/math/random.hpp"
 
 namespace waymark::occupancy_grid_test {
 namespace {
@@ -68,6 +69,47 @@ TEST(ScanMatching, SearchesCoarselyWhereTheStartLeadsNowhere) {
   EXPECT_TRUE(match.information.isZero());
   EXPECT_TRUE(match.gradient.isZero());
   EXPECT_LT(match.log_evidence, 0.0);
+}
+
+/// Pillars of 0.3 m and nothing else: no long wall leads a descent to the right heading.
+std::vector<Wall> pillars() {
+  constexpr double kSide = 0.3;
+  std::vector<Wall> walls;
+  Random random({5, 0, 0, 0});
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 40.0;
+    const double distance = 2.0 + 4.0 * random.uniform();
+    const double x = distance * std::cos(angle);
+    const double y = distance * std::sin(angle);
+    walls.insert(walls.end(), {{x, y, x + kSide, y},
+                               {x + kSide, y, x + kSide, y + kSide},
+                               {x + kSide, y + kSide, x, y + kSide},
+                               {x, y + kSide, x, y}});
+  }
+  return walls;
+}
+
+// Wheels whose readings come late miss a turn by more than any noise says.
+TEST(ScanMatching, TurnsFartherWhereNothingNearTheStartFits) {
+  Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0.15, -0.1, 0.29), Eigen::Vector3d(-0.2, 0.05, -0.31)}) {
+    const Match match = bench.match(truth, {truth - offset, covariance(0.1, 0.07), Eigen::Vector3d::Zero()}, 0.01);
+    ASSERT_FALSE(match.failed) << offset.transpose();
+    EXPECT_TRUE(match.searched) << offset.transpose();
+    EXPECT_LT((match.d - offset).norm(), 0.03) << offset.transpose();
+  }
+}
+
+// The robot turns round in a room of which it has seen one half: what it sees of the other one is new, not wrong.
+TEST(ScanMatching, PointsInUnknownPlacesAreNoMisfit) {
+  Bench bench(room(), {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}});
+  const Eigen::Vector3d truth(0.0, 0.0, 1.4);
+  const Match match = bench.match(truth, {truth, covariance(0.05, 0.03), Eigen::Vector3d::Zero()}, 0.01);
+  ASSERT_FALSE(match.failed);
+  EXPECT_LT(match.score, settings().match.search_score);
+  EXPECT_FALSE(match.searched);
+  EXPECT_LT(match.d.norm(), 0.02);
 }
 
 /// prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d, and the evidence has the prior's term: also for P without inverse.
