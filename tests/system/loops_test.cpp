@@ -22,13 +22,7 @@ std::vector<std::string> corridor(const std::filesystem::path& out) {
           "--set",
           "variables.times=lines",
           "--set",
-          "variables.laser_x_m=0",
-          "--set",
-          "variables.speed_noise=0.05",
-          "--set",
-          "variables.lateral_noise=0.03",
-          "--set",
-          "variables.yaw_noise=0.01"};
+          "variables.laser_x_m=0"};
 }
 
 /// Events that report a closed loop.
