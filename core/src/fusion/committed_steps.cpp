@@ -75,9 +75,20 @@ bool CommittedSteps::velocity_is_measured() const {
   return false;
 }
 
+/// A motion that only the scans show is compensated for by half. An error of it moves the next scan, which shows it
+/// again: with all of it that diverges where beams are later than half of the time between scans
+/// (docs/math/occupancy_grid.md).
+MotionWindow CommittedSteps::window_of(const Belief& belief) const {
+  constexpr double kOfScans = 0.5;
+  MotionWindow window{belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, velocity_is_measured()};
+  if (!window.is_measured) window.v_base *= kOfScans;
+  if (!has_motion_sensor_) window.w_base *= kOfScans;
+  return window;
+}
+
 Extraction CommittedSteps::extract(const Measurement& m, const Belief& belief) {
-  return maps_.extract(m, {belief.mean.v_base, belief.mean.w_base, belief.mean.T_map_base, velocity_is_measured()},
-                       has_motion_sensor_, tilt_sigma(belief, committed_.filter.layout()), committed_);
+  return maps_.extract(m, window_of(belief), has_motion_sensor_, tilt_sigma(belief, committed_.filter.layout()),
+                       committed_);
 }
 
 void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Extraction& extraction,

@@ -43,6 +43,7 @@ class CommittedSteps {
 
  private:
   bool velocity_is_measured() const;
+  MotionWindow window_of(const Belief& belief) const;
 
   Committed& committed_;
   MapExtraction& maps_;
