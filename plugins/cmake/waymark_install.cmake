@@ -24,6 +24,14 @@ install(FILES ${PROJECT_BINARY_DIR}/waymark-config.cmake ${PROJECT_BINARY_DIR}/w
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN update_keys EXCLUDE)
+# The pages of the plugins, which those in docs link to.
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/plugins/*/README.md
+     ${PROJECT_SOURCE_DIR}/sensors/*/README.md ${PROJECT_SOURCE_DIR}/map_modules/*/README.md)
+list(FILTER pages EXCLUDE REGEX node_modules)
+foreach(page IN LISTS pages)
+  cmake_path(GET page PARENT_PATH folder)
+  install(FILES ${PROJECT_SOURCE_DIR}/${page} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/consumer/project/ DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark/examples/plugins)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/consumer/host/ DESTINATION ${CMAKE_INSTALL_DATADIR}/waymark/examples/host)

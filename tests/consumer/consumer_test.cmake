@@ -11,7 +11,7 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
 step("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/install)
-foreach(file IN ITEMS doc/waymark/LICENSE doc/waymark/docs/write_a_sensor.md waymark/config/quickstart.yaml
+foreach(file IN ITEMS doc/waymark/LICENSE doc/waymark/docs/write_a_sensor.md doc/waymark/plugins/sources/csv/README.md doc/waymark/sensors/dgps/README.md waymark/config/quickstart.yaml
                       waymark/examples/plugins/beacon_range.cpp waymark/examples/host/run_robot.cpp man/man1/waymark.1)
   if(NOT EXISTS ${WORK_DIR}/install/share/${file})
     message(FATAL_ERROR "share/${file} is not installed")
