@@ -67,6 +67,7 @@ outdoor | compass mounted -90 degrees | compass | sensors.compass.base_T_sensor.
 outdoor | compass mounted 180 degrees | compass | sensors.compass.base_T_sensor.yaw_deg=180
 outdoor | compass mounted 25 degrees | compass | sensors.compass.base_T_sensor.yaw_deg=25
 outdoor | compass counts counter-clockwise | compass | compass.heading_rad*-1
+outdoor | GPS by the clock of GPS, 18 s ahead | gps | gps.time+18
 outdoor | east and north swapped | gps | gps.east_m=north_m gps.north_m=east_m
 outdoor | east counts to the west | gps | gps.east_m*-1
 outdoor | course in degrees | gps | gps.course_rad*57.29578
@@ -93,6 +94,7 @@ indoor | scanner mounted +90 degrees | lidar | sensors.lidar.base_T_sensor.yaw_d
 indoor | scanner mounted 180 degrees | lidar | sensors.lidar.base_T_sensor.yaw_deg=180
 indoor | scanner mounted 10 degrees | lidar | sensors.lidar.base_T_sensor.yaw_deg=10
 indoor | scanner 0.5 m off | lidar | sensors.lidar.base_T_sensor.xyz_m=[0.7,0,0.3]
+indoor | beams of a scan take 9 s | lidar | source.files.1.scan.beam_interval_s=0.05
 indoor | scanner 0.4 s late | lidar | lidar.time+0.4
 indoor | stamps of the wheels in ms | wheels | wheels.time*1e-6
 dresden | specific force as acceleration | imu | imu.f_x_mps2*1 imu.f_y_mps2*1 imu.f_z_mps2*1

@@ -18,7 +18,9 @@ using Certainty = Finding::Certainty;
 constexpr double kSpan = 0.5;  // [s] of the spans over which lags are sought
 constexpr double kSigmas = 4.0;
 constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
-constexpr double kFixTolerance = 0.3;  // [s]: receivers filter
+constexpr double kFixTolerance = 0.3;  // [s], of positions: receivers filter; less where the delay is well known:
+constexpr double kLeastFixTolerance = 0.15;
+constexpr double kFixSigmas = 10.0;
 constexpr double kShareOfInterval = 0.6;
 constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
 constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
@@ -100,6 +102,28 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
   }
 }
 
+/// What of a receiver's delay is usual.
+double tolerance_of_fixes(const Lag& lag) {
+  return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, kFixTolerance);
+}
+
+/// The bias of a track's rate [rad/s]: what the best known trusted observer with a direction of its own turns less.
+double bias_of(const Agreement& yaw, const Observer* reference) {
+  double bias = 0.0;
+  double sigma = 0.0;
+  for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
+    if (&yaw.observers[j] != reference) continue;
+    for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+      const Ratio& ratio = yaw.ratios[i][j];
+      const bool counts = yaw.observers[i].sensor != reference->sensor && ratio.verdict == Ratio::Verdict::agree;
+      if (!counts || ratio.offset_sigma == 0.0 || (sigma > 0.0 && ratio.offset_sigma >= sigma)) continue;
+      bias = -ratio.offset;
+      sigma = ratio.offset_sigma;
+    }
+  }
+  return bias;
+}
+
 /// Lags of positions against dead reckoning; judges the lever arms of those that are not late.
 void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
   const Observer* reference = motion.yaw.trusted_track();
@@ -117,11 +141,11 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
       }
     }
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
-                                           *reference->track, *way->track, per_way, 0.0);
+                                           *reference->track, *way->track, per_way, bias_of(motion.yaw, reference));
+    const double tolerance = tolerance_of_fixes(antenna.lag);
     if (antenna.lag.is_known && !antenna.is_lever_likelier)
-      delays.push_back({i, reference->sensor, antenna.lag, kFixTolerance});
-    const bool is_late =
-        antenna.lag.is_known && !antenna.is_lever_likelier && std::abs(antenna.lag.value) > kFixTolerance;
+      delays.push_back({i, reference->sensor, antenna.lag, tolerance});
+    const bool is_late = antenna.lag.is_known && !antenna.is_lever_likelier && std::abs(antenna.lag.value) > tolerance;
     if (!is_late) check_antenna(c, i, antenna);
   }
 }

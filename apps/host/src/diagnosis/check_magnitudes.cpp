@@ -10,6 +10,7 @@
 
 #include "checks.hpp"
 #include "waymark/interface/payloads.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -30,6 +31,7 @@ constexpr double kMostTurns = 4.0 * std::numbers::pi;  // [rad], of an angle tha
 constexpr double kNearRoom = 0.75;                     // [m], half of the ranges of few rooms are shorter
 constexpr double kStill = 1e-7;                        // [rad/s], no gyro is so quiet
 constexpr double kTurning = 0.05;                      // [rad/s]
+constexpr double kOverturned = 90.0 * kDegree;         // of any robot that is not held in any way
 constexpr double kTilted = 40.0 * kDegree;             // of a robot in the plane
 
 /// A factor and what is multiplied by it by mistake.
@@ -63,6 +65,11 @@ void check_stamps(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   if (sensor.intervals.size() < kLeastStamps) return;
   const double usual = sensor.intervals.quantile(0.5);
+  if (const double sweep = sensor.sweeps.size() > 0 ? sensor.sweeps.quantile(0.5) : 0.0; sweep > 1.5 * usual) {
+    c.add(Certainty::named, "stamps", {i},
+          fmt::format("the beams of a scan take {:.3g} s, and scans come every {:.3g} s", sweep, usual),
+          fmt::format("source: beam_interval_s of {} divided by {:.3g} or more", sensor.name, sweep / usual), 0.0);
+  }
   const auto [low, high] = usual_interval(sensor);
   if (usual <= 0.0 || (usual >= low && usual <= high)) return;
   static constexpr std::array<Unit, 6> kUnits{{{1e-3, "milliseconds taken for seconds"},
@@ -115,11 +122,14 @@ void check_force(Case& c, std::size_t i) {
           0.0);
     if (!unit) return;
   }
-  if (c.robot.settings.motion != StateLayout::Motion::planar) return;
+  // A robot in space stands on its wheels more often than on its head, unless the YAML says that it is held in any way.
+  const bool is_planar = c.robot.settings.motion == StateLayout::Motion::planar;
+  const double most = is_planar ? kTilted : kOverturned;
+  if (!is_planar && c.setting(i, "max_mounting_tilt_deg") * kDegree > kOverturned) return;
   const Eigen::Vector3d up = sensor.force_sum / static_cast<double>(sensor.force_count);
   if (up.norm() < 0.5 * force) return;  // it is held in any way
   const double tilt = std::atan2(up.head<2>().norm(), up.z());
-  if (tilt < kTilted) return;
+  if (tilt < most) return;
   const Eigen::Vector3d up_sensor = sensor.T_base_sensor.q.conjugate() * up;
   Eigen::Index axis = 0;
   up_sensor.cwiseAbs().maxCoeff(&axis);
@@ -128,11 +138,15 @@ void check_force(Case& c, std::size_t i) {
                                                          "roll_deg: 90",    // +y up
                                                          "roll_deg: 0",     // +z up
                                                          "pitch_deg: 90",  "roll_deg: -90", "roll_deg: 180"};
+  // The other angle, where it is not 0 already.
+  const Eigen::Vector3d rpy = so3::to_rpy(sensor.T_base_sensor.q);
+  const bool is_other_zero = std::abs(axis == 0 ? std::sin(rpy.x()) : std::sin(rpy.y())) < 0.1;
+  const std::string_view other = is_other_zero ? "" : axis == 0 ? ", roll_deg: 0" : ", pitch_deg: 0";
   c.add(Certainty::named, "gravity", {i},
         fmt::format("up is {:.0f} degrees from the z axis of the base: gravity points along {}{} of the sensor",
                     tilt / kDegree, is_negative ? "+" : "-", "xyz"[axis]),
-        fmt::format("sensors.{}.base_T_sensor.{} fits, or the opposite sign of its specific force", sensor.name,
-                    kFits[static_cast<std::size_t>(axis + (is_negative ? 3 : 0))]),
+        fmt::format("sensors.{}.base_T_sensor.{}{} fits, or the opposite sign of its specific force", sensor.name,
+                    kFits[static_cast<std::size_t>(axis + (is_negative ? 3 : 0))], other),
         0.0);
 }
 

@@ -91,6 +91,9 @@ std::vector<std::size_t> sensors_of(const Agreement& agreement, int group) {
 template <class Seen, class Change>
 void add_findings(Case& c, const Agreement& agreement, const Verdict& verdict, const std::string& check,
                   const Seen& seen, const Change& change) {
+  // Whose clock is wrong is no measure for others.
+  const auto is_blamed = [&](std::size_t sensor) { return c.is_blamed(sensor, "delay"); };
+  if (std::ranges::all_of(sensors_of(agreement, verdict.trusted), is_blamed)) return;
   std::set<std::size_t> done;
   for (std::size_t i = 0; i < agreement.observers.size(); ++i) {
     const std::size_t sensor = agreement.observers[i].sensor;

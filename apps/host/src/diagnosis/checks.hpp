@@ -71,6 +71,10 @@ struct MotionAgreement {
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);
 
+/// Clocks that differ by seconds to a minute, as that of GPS without leap seconds: turns that fit only far apart in
+/// time.
+void check_shifted_clocks(Case& c, const Agreement& yaw);
+
 /// Wheels of unequal size: a turn per way that no other sensor has.
 void check_pull(Case& c, const Agreement& yaw);
 

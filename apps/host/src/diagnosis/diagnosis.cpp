@@ -40,6 +40,7 @@ struct Diagnosis::Parts {
     diagnosis::check_magnitudes(c);
     diagnosis::check_frozen(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
+    diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_motion(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);

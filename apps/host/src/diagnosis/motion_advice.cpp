@@ -59,9 +59,11 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
       if (ratio.verdict == Ratio::Verdict::unrelated)
         return fmt::format("sensors.{}.base_T_sensor: another of its axes points up", name);
       if (mirrored) {
-        const bool is_upside_down = (sensor.T_base_sensor.q * Eigen::Vector3d::UnitZ()).z() < 0.0;
+        const Eigen::Vector3d z_base = sensor.T_base_sensor.q * Eigen::Vector3d::UnitZ();
+        if (std::abs(z_base.z()) < 0.9)
+          return fmt::format("source: the opposite sign of the rates of {}, or it is turned over: base_T_sensor", name);
         return fmt::format("sensors.{}.base_T_sensor.roll_deg: {} fits, or the opposite sign of its rates", name,
-                           is_upside_down ? 0 : 180);
+                           z_base.z() < 0.0 ? 0 : 180);
       }
       if (is_near(std::abs(r), 1.0 / kDegree))
         return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);

@@ -46,7 +46,8 @@ double cost_of_yaw(const Case& c, std::size_t i, const Ratio& ratio, const Scale
     case Role::gyro:
       if (mirrored || degrees || ratio.verdict == Ratio::Verdict::unrelated || is_near(ratio.value, kDegree))
         return kUsual;
-      return kUnlikely;
+      // The full scale of the chip taken for another one.
+      return is_near(ratio.value, 2.0) || is_near(ratio.value, 0.5) ? 1.2 * kUsual : kUnlikely;
     case Role::scanner:
       // Few scanners deliver mirrored scans whose beams count counter-clockwise.
       if (mirrored) return sensor.steps_backwards ? kTelling : 1.2 * kUsual;

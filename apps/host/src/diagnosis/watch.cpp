@@ -128,6 +128,7 @@ void Watch::take_raw(WatchedSensor& sensor, const Measurement& measurement) {
     }
   } else if (payload.type() == LaserScan::kType) {
     const auto& scan = static_cast<const LaserScan&>(payload);
+    sensor.sweeps.add(std::abs(scan.beam_interval_s) * static_cast<double>(scan.ranges_m.size()));
     sensor.steps_backwards = scan.step_rad < 0.0;
     for (std::size_t k = 0; k < scan.ranges_m.size(); k += kRangeEvery) {
       const double range = scan.ranges_m[k];

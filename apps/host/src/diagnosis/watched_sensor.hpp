@@ -64,6 +64,7 @@ struct WatchedSensor {
   Thinned fields;
   Thinned headings;  ///< magnitude of what a compass delivers
   Thinned ranges;
+  Thinned sweeps;  ///< time that the beams of one scan take [s]
   Thinned courses;
   Thinned steerings;
   std::optional<Time> first_stamp;

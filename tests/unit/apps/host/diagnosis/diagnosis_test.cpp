@@ -71,7 +71,8 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
     const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
-    const double rate = 0.4 * std::sin(0.23 * t) + 0.3 * std::sin(0.9 * t);
+    // Ever faster turns: periodic ones would look alike at other times.
+    const double rate = 0.4 * std::sin(0.23 * t + 0.0008 * t * t) + 0.3 * std::sin(0.9 * t);
     x += 0.02 * speed * std::cos(yaw);
     y += 0.02 * speed * std::sin(yaw);
     yaw += 0.02 * rate;
@@ -200,6 +201,41 @@ TEST(Diagnosis, AnAntennaAheadOfTheBaseTurnsEarlierWithoutADelay) {
       },
       yaml);
   for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
+TEST(Diagnosis, FitsAnAntennaBesideAGyroWithABias) {
+  constexpr double kLeft = 0.8;
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("base_p_antenna_m: none"), 22, "base_p_antenna_m: [0, -0.8, 0]");
+  const Examined examined = examine(
+      [&](Readings& r) {
+        r.gps.p_map_antenna += kLeft * Eigen::Vector3d(-std::sin(r.yaw), std::cos(r.yaw), 0.0);
+        r.imu.w_sensor.z() += 0.02;
+      },
+      yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_EQ(examined.findings.front().check, "lever arm");
+  EXPECT_NEAR(number_after(", ", examined.findings.front().change), kLeft, 0.15) << examined.findings.front().change;
+}
+
+TEST(Diagnosis, NamesAClockThatIsSecondsAhead) {
+  const Examined examined = examine([](Readings&) {}, kYaml, 18.0);
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_THAT(examined.findings.front().seen, HasSubstr("leap seconds"));
+  EXPECT_EQ(number_after("sensors.compass.delay_s: ", examined.findings.front().change), 18.0);
+}
+
+TEST(Diagnosis, NamesAnImuOnItsHeadInSpace) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("initial:"), 8, "motion: { kind: spatial }, initial:");
+  const Examined examined = examine(
+      [](Readings& r) {
+        r.imu.f_sensor.z() = -9.81;
+        r.imu.w_sensor.z() *= -1.0;
+      },
+      yaml);
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_EQ(examined.findings.front().check, "gravity");
 }
 
 TEST(Diagnosis, NamesAReceiverThatRepeatsItsLastFix) {
