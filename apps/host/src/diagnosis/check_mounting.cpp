@@ -85,6 +85,23 @@ double yaw_deg(const WatchedSensor& sensor) { return so3::yaw(sensor.T_base_sens
 
 double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
 
+/// A receiver's course against the way from fix to fix of its own.
+void check_course(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.fixes.empty() || sensor.course.samples() == 0 || c.is_blamed(i)) return;
+  const auto offset = middle_of(directions(sensor, sensor.course, nullptr));
+  if (!offset) return;
+  c.comparisons.push_back({"course", sensor.name + " positions", sensor.name, offset->value / kDegree,
+                           offset->sigma / kDegree, 0, "degrees between them"});
+  const double sigmas = (std::abs(offset->value) - kHeadingTolerance) / offset->sigma;
+  if (sigmas < kSigmas) return;
+  c.add(Certainty::named, "course", {i},
+        fmt::format("its positions move {:.1f} ± {:.1f} degrees beside its course", offset->value / kDegree,
+                    offset->sigma / kDegree),
+        fmt::format("source: course of {}: another column, or it is not counted clockwise from north", sensor.name),
+        sigmas);
+}
+
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const Track& heading = sensor.has_heading ? sensor.yaw : sensor.heading;
@@ -161,6 +178,7 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
 
 void check_mounting(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    check_course(c, i);
     check_heading(c, motion, i);
     check_scanner(c, motion, i);
   }

@@ -49,9 +49,10 @@ struct Examined {
 };
 
 /// Drives in curves of changing direction and lets the diagnosis see it. `delay_s`: of the compass's stamps.
-/// `imu_every`: steps of 0.02 s between two measurements of the IMU.
+/// `imu_every`: steps of 0.02 s between two measurements of the IMU. `chirp` [rad/s²]: ever faster turns, since
+/// periodic ones look alike at other times.
 Examined examine(const std::function<void(Readings&)>& mistake, const std::string& yaml = kYaml, double delay_s = 0.0,
-                 int imu_every = 1) {
+                 int imu_every = 1, double chirp = 0.0) {
   const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
@@ -71,8 +72,7 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
     const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
-    // Ever faster turns: periodic ones would look alike at other times.
-    const double rate = 0.4 * std::sin(0.23 * t + 0.0008 * t * t) + 0.3 * std::sin(0.9 * t);
+    const double rate = 0.4 * std::sin(0.23 * t + chirp * t * t) + 0.3 * std::sin(0.9 * t);
     x += 0.02 * speed * std::cos(yaw);
     y += 0.02 * speed * std::sin(yaw);
     yaw += 0.02 * rate;
@@ -218,8 +218,17 @@ TEST(Diagnosis, FitsAnAntennaBesideAGyroWithABias) {
   EXPECT_NEAR(number_after(", ", examined.findings.front().change), kLeft, 0.15) << examined.findings.front().change;
 }
 
+TEST(Diagnosis, NamesAReceiverWhoseCourseIsNotTheDirectionOfItsPath) {
+  const Examined examined = examine([](Readings& r) {
+    r.gps.speed_mps = r.speed;
+    r.gps.course_rad = std::remainder(0.5 * M_PI - r.yaw + 1.5, 2.0 * M_PI);
+  });
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_EQ(examined.findings.front().check, "course");
+}
+
 TEST(Diagnosis, NamesAClockThatIsSecondsAhead) {
-  const Examined examined = examine([](Readings&) {}, kYaml, 18.0);
+  const Examined examined = examine([](Readings&) {}, kYaml, 18.0, 1, 8e-4);
   ASSERT_THAT(examined.named(), ElementsAre("compass"));
   EXPECT_THAT(examined.findings.front().seen, HasSubstr("leap seconds"));
   EXPECT_EQ(number_after("sensors.compass.delay_s: ", examined.findings.front().change), 18.0);
