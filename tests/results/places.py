@@ -101,11 +101,11 @@ def run(arguments, place, seed, more={}):
             diagnostics = json.load(file)
         maps, health = diagnostics["landmarks"], diagnostics["health"]
         end = [change["state"] for change in health["changes"] if change["of"] == "all"] or ["ok"]
-        times = [health[f"{state}_s"] for state in ("ok", "degraded", "lost")]
+        durations = [health[f"{state}_s"] for state in ("ok", "degraded", "lost")]
         figures = maps[0]["figures"] if maps else {}
         return {"rms": scored["ate_rms_m"], "median": scored["ate_median_m"], "max": scored["ate_max_m"], "scored": scored["scored"],
                 "failed": figures.get("failed_matches"), "matches": figures.get("matches"), "cpu": usage.ru_utime + usage.ru_stime,
-                "end": end[-1], "ok": times[0] / sum(times), "is_wrong": scored["ate_max_m"] > WRONG_M.get(place, 1.0)}
+                "end": end[-1], "ok": durations[0] / sum(durations), "is_wrong": scored["ate_max_m"] > WRONG_M.get(place, 1.0)}
 
 
 def health(arguments, places):

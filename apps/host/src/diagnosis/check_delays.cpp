@@ -107,21 +107,13 @@ double tolerance_of_fixes(const Lag& lag) {
   return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, kFixTolerance);
 }
 
-/// The bias of a track's rate [rad/s]: what the best known trusted observer with a direction of its own turns less.
-double bias_of(const Agreement& yaw, const Observer* reference) {
-  double bias = 0.0;
-  double sigma = 0.0;
-  for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
-    if (&yaw.observers[j] != reference) continue;
-    for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
-      const Ratio& ratio = yaw.ratios[i][j];
-      const bool counts = yaw.observers[i].sensor != reference->sensor && ratio.verdict == Ratio::Verdict::agree;
-      if (!counts || ratio.offset_sigma == 0.0 || (sigma > 0.0 && ratio.offset_sigma >= sigma)) continue;
-      bias = -ratio.offset;
-      sigma = ratio.offset_sigma;
-    }
-  }
-  return bias;
+/// The bias of an observer's rate [rad/s]: what it turns more than the sensor whose turns agree with its own best.
+double bias_of(const Agreement& yaw, const Observer& observer) {
+  const auto index = static_cast<std::size_t>(&observer - yaw.observers.data());
+  const Partner best = best_known(yaw, index, &Ratio::offset_sigma, [&](const Ratio& ratio, std::size_t sensor) {
+    return sensor != observer.sensor && ratio.verdict == Ratio::Verdict::agree;
+  });
+  return best.ratio != nullptr ? best.ratio->offset : 0.0;
 }
 
 /// Lags of positions against dead reckoning; judges the lever arms of those that are not late.
@@ -129,6 +121,7 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
   const Observer* reference = motion.yaw.trusted_track();
   const Observer* way = motion.way.trusted_track();
   if (reference == nullptr || way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
+  const double bias = bias_of(motion.yaw, *reference);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).fixes.empty() || c.is_blamed(i) || i == reference->sensor) continue;
     // What the turns differ in from those of the fixes is taken out.
@@ -141,12 +134,11 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
       }
     }
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
-                                           *reference->track, *way->track, per_way, bias_of(motion.yaw, reference));
+                                           *reference->track, *way->track, per_way, bias);
     const double tolerance = tolerance_of_fixes(antenna.lag);
-    if (antenna.lag.is_known && !antenna.is_lever_likelier)
-      delays.push_back({i, reference->sensor, antenna.lag, tolerance});
-    const bool is_late = antenna.lag.is_known && !antenna.is_lever_likelier && std::abs(antenna.lag.value) > tolerance;
-    if (!is_late) check_antenna(c, i, antenna);
+    const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
+    if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
+    if (!may_be_late || std::abs(antenna.lag.value) <= tolerance) check_antenna(c, i, antenna);
   }
 }
 

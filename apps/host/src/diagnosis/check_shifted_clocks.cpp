@@ -56,6 +56,7 @@ std::optional<double> find_shift(const std::vector<Span>& spans, const Track& tr
     double correlation;
   };
   std::vector<Tried> tried;
+  if (spans.size() < kLeastSpans) return {};
   for (double behind = -kFarthest; behind <= kFarthest; behind += kStep) {
     if (const auto r = correlation(spans, track, behind)) tried.push_back({behind, *r});
   }
@@ -70,17 +71,20 @@ std::optional<double> find_shift(const std::vector<Span>& spans, const Track& tr
 
 std::vector<Shift> find_shifts(const Case& c, const Agreement& yaw) {
   std::vector<Shift> shifts;
+  const auto are_known = [&](std::size_t one, std::size_t other) {
+    return std::ranges::any_of(shifts, [&](const Shift& shift) {
+      return (shift.sensor == one && shift.against == other) || (shift.sensor == other && shift.against == one);
+    });
+  };
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
       const Observer& one = yaw.observers[i];
       const Observer& other = yaw.observers[j];
-      const bool is_done = std::ranges::any_of(shifts, [&](const Shift& shift) {
-        return (shift.sensor == one.sensor && shift.against == other.sensor) ||
-               (shift.sensor == other.sensor && shift.against == one.sensor);
-      });
+      // Of two tracks once, as the turns are compared (compare_motion.cpp).
+      if (i == j || other.track == nullptr || (one.track != nullptr && j < i)) continue;
       const Ratio::Verdict verdict = yaw.ratios[i][j].verdict;
       const bool may_be_shifted = verdict == Ratio::Verdict::unrelated || verdict == Ratio::Verdict::unknown;
-      if (one.sensor == other.sensor || other.track == nullptr || is_done || !may_be_shifted) continue;
+      if (one.sensor == other.sensor || are_known(one.sensor, other.sensor) || !may_be_shifted) continue;
       const std::vector<Span> spans = one.track != nullptr ? spans_of(*one.track, kSpan, c.watch.newest()) : one.spans;
       if (const auto behind = find_shift(spans, *other.track)) shifts.push_back({one.sensor, other.sensor, *behind});
     }

@@ -61,6 +61,24 @@ struct Agreement {
   Ratio against(std::size_t observer, int group) const;
 };
 
+/// A ratio, and the sensor that it is to.
+struct Partner {
+  const Ratio* ratio = nullptr;
+  std::size_t sensor = 0;
+};
+
+/// Of the ratios of observer `i` that count, the one with the smallest `sigma`; `counts` is called with each of them.
+template <class Counts>
+Partner best_known(const Agreement& agreement, std::size_t i, double Ratio::*sigma, const Counts& counts) {
+  Partner best;
+  for (std::size_t j = 0; j < agreement.observers.size(); ++j) {
+    const Ratio& ratio = agreement.ratios[i][j];
+    if (i == j || ratio.*sigma == 0.0 || !counts(ratio, agreement.observers[j].sensor)) continue;
+    if (best.ratio == nullptr || ratio.*sigma < best.ratio->*sigma) best = {&ratio, agreement.observers[j].sensor};
+  }
+  return best;
+}
+
 /// What the comparisons of turns and ways gave.
 struct MotionAgreement {
   Agreement yaw;
