@@ -100,37 +100,32 @@ class Reader {
 /// Distances of a map of which only the odds are known, column by column.
 void compute_distances(VoxelMap& map) {
   constexpr std::int32_t kSide = VoxelOctree::kSide;
-  struct Placed {
-    TileIndex index;
-    std::vector<Voxel> occupied;  // in the column
-  };
-  std::vector<Placed> all;
-  map.for_all([&](TileIndex index, const TileColumn& column, bool) {
-    std::vector<Voxel> occupied;
-    column.for_all([&](std::int32_t z, const VoxelTile& tile, bool) {
-      tile.voxels.for_all([&](LocalVoxel v, int side, float odds) {
-        if (!is_occupied(odds)) return;
-        for (int i = 0; i < side * side * side; ++i)
-          occupied.push_back({v.x + i % side, v.y + i / side % side, z * kSide + v.z + i / (side * side)});
-      });
-    });
-    if (!occupied.empty()) all.push_back({index, std::move(occupied)});
-  });
+  std::vector<TileIndex> columns;
+  map.for_all([&](TileIndex index, const TileColumn&, bool) { columns.push_back(index); });
   ColumnWindow window;
   DistanceUpdate update;
   std::vector<LayerCell> none;
-  std::vector<LayerCell> cells;
-  for (const Placed& placed : all) {
-    const Eigen::Vector2d corner(placed.index.x * kSide, placed.index.y * kSide);  // in voxels
+  std::vector<LayerCell> occupied;
+  for (const TileIndex index : columns) {
+    const Eigen::Vector2d corner(index.x * kSide, index.y * kSide);  // in voxels
     window.open(map, corner.array() - kSide, corner.array() + 1.5 * kSide, 1.0);
-    const Cell from{placed.index.x * kSide - window.origin().x, placed.index.y * kSide - window.origin().y};
+    const Cell from{index.x * kSide - window.origin().x, index.y * kSide - window.origin().y};
     const std::size_t slot = window.slot(from.x, from.y);
-    cells.clear();
-    for (const Voxel v : placed.occupied) {
-      window.writable(slot).write(tile_of(v.z)).write_slab(v.z).set_occupied(v.x, v.y, true);
-      cells.push_back({v.z, {from.x + v.x, from.y + v.y}});
-    }
-    update.apply(window, none, cells);
+    occupied.clear();
+    window.column(slot).for_all([&](std::int32_t z, const VoxelTile& tile, bool) {
+      tile.voxels.for_all([&](LocalVoxel v, int side, float odds) {
+        if (!is_occupied(odds)) return;
+        for (int i = 0; i < side * side * side; ++i) {
+          const Cell at{from.x + v.x + i % side, from.y + v.y + i / side % side};
+          occupied.push_back({z * kSide + v.z + i / (side * side), at});
+        }
+      });
+    });
+    if (occupied.empty()) continue;
+    TileColumn& column = window.writable(slot);
+    for (const auto& [z, at] : occupied)
+      column.write(tile_of(z)).write_slab(z).set_occupied(at.x - from.x, at.y - from.y, true);
+    update.apply(window, none, occupied);
   }
 }
 

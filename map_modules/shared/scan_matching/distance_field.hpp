@@ -39,6 +39,13 @@ std::uint8_t search_distance(Window& window, int x, int y, std::uint8_t at_least
   return StoredDistance::kFar;
 }
 
+/// Whether all four neighbours of a cell are occupied: to every other cell one of them is nearer.
+template <class Window>
+bool is_surrounded(Window& window, Cell cell) {
+  return window.is_occupied(cell.x - 1, cell.y) && window.is_occupied(cell.x + 1, cell.y) &&
+         window.is_occupied(cell.x, cell.y - 1) && window.is_occupied(cell.x, cell.y + 1);
+}
+
 /// Keeps the truncated distance of every cell to the nearest occupied one up to date: exactly what a distance transform
 /// of the whole map would give. Cells are those of the window, which must reach 2 · `kReach` cells beyond them; what
 /// `is_occupied(x, y)` returns is up to date already.
@@ -57,6 +64,10 @@ void update_distances(std::span<const Cell> freed, std::span<const Cell> occupie
     }
   }
   for (const Cell cell : occupied) {
+    if (is_surrounded(window, cell)) {
+      window.set_distance(cell.x, cell.y, 0);
+      continue;
+    }
     for (const StoredDistance::Offset o : StoredDistance::disc()) {
       const int x = cell.x + o.x;
       const int y = cell.y + o.y;

@@ -163,17 +163,48 @@ TEST_F(OctomapFile, RefusesAMapThatIsTooLarge) {
   EXPECT_THAT(message(root_leaves + "\x55\x55"), HasSubstr("the map fills more than"));
 }
 
+/// A chain of so many inner nodes, each the first child of the one above, down to one occupied leaf: a solid cube of
+/// 2^(16 - inner) voxels a side at the lowest corner of the octree.
+std::string solid_cube(int inner) {
+  std::string text = fmt::format("# Octomap OcTree file\nid OcTree\nsize {}\nres 0.1\ndata\n", inner + 1);
+  const std::string odds("\0\0\x40\x40", 4);  // 3
+  for (int i = 0; i < inner; ++i) text += odds + '\x01';
+  return text + odds + '\0';
+}
+
 TEST_F(OctomapFile, RefusesAFewBytesThatClaimALot) {
-  // A chain of inner nodes down to one occupied leaf: after 6 of them it has 1024 voxels a side, 262144 cubes.
-  const auto file = [](int inner) {
-    std::string text = fmt::format("# Octomap OcTree file\nid OcTree\nsize {}\nres 0.1\ndata\n", inner + 1);
-    const std::string odds("\0\0\x40\x40", 4);  // 3
-    for (int i = 0; i < inner; ++i) text += odds + '\x01';
-    return text + odds + '\0';
-  };
-  EXPECT_THAT(message(file(6)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
-  EXPECT_THAT(message(file(8)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
-  EXPECT_EQ(message(file(9)), "none");
+  EXPECT_THAT(message(solid_cube(6)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
+  EXPECT_THAT(message(solid_cube(8)), HasSubstr("cubes of 4096 voxels, the most that a file of"));
+  EXPECT_EQ(message(solid_cube(9)), "none");
+}
+
+TEST_F(OctomapFile, DistancesOfASolidCubeAreThoseToItsFaces) {
+  constexpr std::int32_t kLow = -(1 << 15);
+  constexpr std::int32_t kHigh = kLow + 31;
+  const VoxelMap map = load_octomap(write(solid_cube(11)), settings_);
+  std::size_t inside = 0;
+  std::size_t within_reach = 0;
+  map.for_all([&](TileIndex index, const TileColumn& column, bool) {
+    column.for_all([&](std::int32_t, const VoxelTile& tile, bool) {
+      for (int layer = 0; layer < VoxelOctree::kSide; ++layer) {
+        const Slab* slab = tile.slab(layer);
+        for (int i = 0; slab != nullptr && i < Slab::kSide * Slab::kSide; ++i) {
+          const std::int32_t x = index.x * Slab::kSide + i % Slab::kSide;
+          const std::int32_t y = index.y * Slab::kSide + i / Slab::kSide;
+          const double apart = std::hypot(x - std::clamp(x, kLow, kHigh), y - std::clamp(y, kLow, kHigh));
+          const bool is_near = apart <= scan_matching::StoredDistance::kReach;
+          ASSERT_EQ(slab->distance[static_cast<std::size_t>(i)],
+                    is_near ? std::lround(scan_matching::StoredDistance::kSteps * apart)
+                            : scan_matching::StoredDistance::kFar);
+          inside += apart == 0.0;
+          within_reach += is_near && apart > 0.0;
+        }
+      }
+    });
+  });
+  EXPECT_EQ(inside, 32U * 32U * 32U);
+  // Beside each face 6 rows of 32, at each corner the voxels of a quarter of the disc.
+  EXPECT_EQ(within_reach, 32U * 4U * (6U * 32U + 22U));
 }
 
 TEST(OctomapSample, OfFreiburgIsRead) {
