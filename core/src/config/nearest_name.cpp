@@ -2,8 +2,26 @@
 #include "waymark/config/nearest_name.hpp"
 
 #include <algorithm>
+#include <string_view>
+#include <vector>
 
 namespace waymark {
+
+namespace {
+
+/// The words between the underscores, in alphabetical order.
+std::vector<std::string_view> sorted_words(std::string_view name) {
+  std::vector<std::string_view> words;
+  for (std::size_t end = 0; end != std::string_view::npos;) {
+    end = name.find('_');
+    words.push_back(name.substr(0, end));
+    name.remove_prefix(end == std::string_view::npos ? 0 : end + 1);
+  }
+  std::ranges::sort(words);
+  return words;
+}
+
+}  // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last(b.size() + 1);
@@ -27,6 +45,9 @@ std::string nearest_name(std::string_view asked, const std::vector<std::string>&
   std::size_t best = std::max<std::size_t>(2, asked.size() / 3) + 1;
   std::string found;
   for (const std::string& candidate : names) {
+    // `vertical_sigma_m` for `sigma_vertical_m`.
+    if (asked.size() == candidate.size() && asked != candidate && sorted_words(asked) == sorted_words(candidate))
+      return candidate;
     const auto [shorter, longer] = std::minmax({asked.size(), candidate.size()});
     if (longer - shorter >= best) continue;  // at least so many edits
     const std::size_t distance = edit_distance(asked, candidate);

@@ -20,6 +20,10 @@ TEST(NearestName, TakesAsManyEditsAsATypingErrorMayHave) {
   EXPECT_EQ(nearest_name("odometers", {"odometers_123"}), "");
 }
 
+TEST(NearestName, FindsTheSameWordsInAnotherOrder) {
+  EXPECT_EQ(nearest_name("vertical_sigma_m", {"sigma_m", "offset_sigma_m", "sigma_vertical_m"}), "sigma_vertical_m");
+}
+
 TEST(NearestName, FindsNothingThatSharesNothing) { EXPECT_EQ(nearest_name("a", {"b", "xyz"}), ""); }
 
 }  // namespace
