@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
@@ -59,6 +60,13 @@ class Altimeter final : public Sensor {
 
   SensorTraits traits() const override { return {.observes_height = true}; }
   StateBlock block() const override { return offset_.initial_sigma > 0.0 ? StateBlock{offset_} : StateBlock{}; }
+
+  std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
+    ObservedMotion seen;
+    seen.height_m = level_ + measurement.as<Height>().height_m - arm_.z();
+    seen.height_has_offset = offset_.initial_sigma > 0.0;
+    return seen;
+  }
 
   void process(const Measurement& measurement, const Prediction& prediction, UpdateList& out) override {
     const auto& reading = measurement.as<Height>();

@@ -96,6 +96,7 @@ class Compass final : public Sensor {
     const Eigen::Quaterniond q_level_base = levelled(measurement);
     seen.yaw_rad = so3::wrap(direction_seen.heading - heading_of(q_level_base * direction_seen.u_base) +
                              heading_of(q_level_base * Eigen::Vector3d::UnitX()));
+    seen.yaw_error_sigma_rad = std::hypot(direction_seen.sigma, offset_sigma_);
     if (direction_seen.is_field) seen.m_base = direction_seen.u_base;
     return seen;
   }

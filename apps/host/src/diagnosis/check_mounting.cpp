@@ -18,6 +18,8 @@ using Certainty = Finding::Certainty;
 
 constexpr double kSigmas = 4.0;
 constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
+constexpr double kLeastTolerance = 5.0 * kDegree;     // of a sensor that claims to have none of these
+constexpr double kToleranceSigmas = 3.0;
 constexpr double kScannerTolerance = 4.0 * kDegree;
 constexpr double kScannerLever = 0.15;  // [m]
 constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
@@ -102,6 +104,13 @@ void check_course(Case& c, std::size_t i) {
         sigmas);
 }
 
+/// How far a heading may be off: its own σ, within what is usual.
+double heading_tolerance(const WatchedSensor& sensor) {
+  const double sigma = sensor.usual.yaw_error_sigma_rad;
+  if (!std::isfinite(sigma)) return kHeadingTolerance;
+  return std::clamp(kToleranceSigmas * sigma, kLeastTolerance, kHeadingTolerance);
+}
+
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const Track& heading = sensor.has_heading ? sensor.yaw : sensor.heading;
@@ -123,7 +132,7 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});
-    const double sigmas = (std::abs(offset->value) - kHeadingTolerance) / offset->sigma;
+    const double sigmas = (std::abs(offset->value) - heading_tolerance(sensor)) / offset->sigma;
     if (sigmas < kSigmas) continue;
     const double fits = in_turn(yaw_deg(sensor) - offset->value / kDegree);
     c.add(Certainty::named, "heading", {i},

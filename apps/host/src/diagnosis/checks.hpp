@@ -108,6 +108,13 @@ void check_mounting(Case& c, const MotionAgreement& motion);
 /// Whether an antenna stands where the YAML has it.
 void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna);
 
+/// Heights of an altimeter against those of others, where the robot moves in space: scale, sign, level.
+void check_heights(Case& c);
+
+/// The specific force in the plane against the accelerations of the motion: how an IMU is turned about its vertical
+/// axis.
+void check_accelerations(Case& c, const MotionAgreement& motion);
+
 /// Delays between the sensors.
 void check_delays(Case& c, const MotionAgreement& motion);
 

@@ -84,6 +84,7 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
       options.way = way;
       options.is_unsigned = is_unsigned;
       options.is_noise_above = observers[i].kind == Observer::Kind::chord;
+      options.is_sure = is_angle && observers[i].kind == Observer::Kind::matched;
       options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
       if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
       const Ratio ratio = compare(observers[i].spans, *observers[j].track, options);

@@ -18,6 +18,8 @@ constexpr double kRelative = 0.15;     // errors of a turn or a way that grow wi
 constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
 constexpr double kUnrelated = 0.1;     // squared correlation of two that have nothing to do with each other
 constexpr long kLeastUnrelated = 40;   // spans that show it
+constexpr double kMostShare = 0.3;     // of the changes of one that the other may have
+constexpr double kLargeTurn = 0.05;    // [rad]
 constexpr double kVaguePerWay = 0.03;  // [rad/m]
 constexpr double kShiftStep = 0.1;     // [s]
 constexpr double kWild = 1.0;          // [rad]
@@ -95,6 +97,19 @@ std::optional<double> least_cost(const std::vector<double>& costs, double step) 
   const double offset = bend > 0.0 ? 0.5 * (*(best - 1) - *(best + 1)) / bend : 0.0;
   const std::ptrdiff_t middle = std::ssize(costs) / 2;
   return step * (static_cast<double>(best - costs.begin() - middle) + offset);
+}
+
+/// The share of the numerator's large changes that the denominator has; nothing if there are few of them.
+std::optional<Fit> share_of_turns(const Rows& rows) {
+  Rows large(rows.count, 1);
+  for (Eigen::Index k = 0; k < rows.count; ++k) {
+    if (std::abs(rows.y(k)) < kLargeTurn) continue;
+    large.A(large.count, 0) = rows.y(k);
+    large.y(large.count++) = rows.A(k, 0);
+  }
+  if (large.count < kLeastUnrelated) return std::nullopt;
+  const Fit fit = fit_rows(large);
+  return fit.valid ? std::optional(fit) : std::nullopt;
 }
 
 /// Whether the bounds miss 1 by more than is usual.
@@ -213,11 +228,19 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
     ratio.offset_sigma = fit.sigma(1);
   }
   if (!options.is_unsigned && bounds.correlation2 < kUnrelated) {
-    const bool is_clear = ratio.spans >= kLeastUnrelated && std::abs(fit.x(0)) + kSigmas * ratio.sigma < 0.3;
+    const bool is_clear = ratio.spans >= kLeastUnrelated && std::abs(fit.x(0)) + kSigmas * ratio.sigma < kMostShare;
     if (is_clear) {
       ratio.verdict = Ratio::Verdict::unrelated;
       ratio.value = fit.x(0);
       ratio.sigmas = (1.0 - std::abs(fit.x(0))) / std::max(ratio.sigma, 1e-6);
+      return ratio;
+    }
+    // A gyro whose axis does not point up hardly changes at all: no slope on it is known.
+    const auto share = options.is_sure ? share_of_turns(rows) : std::nullopt;
+    if (share && std::abs(share->x(0)) + kSigmas * share->sigma(0) < kMostShare) {
+      ratio.verdict = Ratio::Verdict::unrelated;
+      ratio.value = 0.0;
+      ratio.sigmas = (1.0 - std::abs(share->x(0))) / std::max(share->sigma(0), 1e-6);
     }
     return ratio;
   }

@@ -67,6 +67,7 @@ struct CompareOptions {
   bool is_noise_above = false;  ///< all noise is the numerator's
   double tolerance = 0.06;      ///< a ratio so far from 1 is usual
   double shift = 0.0;           ///< by which the numerator is late [s]
+  bool is_sure = false;         ///< the numerator's large changes are those of the robot, not noise
 };
 
 /// Ratio of the numerator's spans to the changes of a track, with a constant offset (a bias) and one per way.

@@ -44,6 +44,8 @@ struct Diagnosis::Parts {
     diagnosis::check_motion(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
+    diagnosis::check_accelerations(c, motion);
+    diagnosis::check_heights(c);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;

@@ -96,7 +96,9 @@ void Watch::take(const Measurement& measurement) {
   astray_ = 0;
   newest_ = std::max(newest_, t);
   if (measurement.payload->type() == LaserScan::kType) {
-    take_scan(sensor, t, static_cast<const LaserScan&>(*measurement.payload));
+    const auto& scan = static_cast<const LaserScan&>(*measurement.payload);
+    // Two scans show the motion from the middle of one sweep to that of the other.
+    take_scan(sensor, t + 0.5 * scan.beam_interval_s * static_cast<double>(scan.ranges_m.size()), scan);
     return;
   }
   const SensorSlot& slot = robot_.sensors[measurement.sensor];
@@ -162,7 +164,11 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
   if (motion.p_map_point.head<2>().allFinite() && sensor.fixes.size() < kMostFixes &&
       (sensor.fixes.empty() || t - sensor.fixes.back().t > kFixStep))
     sensor.fixes.push_back({t, motion.p_map_point.head<2>()});
+  sensor.height.add_total(
+      t, std::isfinite(motion.height_m) ? motion.height_m : motion.p_map_point.z() - motion.p_base_point.z(), false);
   if (motion.f_base.allFinite()) {
+    sensor.force_x.add_rate(t, motion.f_base.x());
+    sensor.force_y.add_rate(t, motion.f_base.y());
     sensor.forces.add(motion.f_base.norm());
     sensor.force_sum += motion.f_base;
     ++sensor.force_count;

@@ -41,6 +41,9 @@ void WatchedSensor::clear_window() {
   way.clear();
   course.clear();
   ground_way.clear();
+  force_x.clear();
+  force_y.clear();
+  height.clear();
   fixes.clear();
   steps.clear();
   scan_t = -1.0;

@@ -82,6 +82,9 @@ struct WatchedSensor {
   Track ground_way;
   bool has_heading = false;  ///< `yaw` counts from east
   Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro
+  Track force_x;             ///< specific force along the axes of the base, summed up over time [m/s]
+  Track force_y;
+  Track height;  ///< of the base in the map
   std::vector<Fix> fixes;
   std::vector<ScanStep> steps;
   ObservedMotion usual;  ///< its newest one, for the errors that are usual

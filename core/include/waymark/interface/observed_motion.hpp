@@ -29,6 +29,10 @@ struct ObservedMotion {
   double yaw_scale_sigma = 0.02;       ///< the same of the yaw rate
   double curvature_sigma_per_m = 0.0;  ///< the same of a yaw per way that is measured and not driven [rad/m]
   bool yaw_scales_with_speed = false;  ///< one scale error (the wheels') makes both wrong
+
+  double height_m = kUnknown;             ///< of the base in the map, by a sensor that measures nothing else
+  bool height_has_offset = false;         ///< its offset is a state of the filter
+  double yaw_error_sigma_rad = kUnknown;  ///< σ of the constant error of `yaw_rad` that is usual and is no mistake
 };
 
 }  // namespace waymark

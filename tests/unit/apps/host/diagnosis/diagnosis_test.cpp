@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -80,7 +81,7 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
     readings.wheels.left_mps = speed - 0.25 * rate + 0.02 * noise(dice);
     readings.wheels.right_mps = speed + 0.25 * rate + 0.02 * noise(dice);
     readings.imu.w_sensor = {0.0, 0.0, rate + 0.003 + 0.01 * noise(dice)};
-    readings.imu.f_sensor = {0.05 * noise(dice), speed * rate, 9.81};
+    readings.imu.f_sensor = {0.124 * std::cos(0.31 * t) + 0.05 * noise(dice), speed * rate, 9.81};
     readings.gps.p_map_antenna = {x + 0.1 * noise(dice), y + 0.1 * noise(dice), 0.0};
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);
@@ -140,6 +141,31 @@ TEST(Diagnosis, NamesAGyroThatMeasuresAnotherAxis) {
               ElementsAre("imu"));
 }
 
+TEST(Diagnosis, FitsTheYawOfAnImu) {
+  const Examined examined = examine([](Readings& r) {
+    // Mounted with its x axis to the left.
+    r.imu.f_sensor = {r.imu.f_sensor.y(), -r.imu.f_sensor.x(), r.imu.f_sensor.z()};
+  });
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_NEAR(number_after("base_T_sensor.yaw_deg: ", examined.findings.front().change), 90.0, 5.0)
+      << examined.findings.front().change;
+}
+
+TEST(Diagnosis, NamesAnImuWithItsHorizontalAxesSwapped) {
+  const Examined examined = examine([](Readings& r) { std::swap(r.imu.f_sensor.x(), r.imu.f_sensor.y()); });
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_THAT(examined.findings.front().change, HasSubstr("the order or the signs of f_x_mps2 and f_y_mps2"));
+}
+
+TEST(Diagnosis, AnImuThatIsTurnedByFiveDegreesIsUsual) {
+  const Examined examined = examine([](Readings& r) {
+    const double turned = 5.0 * M_PI / 180.0;
+    const Eigen::Vector2d f = r.imu.f_sensor.head<2>();
+    r.imu.f_sensor.head<2>() = Eigen::Rotation2Dd(turned) * f;
+  });
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 TEST(Diagnosis, NamesAnAccelerometerInG) {
   const Examined examined = examine([](Readings& r) { r.imu.f_sensor /= 9.81; });
   ASSERT_THAT(examined.named(), ElementsAre("imu"));
@@ -152,6 +178,16 @@ TEST(Diagnosis, FitsTheYawOfACompass) {
   const Examined examined = examine([](Readings&) {}, yaml);
   ASSERT_THAT(examined.named(), ElementsAre("compass"));
   EXPECT_NEAR(number_after("sensors.compass.base_T_sensor.yaw_deg: ", examined.findings.front().change), 0.0, 3.0);
+}
+
+/// What a heading may be off depends on the σ that it claims.
+TEST(Diagnosis, NamesACompassThatIsOffByEightDegreesIfItClaimsOne) {
+  const auto off = [](Readings& r) { r.compass.heading_rad += 8.0 * M_PI / 180.0; };
+  for (const Finding& finding : examine(off).findings) ADD_FAILURE() << describe(finding);
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("declination: none"), 17, "declination: none, sigma_deg: 1");
+  EXPECT_THAT(examine(off, yaml).named(), ElementsAre("compass"));
+  EXPECT_THAT(examine([](Readings&) {}, yaml).named(), ElementsAre());
 }
 
 TEST(Diagnosis, NamesACompassThatCountsTheOtherWay) {

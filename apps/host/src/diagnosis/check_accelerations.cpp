@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "checks.hpp"
+#include "fit.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kSpan = 1.0;        // [s] over which the specific force is summed up
+constexpr double kHalfWindow = 0.2;  // [s], for the speed at a time
+constexpr long kLeastSamples = 100;
+constexpr double kSigmas = 5.0;
+constexpr double kTolerance = 15.0 * kDegree;  // a vehicle that pitches and leans, an IMU that is mounted by eye
+constexpr double kVague = 8.0 * kDegree;       // an angle whose σ is larger is not known
+constexpr double kClearlyBetter = 0.8;         // σ of what is left, of mirrored axes
+
+/// Turns the accelerations of the base into the specific force that the IMU shows, as complex numbers: f = c a, or
+/// with mirrored axes f = c a*.
+struct AccelerationFit {
+  double angle = 0.0;
+  double sigma = 0.0;
+  double residual = 0.0;
+  long spans = 0;
+};
+
+/// Change of the velocity over a span, in the axes of the base in its middle.
+struct VelocityChange {
+  double forward;
+  double left;
+  double turn_rate;  ///< change of the yaw rate [rad/s]
+};
+
+std::optional<double> rate(const Track& track, double t) {
+  const auto change = track.change(t - kHalfWindow, t + kHalfWindow);
+  return change ? std::optional(*change / (2.0 * kHalfWindow)) : std::nullopt;
+}
+
+std::optional<VelocityChange> velocity_change(const Track& way, const Track& yaw, double t) {
+  const auto before = rate(way, t);
+  const auto after = rate(way, t + kSpan);
+  const auto turn = yaw.change(t, t + kSpan);
+  const auto rate_before = rate(yaw, t);
+  const auto rate_after = rate(yaw, t + kSpan);
+  if (!before || !after || !turn || !rate_before || !rate_after) return std::nullopt;
+  return VelocityChange{*after - *before, 0.5 * (*before + *after) * *turn, *rate_after - *rate_before};
+}
+
+/// Two rows a span: f_x and f_y, of a turned and scaled acceleration, of a lever arm, and of a bias each.
+std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const Track& way, const Track& yaw,
+                                                 double newest, bool is_mirrored) {
+  Rows rows(2 * (static_cast<Eigen::Index>(newest / kSpan) + 1), 6);
+  for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
+    const auto x = imu.force_x.change(t, t + kSpan);
+    const auto y = imu.force_y.change(t, t + kSpan);
+    const auto seen = velocity_change(way, yaw, t);
+    if (!x || !y || !seen) continue;
+    const double left = is_mirrored ? -seen->left : seen->left;
+    rows.A.row(rows.count) << seen->forward, -left, seen->turn_rate, 0.0, kSpan, 0.0;
+    rows.y(rows.count++) = *x;
+    rows.A.row(rows.count) << left, seen->forward, 0.0, seen->turn_rate, 0.0, kSpan;
+    rows.y(rows.count++) = *y;
+  }
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return std::nullopt;
+  const double scale = std::hypot(fit.x(0), fit.x(1));
+  if (!(scale > 0.0)) return std::nullopt;
+  return AccelerationFit{std::atan2(fit.x(1), fit.x(0)), std::max(fit.sigma(0), fit.sigma(1)) / scale, fit.residual,
+                         static_cast<long>(rows.count / 2)};
+}
+
+void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw) {
+  const WatchedSensor& sensor = c.sensor(i);
+  const auto straight = fit_accelerations(sensor, *way.track, *yaw.track, c.watch.newest(), false);
+  const auto mirrored = fit_accelerations(sensor, *way.track, *yaw.track, c.watch.newest(), true);
+  if (!straight || !mirrored) return;
+  const std::string& name = c.sensor(way.sensor).name;
+  const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
+  if (is_known(*mirrored) && mirrored->residual < kClearlyBetter * straight->residual) {
+    c.add(Certainty::named, "acceleration", {i},
+          fmt::format("its specific force is that of a mirrored motion, as {} shows ({} spans)", name, mirrored->spans),
+          fmt::format("source: the order or the signs of f_x_mps2 and f_y_mps2 of {}", sensor.name),
+          1.0 / mirrored->sigma);
+    return;
+  }
+  if (!is_known(*straight)) return;
+  c.comparisons.push_back({"acceleration", name, sensor.name, straight->angle / kDegree, straight->sigma / kDegree,
+                           straight->spans, "degrees between them"});
+  const double sigmas = (std::abs(straight->angle) - kTolerance) / straight->sigma;
+  if (sigmas < kSigmas) return;
+  const double yaw_deg = so3::yaw(sensor.T_base_sensor.q) / kDegree;
+  c.add(Certainty::named, "acceleration", {i},
+        fmt::format("its specific force points {:.0f} ± {:.0f} degrees beside the acceleration of {}",
+                    straight->angle / kDegree, straight->sigma / kDegree, name),
+        fmt::format("sensors.{}.base_T_sensor.yaw_deg: {:.0f} fits", sensor.name,
+                    std::remainder(yaw_deg - straight->angle / kDegree, 360.0)),
+        sigmas);
+}
+
+}  // namespace
+
+void check_accelerations(Case& c, const MotionAgreement& motion) {
+  const Observer* way = motion.way.trusted_track();
+  const Observer* yaw = motion.yaw.trusted_track();
+  if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (c.sensor(i).force_x.samples() >= kLeastSamples && !c.is_blamed(i)) check_imu(c, i, *way, *yaw);
+  }
+}
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "checks.hpp"
+#include "fit.hpp"
+#include "waymark/interface/payloads.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kStep = 2.0;  // [s] between the heights that are compared
+constexpr long kLeastSamples = 20;
+constexpr double kSigmas = 4.0;
+constexpr double kScaleTolerance = 0.15;
+constexpr double kLeastCorrelation2 = 0.3;
+constexpr double kLevelTolerance = 10.0;  // [m], weather, a geoid that is taken from a coarse table
+constexpr double kFoot = 0.3048;
+
+/// One height as a line of another: height = scale · other + level.
+struct HeightFit {
+  bool is_scale_known = false;
+  double scale_low = 0.0;  ///< if all noise is the other one's, or the height's
+  double scale_high = 0.0;
+  double scale_sigma = 0.0;
+  double level = 0.0;  ///< median of the difference [m]
+  double level_scatter = 0.0;
+  long count = 0;
+};
+
+std::optional<HeightFit> fit_heights(const Track& height, const Track& other, double newest) {
+  Rows rows(static_cast<Eigen::Index>(newest / kStep) + 1, 3);
+  std::vector<double> differences;
+  for (double t = 0.0; t <= newest && !rows.full(); t += kStep) {
+    const auto y = height.at(t);
+    const auto x = other.at(t);
+    if (!y || !x) continue;
+    rows.A.row(rows.count) << *x, 1.0, t;  // a barometer drifts with the weather
+    rows.y(rows.count++) = *y;
+    differences.push_back(*y - *x);
+  }
+  if (rows.count < kLeastSamples) return std::nullopt;
+  HeightFit result;
+  result.count = static_cast<long>(rows.count);
+  result.level = median(differences);
+  for (double& difference : differences) difference = std::abs(difference - result.level);
+  result.level_scatter = 1.4826 * median(differences);
+  // About their means, or scale and level depend on each other.
+  for (Eigen::Index column : {0, 2}) {
+    auto values = rows.A.col(column).head(rows.count);
+    values.array() -= values.mean();
+  }
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return result;
+  const SlopeBounds bounds = slope_bounds(rows, fit, 0);
+  result.is_scale_known = bounds.correlation2 > kLeastCorrelation2;
+  result.scale_low = bounds.low;
+  result.scale_high = bounds.high;
+  result.scale_sigma = fit.sigma(0);
+  return result;
+}
+
+double scale_of(const HeightFit& fit) {
+  return std::copysign(std::sqrt(fit.scale_low * fit.scale_high), fit.scale_low);
+}
+
+bool differs_in_scale(const HeightFit& fit) {
+  if (!fit.is_scale_known) return false;
+  const double margin = kSigmas * fit.scale_sigma;
+  return fit.scale_low - margin > 1.0 + kScaleTolerance || fit.scale_high + margin < 1.0 / (1.0 + kScaleTolerance);
+}
+
+bool is_altimeter(const WatchedSensor& sensor) { return std::isfinite(sensor.usual.height_m); }
+
+std::string change_of_scale(const WatchedSensor& altimeter, double scale) {
+  const bool is_feet = std::abs(scale * kFoot - 1.0) < kScaleTolerance;
+  return fmt::format("source: height of {} times {:.4g}{}", altimeter.name, is_feet ? kFoot : 1.0 / scale,
+                     is_feet ? " (feet)" : "");
+}
+
+void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
+  const WatchedSensor& sensor = c.sensor(altimeter);
+  const auto fit = fit_heights(sensor.height, c.sensor(other).height, c.watch.newest());
+  if (!fit) return;
+  const bool is_other_fix = !is_altimeter(c.sensor(other));
+  const std::string& name = c.sensor(other).name;
+  if (fit->is_scale_known)
+    c.comparisons.push_back({"height", sensor.name, name, scale_of(*fit), fit->scale_sigma, fit->count,
+                             differs_in_scale(*fit) ? "differ" : "agree"});
+  if (differs_in_scale(*fit)) {
+    const double scale = scale_of(*fit);
+    // Receivers do not turn heights over.
+    const bool is_named = is_other_fix && scale < 0.0;
+    c.add(is_named ? Certainty::named : Certainty::one_of, "height",
+          is_named ? std::vector{altimeter} : std::vector{altimeter, other},
+          fmt::format("{}its height changes {:.3g} ± {:.2g} times as much as that of {}",
+                      is_named ? "" : sensor.name + ": ", scale, fit->scale_sigma, name),
+          change_of_scale(sensor, scale), std::abs(scale - 1.0) / std::max(fit->scale_sigma, 1e-6));
+    return;
+  }
+  const bool has_offset = sensor.usual.height_has_offset || c.sensor(other).usual.height_has_offset;
+  c.comparisons.push_back({"height", sensor.name, name, fit->level, fit->level_scatter, fit->count, "m between them"});
+  const double sigmas = (std::abs(fit->level) - kLevelTolerance) / std::max(fit->level_scatter, 0.1);
+  if (has_offset || sigmas < kSigmas) return;
+  const double level = c.setting(altimeter, "level_m");
+  c.add(Certainty::one_of, "height", {altimeter, other},
+        fmt::format("{}: its height is {:.1f} ± {:.1f} m {} that of {}", sensor.name, std::abs(fit->level),
+                    fit->level_scatter, fit->level > 0.0 ? "above" : "below", name),
+        fmt::format("sensors.{}.level_m: {:.1f} fits{}", sensor.name, (std::isfinite(level) ? level : 0.0) - fit->level,
+                    is_other_fix ? ", or another altitude of the datum" : ""),
+        sigmas);
+}
+
+}  // namespace
+
+void check_heights(Case& c) {
+  if (c.robot.settings.motion != StateLayout::Motion::spatial) return;  // heights are ignored
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (!is_altimeter(c.sensor(i)) || c.sensor(i).height.samples() < kLeastSamples || c.is_blamed(i)) continue;
+    for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+      const bool is_pair = k != i && !(is_altimeter(c.sensor(k)) && k < i);  // of two altimeters once
+      if (is_pair && c.sensor(k).height.samples() >= kLeastSamples && !c.is_blamed(k)) compare_heights(c, i, k);
+    }
+  }
+}
+
+}  // namespace waymark::host::diagnosis
