@@ -67,6 +67,10 @@ void Committed::count(const Measurement& m, Fate fate) {
 
 void Committed::update_health(Time now) {
   health.place(filter.placement());
+  if (filter.set().size() > 1) {
+    filter.view(views);
+    health.set_modes(modes.find(views).size());
+  }
   const Belief& belief = filter.reported();
   const auto& pose = filter.layout().pose_indices();
   const Eigen::Matrix2d P{{belief.P(pose[0], pose[0]), belief.P(pose[0], pose[1])},

@@ -15,6 +15,7 @@
 #include "monitoring/standstill.hpp"
 #include "particles/particle_filter.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/interface/pose_modes.hpp"
 
 namespace waymark::fusion {
 
@@ -54,8 +55,10 @@ struct Committed {
   monitoring::HealthMonitor health;
   estimation::Smoother smoother;
   std::vector<Event> events = {};
-  Time last_stamp{};     ///< of the last measurement, buffered ones before the start included
-  bool unsound = false;  ///< no belief can be updated any more: its numbers have no meaning
+  Time last_stamp{};  ///< of the last measurement, buffered ones before the start included
+  ModeFinder modes = {};
+  std::vector<ParticleView> views = {};  ///< scratch of `update_health`
+  bool unsound = false;                  ///< no belief can be updated any more: its numbers have no meaning
 
   /// The sensor of a measurement.
   SensorRecord& record(const Measurement& m) { return sensors[m.sensor]; }

@@ -11,10 +11,7 @@ namespace waymark::fusion {
 
 std::vector<ParticleView> SnapshotView::particles() const {
   std::vector<ParticleView> views;
-  views.reserve(filter_.particles().size());
-  for (const particles::Particle& particle : filter_.particles()) {
-    views.push_back({filter_.T_enu_map(particle) * particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
-  }
+  filter_.view(views);
   return views;
 }
 

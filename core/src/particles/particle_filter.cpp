@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -370,6 +371,13 @@ const Belief& ParticleFilter::reported() const {
 std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std::uint64_t birth) const {
   if (!joint_) return std::nullopt;
   return joint_->landmark(birth, georeference_ ? &*georeference_ : nullptr);
+}
+
+void ParticleFilter::view(std::vector<ParticleView>& views) const {
+  views.clear();
+  views.reserve(set_.size());
+  for (const Particle& particle : set_.all())
+    views.push_back({T_enu_map(particle) * particle.belief.mean.T_map_base, std::exp(particle.log_weight)});
 }
 
 }  // namespace waymark::particles

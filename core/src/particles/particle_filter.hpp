@@ -27,6 +27,7 @@
 #include "waymark/base/api.hpp"
 #include "waymark/host/filter_settings.hpp"
 #include "waymark/interface/particle_map.hpp"
+#include "waymark/interface/snapshot.hpp"
 #include "waymark/io/archive.hpp"
 
 namespace waymark {
@@ -108,6 +109,8 @@ class WAYMARK_API ParticleFilter {
 
   const ParticleSet& set() const { return set_; }
   const std::vector<Particle>& particles() const { return set_.all(); }
+  /// Poses, in ENU where that is known, and weights of the particles.
+  void view(std::vector<ParticleView>& views) const;
   const StateLayout& layout() const { return process_.layout(); }
   const std::optional<estimation::Georeference>& georeference() const { return georeference_; }
   /// The map's place on the Earth in this particle; the identity without a georeference.

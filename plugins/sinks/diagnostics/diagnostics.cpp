@@ -12,6 +12,7 @@
 #include "map_figures_log.hpp"
 #include "thinned_series.hpp"
 #include "waymark/interface/nav_state.hpp"
+#include "waymark/interface/pose_modes.hpp"
 #include "waymark/io/output_file.hpp"
 #include "waymark/plugin/sink.hpp"
 
@@ -129,6 +130,17 @@ Json describe(const std::optional<Datum>& datum) {
       {"latitude_deg", datum->latitude_deg}, {"longitude_deg", datum->longitude_deg}, {"height_m", datum->height_m}};
 }
 
+/// The places and headings at which the particles have the robot at the end.
+Json modes_of(const Snapshot& last) {
+  ModeFinder finder;
+  Json modes = Json::array();
+  for (const PoseMode& mode : finder.find(last.particles())) {
+    const Pose& pose = mode.T_map_base;
+    modes.push_back({{"x_m", pose.p.x()}, {"y_m", pose.p.y()}, {"yaw_rad", pose.yaw()}, {"weight", mode.weight}});
+  }
+  return modes;
+}
+
 Json describe(const LatencyReport& latency) {
   return {{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
 }
@@ -213,6 +225,7 @@ class Diagnostics : public Sink {
                      {"findings", describe(report.findings)},
                      {"sensors", std::move(sensors)},
                      {"particles", started ? last->particles().size() : 0},
+                     {"modes", started ? modes_of(*last) : Json::array()},
                      {"effective_sample_size",
                       {{"min", finite(smallest_n_eff_)}, {"median", median_n_eff()}, {"over_time", table(n_eff_)}}},
                      {"landmarks", started ? count_landmarks(*last) : Json::array()},

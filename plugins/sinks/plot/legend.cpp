@@ -69,6 +69,9 @@ class Legend {
 
   void add_robot() {
     entry(sheet_.seen.particles > 0, "particles at the end", blob(2.5, kParticle));
+    entry(sheet_.seen.modes > 0, "one of several places of the particles", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
+      sheet_.canvas.polygon(arrow(0.5 * (a + b), 0.0, sheet_.px(9)), kParticle);
+    });
     entry(sheet_.seen.robot > 0, "robot at the end", [&](Eigen::Vector2d a, Eigen::Vector2d b) {
       sheet_.canvas.polygon(arrow(0.5 * (a + b), 0.0, sheet_.px(11)), kRobot);
     });

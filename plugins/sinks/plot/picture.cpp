@@ -10,6 +10,7 @@
 
 #include "framing.hpp"
 #include "sheet.hpp"
+#include "waymark/interface/pose_modes.hpp"
 
 namespace waymark::plot {
 namespace {
@@ -158,6 +159,20 @@ void draw_reference_landmarks(Sheet& sheet) {
   }
 }
 
+/// Where the particles have the robot at several places, an arrow at each, with its share of their weight.
+void draw_modes(Sheet& sheet) {
+  ModeFinder finder;
+  const std::vector<PoseMode>& modes = finder.find(sheet.content.end->particles);
+  if (modes.size() < 2) return;
+  for (const PoseMode& mode : modes) {
+    const Eigen::Vector2d at = sheet.view.to_pixel(planar(mode.T_map_base));
+    sheet.canvas.polygon(arrow(at, mode.T_map_base.yaw(), sheet.px(10.5)), kParticle);
+    sheet.canvas.text(at + Eigen::Vector2d(sheet.px(9), -sheet.px(6)), fmt::format("{:.0f} %", 100.0 * mode.weight),
+                      sheet.px(10), kInk, sheet.px(1));
+    sheet.seen.modes += sheet.view.area().contains(at) ? 1 : 0;
+  }
+}
+
 void draw_robot(Sheet& sheet) {
   if (!sheet.content.end) return;
   const Pose& pose = sheet.content.end->T_map_base;
@@ -170,6 +185,7 @@ void draw_robot(Sheet& sheet) {
       if (sheet.view.area().contains(place) && (place - at).norm() > 0.6 * size) ++sheet.seen.particles;
     }
   }
+  draw_modes(sheet);
   const Points outline =
       ellipse(sheet.view, planar(pose), sheet.content.end->P.topLeftCorner<2, 2>(), sheet.style.sigma);
   sheet.canvas.outline(outline, sheet.px(1.5), kRobot);

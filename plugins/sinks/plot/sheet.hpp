@@ -46,6 +46,7 @@ struct Seen {
   std::size_t landmark_ellipses = 0;
   std::size_t provisional = 0;
   std::size_t particles = 0;
+  std::size_t modes = 0;
   std::size_t robot = 0;
   std::size_t robot_ellipse = 0;
 };

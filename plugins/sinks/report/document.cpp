@@ -10,6 +10,7 @@
 #include "numbers.hpp"
 #include "plugins/shared/run_views/reference_frame.hpp"
 #include "plugins/shared/run_views/titles.hpp"
+#include "waymark/interface/pose_modes.hpp"
 #include "waymark/interface/sensor_summary.hpp"
 #include "waymark/math/so3.hpp"
 
@@ -236,6 +237,10 @@ class Document {
     Json particles = Json::array();
     for (const ParticleView& particle : c_.end->particles)
       particles.push_back({metres(particle.T_map_base.p.x()), metres(particle.T_map_base.p.y())});
+    Json modes = Json::array();
+    ModeFinder finder;
+    for (const PoseMode& mode : finder.find(c_.end->particles))
+      modes.push_back({metres(mode.T_map_base.p.x()), metres(mode.T_map_base.p.y()), decimals(mode.weight, 3)});
     Json x = Json::array();
     Json y = Json::array();
     const auto& path = c_.end->best_path;
@@ -248,6 +253,7 @@ class Document {
     Json maps = Json::array();
     for (const MapDescription& map : c_.end->maps) maps.push_back(describe(map));
     return {{"particles", std::move(particles)},
+            {"modes", std::move(modes)},
             {"path", {{"x", std::move(x)}, {"y", std::move(y)}}},
             {"maps", std::move(maps)}};
   }

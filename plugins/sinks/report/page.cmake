@@ -35,7 +35,8 @@ endfunction()
 set(files_style ${uplot}/uPlot.min.css ${folder}/style.css)
 set(files_uplot ${uplot}/uPlot.iife.min.js)
 set(files_license ${uplot}/../LICENSE)
-set(files_script ${folder}/format.js ${folder}/map.js ${folder}/charts.js ${folder}/panels.js ${folder}/main.js)
+set(files_script ${folder}/format.js ${folder}/map_view.js ${folder}/map_layers.js ${folder}/map.js
+    ${folder}/charts.js ${folder}/panels.js ${folder}/main.js)
 
 file(READ ${folder}/index.html html)
 string(FIND "${html}" "{{data}}" place)

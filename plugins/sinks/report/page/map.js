@@ -26,93 +26,15 @@ class RunMap {
         el('button', { title: 'Zoom out', 'aria-label': 'Zoom out', onclick: () => this.zoom(1 / 1.5) }, '−'),
         el('button', { title: 'Show all', 'aria-label': 'Show all', onclick: () => this.fit() }, 'all')),
       this.scale);
-    this.layers = this.makeLayers();
-    this.listen();
+    this.layers = layersOf(this);
+    listenTo(this);
     new ResizeObserver(() => this.resize()).observe(this.element);
-  }
-
-  // --- what there is to draw ---
-
-  makeLayers() {
-    const { data } = this;
-    const layers = [];
-    const add = (name, mark, draw, count = null, visible = true) => layers.push({ name, mark, draw, count, visible });
-    for (const map of data.map?.maps ?? []) {
-      if (map.grid) add(`map “${map.name}”`, ['box', 'occupied'], (c) => this.drawGridMap(c, map.grid));
-    }
-    const kinds = { used: ['fix, used', 'used'], rejected: ['fix, rejected', 'rejected'], 'held out': ['fix, held out', 'held'] };
-    for (const fixes of [...data.fixes].reverse()) {
-      if (fixes.x.length === 0) continue;
-      const [name, tint] = kinds[fixes.kind];
-      add('GNSS ' + name, ['dot', tint], (c) => this.drawDots(c, fixes.x, fixes.y, tint, fixes.x.length > 1000 ? 1.6 : 2.2), fixes.count);
-    }
-    const reference = data.reference;
-    if (reference?.line.x.length > 1)
-      add('reference', ['line', 'reference'], (c) => this.drawLine(c, reference.line.x, reference.line.y, 'reference', 1.8));
-    if (data.track.x.length) {
-      add('3σ ellipse', ['ring', 'estimate'], (c) => this.drawEllipses(c));
-      if (data.outages.length) {
-        add('outage of ' + [...new Set(data.outages.map((o) => o.sensor))].join(', '), ['thick', 'outage-line'],
-          (c) => this.drawOutages(c), data.outages.length);
-      }
-      add('estimate', ['line', 'estimate'], (c) => this.drawEstimate(c));
-    }
-    if (data.map?.path.x.length > 1 && data.map.maps.length)
-      add('path of the best particle', ['thin', 'path'], (c) => this.drawLine(c, data.map.path.x, data.map.path.y, 'path', 1), null, false);
-    if (reference?.landmarks.length)
-      add('surveyed landmark', ['cross', 'reference'], (c) => this.drawSurvey(c), reference.landmarks.length);
-    const landmarks = (data.map?.maps ?? []).flatMap((map) => map.landmarks);
-    const confirmed = landmarks.filter((l) => l.confirmed);
-    const provisional = landmarks.filter((l) => !l.confirmed);
-    if (provisional.length)
-      add('provisional landmark', ['ring', 'provisional'], (c) => this.drawProvisional(c, provisional), provisional.length);
-    if (confirmed.length) add('landmark', ['dot', 'landmark'], (c) => this.drawLandmarks(c, confirmed), confirmed.length);
-    if (data.map?.particles.length > 1)
-      add('particle at the end', ['dot', 'particle'], (c) => this.drawParticles(c), data.map.particles.length);
-    if (data.track.x.length) add('start and end', ['ends', 'ink'], (c) => this.drawEnds(c));
-    return layers;
-  }
-
-  /** All that counts for the view; of the fixes all but the outermost hundredth. */
-  extent() {
-    const { data } = this;
-    const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
-    const add = (x, y) => {
-      if (x == null || y == null) return;
-      box.left = Math.min(box.left, x);
-      box.right = Math.max(box.right, x);
-      box.low = Math.min(box.low, y);
-      box.high = Math.max(box.high, y);
-    };
-    const most = (values) => {
-      const sorted = values.filter((v) => v != null).sort((a, b) => a - b);
-      const cut = Math.floor(sorted.length / 100);
-      return [sorted[cut], sorted[sorted.length - 1 - cut]];
-    };
-    data.track.x.forEach((x, i) => add(x, data.track.y[i]));
-    data.reference?.line.x.forEach((x, i) => add(x, data.reference.line.y[i]));
-    data.reference?.landmarks.forEach(([, x, y]) => add(x, y));
-    for (const map of data.map?.maps ?? []) {
-      map.landmarks.forEach((l) => add(l.x, l.y));
-      if (!map.grid) continue;
-      const { x, y, yaw, width_m: w, height_m: h } = map.grid;
-      for (const [u, v] of [[0, 0], [w, 0], [0, h], [w, h]])
-        add(x + u * Math.cos(yaw) - v * Math.sin(yaw), y + u * Math.sin(yaw) + v * Math.cos(yaw));
-    }
-    for (const fixes of data.fixes) {
-      if (fixes.x.length === 0) continue;
-      const [left, right] = most(fixes.x);
-      const [low, high] = most(fixes.y);
-      add(left, low);
-      add(right, high);
-    }
-    return box.left <= box.right ? box : { left: -10, right: 10, low: -10, high: 10 };
   }
 
   // --- view ---
 
   fit() {
-    const box = this.extent();
+    const box = extentOf(this.data);
     const margin = 46;
     const wide = Math.max(box.right - box.left, 1);
     const tall = Math.max(box.high - box.low, 1);
@@ -152,48 +74,6 @@ class RunMap {
     this.canvas.height = Math.round(clientHeight * ratio);
     if (!this.view || this.isFitted) this.fit();
     else this.draw();
-  }
-
-  listen() {
-    const { canvas } = this;
-    const place = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return { x: event.clientX - box.left, y: event.clientY - box.top };
-    };
-    const fingers = new Map();
-    canvas.addEventListener('pointerdown', (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      fingers.set(event.pointerId, place(event));
-      canvas.classList.add('dragged');
-    });
-    canvas.addEventListener('pointermove', (event) => {
-      const now = place(event);
-      const before = fingers.get(event.pointerId);
-      if (!before) return this.point(now);
-      if (fingers.size === 2) {
-        const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
-        const apart = (p) => Math.hypot(p.x - other.x, p.y - other.y);
-        if (apart(before) > 0) this.zoom(apart(now) / apart(before), other);
-      } else {
-        this.view.x -= (now.x - before.x) / this.view.scale;
-        this.view.y += (now.y - before.y) / this.view.scale;
-        this.isFitted = false;
-        this.draw();
-      }
-      fingers.set(event.pointerId, now);
-    });
-    const release = (event) => {
-      fingers.delete(event.pointerId);
-      if (fingers.size === 0) canvas.classList.remove('dragged');
-    };
-    canvas.addEventListener('pointerup', release);
-    canvas.addEventListener('pointercancel', release);
-    canvas.addEventListener('pointerleave', () => this.onTime(null));
-    canvas.addEventListener('dblclick', (event) => this.zoom(2, place(event)));
-    canvas.addEventListener('wheel', (event) => {
-      event.preventDefault();
-      this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0016)), place(event));
-    }, { passive: false });
   }
 
   /** Reports the time at which the robot was at the pointer. */
@@ -243,47 +123,10 @@ class RunMap {
     c.lineJoin = c.lineCap = 'round';
     const isGridMap = (layer) => layer.mark[0] === 'box';
     for (const layer of this.layers) if (layer.visible && isGridMap(layer)) layer.draw(c);
-    this.drawGrid(c);
+    drawGrid(this, c);
     for (const layer of this.layers) if (layer.visible && !isGridMap(layer)) layer.draw(c);
     this.drawCursor(c);
-    this.drawScale();
-  }
-
-  drawGrid(c) {
-    const step = roundStep(95 / this.view.scale);
-    const low = this.toMap({ x: 0, y: this.height });
-    const high = this.toMap({ x: this.width, y: 0 });
-    c.strokeStyle = color('grid');
-    c.fillStyle = color('faint');
-    c.lineWidth = 1;
-    c.font = '11px ' + color('sans');
-    const label = (value) => Number(value.toPrecision(10)).toString().replace('-', '−');
-    const line = (x1, y1, x2, y2) => {
-      c.beginPath();
-      c.moveTo(x1, y1);
-      c.lineTo(x2, y2);
-      c.stroke();
-    };
-    c.textAlign = 'center';
-    for (let k = Math.ceil(low.x / step); k * step <= high.x; ++k) {
-      const [u] = this.toPixel(k * step, 0);
-      line(u, 0, u, this.height);
-      if (u > 60 && u < this.width - 150) c.fillText(label(k * step), u, this.height - 6);
-    }
-    c.textAlign = 'left';
-    for (let k = Math.ceil(low.y / step); k * step <= high.y; ++k) {
-      const [, v] = this.toPixel(0, k * step);
-      line(0, v, this.width, v);
-      if (v > 125 && v < this.height - 22) c.fillText(label(k * step), 6, v - 4);
-    }
-    c.fillText('m', 6, this.height - 6);
-  }
-
-  drawScale() {
-    const metres = roundStep(70 / this.view.scale);
-    this.scale.textContent = metres >= 1000 ? `${metres / 1000} km` : metres >= 1 ? `${metres} m`
-      : metres >= 0.01 ? `${Math.round(metres * 100)} cm` : `${metres * 1000} mm`;
-    this.scale.style.width = `${metres * this.view.scale + 12}px`;
+    drawScale(this);
   }
 
   drawGridMap(c, grid) {
@@ -469,6 +312,20 @@ class RunMap {
 
   drawParticles(c) {
     this.drawDots(c, this.data.map.particles.map((p) => p[0]), this.data.map.particles.map((p) => p[1]), 'particle', 1.8);
+    if (this.data.map.modes?.length > 1) this.drawModes(c, this.data.map.modes);
+  }
+
+  /** Several places at which the particles have the robot: a ring at each, with its share of their weight. */
+  drawModes(c, modes) {
+    c.strokeStyle = c.fillStyle = color('particle');
+    c.lineWidth = 1.5;
+    for (const [x, y, weight] of modes) {
+      const [u, v] = this.toPixel(x, y);
+      c.beginPath();
+      c.arc(u, v, 8, 0, 2 * Math.PI);
+      c.stroke();
+      c.fillText(`${Math.round(100 * weight)} %`, u + 11, v - 6);
+    }
   }
 
   drawRobot(c, i, tint) {
