@@ -67,6 +67,7 @@ void Committed::count(const Measurement& m, Fate fate) {
 
 void Committed::update_health(Time now) {
   health.place(filter.placement());
+  health.set_particles_alone(filter.gave_up_joint());
   if (filter.set().size() > 1) {
     filter.view(views);
     health.set_modes(modes.find(views).size());

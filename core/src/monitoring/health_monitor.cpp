@@ -225,6 +225,7 @@ HealthMonitor::Verdict<Health::State> HealthMonitor::judge_pose(const Uncertaint
     return {lost, "the position is too uncertain"};
   if (sigma.position > settings_.lost_sigma && has_map)
     return {degraded, "in new places: the position against the start is uncertain"};
+  if (particles_alone_) return {degraded, "the joint Gaussian was given up: the covariance is too small"};
   if (modes_ > 1) return {degraded, "the particles have the robot at more than one place"};
   if (placement_ == Placement::doubtful)
     return {degraded, "what the robot sees fits the loaded map worse than usual", true};

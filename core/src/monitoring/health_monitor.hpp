@@ -72,6 +72,8 @@ class WAYMARK_API HealthMonitor {
   void place(Placement placement) { placement_ = placement; }
   /// How many separate places and headings the particles have the robot at, from now on.
   void set_modes(std::size_t modes) { modes_ = modes; }
+  /// Whether the covariance is that of the particles alone, which forget how uncertain their common past was.
+  void set_particles_alone(bool are_alone) { particles_alone_ = are_alone; }
   /// True if most of its scans do not localise the robot in the loaded map.
   bool is_not_localized(std::size_t sensor) const { return is_not_localized(sensors_[sensor]); }
   /// The covariance was inflated to re-acquire a sensor.
@@ -169,7 +171,8 @@ class WAYMARK_API HealthMonitor {
   std::optional<Time> began_anew_;  // the filter, after its pose was lost
   bool searching_ = false;          // the pose is lost; not on a checkpoint, which repeats a search
   Placement placement_ = Placement::fits;
-  std::size_t modes_ = 1;  // not on a checkpoint: set before each judgement
+  std::size_t modes_ = 1;         // not on a checkpoint: set before each judgement
+  bool particles_alone_ = false;  // likewise
   Health health_;
   SettledState<Health::State> settled_;
   HealthTimes times_;

@@ -94,9 +94,8 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       updates_(process.layout(), georeference_, workers_, set_.size()),
       mapping_(process.layout(), workers_, streams_, set_.size()),
       recollection_(process, set_, moments_, workers_, settings.history),
-      joint_(settings.joint.enabled && !modules_.empty()
-                 ? std::make_optional<joint::JointBelief>(process, settings.joint)
-                 : std::nullopt),
+      uses_joint_(settings.joint.enabled && !modules_.empty()),
+      joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint) : std::nullopt),
       loops_(settings.loops.enabled && can_close_loops(modules_)
                  ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint)
                  : std::nullopt),

@@ -133,6 +133,8 @@ class WAYMARK_API ParticleFilter {
   std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
   /// Why the joint Gaussian was given up, at the mapping step at which it was; else empty.
   std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
+  /// True from then on: what is reported is the particles' covariance alone, which is too small.
+  bool gave_up_joint() const { return uses_joint_ && !joint_; }
   /// The loop that the last mapping step closed, if it moved the maps.
   struct ClosedLoop {
     double way;    ///< of the loop [m]
@@ -219,7 +221,8 @@ class WAYMARK_API ParticleFilter {
   UpdateStep updates_;
   MappingStep mapping_;
   Recollection recollection_;
-  std::optional<joint::JointBelief> joint_;  // with maps only
+  bool uses_joint_;                          // with maps only
+  std::optional<joint::JointBelief> joint_;  // until it is given up
   std::string joint_failure_;
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
   std::optional<ClosedLoop> closed_loop_;

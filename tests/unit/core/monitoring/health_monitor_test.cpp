@@ -110,6 +110,34 @@ TEST_F(HealthTest, APositionAtTheLimitDoesNotFlicker) {
   EXPECT_GE(shortest_, 0.5);
 }
 
+TEST_F(HealthTest, ParticlesAtMoreThanOnePlaceAreDegraded) {
+  for (int k = 0; k < 200; ++k) {
+    monitor_.set_modes(k < 50 || k >= 150 ? 1 : 2);
+    see(kWheels, 0.1 * k);
+    see(kAid, 0.1 * k, position());
+    if (k == 45 || k == 195) {
+      EXPECT_EQ(health().state, Health::State::ok);
+    }
+    if (k == 100) {
+      EXPECT_EQ(health().state, Health::State::degraded);
+      EXPECT_THAT(health().reason, HasSubstr("more than one place"));
+    }
+  }
+}
+
+TEST_F(HealthTest, ACovarianceThatIsTooSmallIsDegraded) {
+  for (int k = 0; k < 100; ++k) {
+    monitor_.set_particles_alone(k >= 50);
+    see(kWheels, 0.1 * k);
+    see(kAid, 0.1 * k, position());
+    if (k == 45) {
+      EXPECT_EQ(health().state, Health::State::ok);
+    }
+  }
+  EXPECT_EQ(health().state, Health::State::degraded);
+  EXPECT_THAT(health().reason, HasSubstr("the joint Gaussian was given up"));
+}
+
 TEST_F(HealthTest, EveryStateLastsForAWhile) {
   for (int k = 0; k < 3000; ++k) {
     UpdateResult fix = position();
