@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "waymark/interface/update.hpp"
 #include "waymark/math/so3.hpp"
@@ -59,7 +61,8 @@ class YawBiasUpdate final : public Update {
 };
 
 /// Where up is in the base frame: with u = R u_base the residual is the x and y component of u × e_z, zero where R
-/// agrees. No information about the heading.
+/// agrees. No information about the heading. Those components vanish for a base on its head, too, and beyond 45° they
+/// are taken for the rotation from u to e_z, which grows up to there.
 class TiltUpdate final : public Update {
  public:
   /// `variance` of each of the two [rad²].
@@ -71,10 +74,22 @@ class TiltUpdate final : public Update {
     out.reset(2, 0);
     out.residual << u.y(), -u.x();
     out.R.diagonal().setConstant(variance_);
+    if (u.z() < kCosOfFar) {
+      const double sine = std::max(out.residual.norm(), kLeastSine);
+      const double grows = std::atan2(sine, u.z()) / sine;
+      // On its head exactly, any axis will do.
+      if (out.residual.norm() < kLeastSine) out.residual << kLeastSine, 0.0;
+      out.residual *= grows;
+      out.attitude() << 1.0, 0.0, -grows * u.x(), 0.0, 1.0, -grows * u.y();
+      return;
+    }
     out.attitude() << u.z(), 0.0, -u.x(), 0.0, u.z(), -u.y();
   }
 
  private:
+  static constexpr double kCosOfFar = 0.7;
+  static constexpr double kLeastSine = 1e-6;
+
   Eigen::Vector3d up_base_;
   double variance_;
 };

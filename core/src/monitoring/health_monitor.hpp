@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,7 @@ struct UpdateResult {
   /// Whether maps that localise gave information about the pose; nothing if none used the measurement.
   std::optional<bool> localized = {};
   bool match_failed = false;       ///< the measurement did not fit the maps that localise
+  double written_blindly = 0.0;    ///< if so: by how much it may lie wrong in these maps all the same (σ) [m]
   bool observes_position = false;  ///< an update observed the position
   /// The twist before was forgotten, so that the innovations are zero by construction: their NIS is none.
   bool nis_is_trivial = false;
@@ -96,7 +98,7 @@ class WAYMARK_API HealthMonitor {
   /// Reading throws DataError if the checkpoint has an older version.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("health", 6) < 6) throw DataError("the checkpoint has an older version");
+    if (archive.section("health", 7) < 7) throw DataError("the checkpoint has an older version");
     archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_);
     serialize_state(archive, placement_, Placement::ambiguous);
     archive(times_.ok_s, times_.degraded_s, times_.lost_s);
@@ -121,19 +123,20 @@ class WAYMARK_API HealthMonitor {
     double unusable = 0.0;
     bool localized = true;  // in the last step of its maps; true until the first information, without a prior map
     bool was_localized = false;
-    bool observes_position = false;  // some update did
-    double steps = 0.0;              // of its maps, up to the window
-    double not_localized = 0.0;      // running share of those without information
-    double not_matched = 0.0;        // the same of those that did not fit the map
-    double nis_ratio = 1.0;          // running mean of NIS over its degrees of freedom, gated ones clamped
-    std::string degraded_reason;     // last report of the sensor's own monitoring
+    bool observes_position = false;     // some update did
+    double steps = 0.0;                 // of its maps, up to the window
+    double not_localized = 0.0;         // running share of those without information
+    double not_matched = 0.0;           // the same of those that did not fit the map
+    std::uint64_t written_blindly = 0;  // scans that may lie wrong in a map of this run
+    double nis_ratio = 1.0;             // running mean of NIS over its degrees of freedom, gated ones clamped
+    std::string degraded_reason;        // last report of the sensor's own monitoring
     std::optional<Time> degraded_at;
     SettledState<SensorHealth::State> settled;
 
     template <class Archive>
     void serialize(Archive& archive) {
       archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, degraded_reason, degraded_at,
-              localized, was_localized, observes_position, steps, not_localized, not_matched, settled);
+              localized, was_localized, observes_position, steps, not_localized, not_matched, written_blindly, settled);
     }
   };
   /// A verdict on a sensor or on the pose.

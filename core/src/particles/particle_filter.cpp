@@ -372,6 +372,13 @@ std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std
   return joint_->landmark(birth, georeference_ ? &*georeference_ : nullptr);
 }
 
+double ParticleFilter::written_blindly() const {
+  constexpr double kDistance = 5.0;  // [m]
+  if (!mapping_.failed() || is_misplaced()) return 0.0;
+  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(set_.best()), layout());
+  return std::sqrt(std::max(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2), 0.0));
+}
+
 void ParticleFilter::view(std::vector<ParticleView>& views) const {
   views.clear();
   views.reserve(set_.size());

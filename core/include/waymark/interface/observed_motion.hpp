@@ -31,7 +31,7 @@ struct ObservedMotion {
   bool yaw_scales_with_speed = false;  ///< one scale error (the wheels') makes both wrong
 
   double height_m = kUnknown;             ///< of the base in the map, by a sensor that measures nothing else
-  bool height_has_offset = false;         ///< its offset is a state of the filter
+  double height_offset_sigma_m = 0.0;     ///< σ of an offset of it that the filter estimates; 0: it has none
   double yaw_error_sigma_rad = kUnknown;  ///< σ of the constant error of `yaw_rad` that is usual and is no mistake
 };
 
