@@ -64,7 +64,7 @@ class Altimeter final : public Sensor {
   std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
     ObservedMotion seen;
     seen.height_m = level_ + measurement.as<Height>().height_m - arm_.z();
-    seen.height_has_offset = offset_.initial_sigma > 0.0;
+    seen.height_offset_sigma_m = offset_.initial_sigma;
     return seen;
   }
 

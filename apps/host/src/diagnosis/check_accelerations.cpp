@@ -22,6 +22,7 @@ constexpr long kLeastSamples = 100;
 constexpr double kSigmas = 5.0;
 constexpr double kTolerance = 15.0 * kDegree;  // a vehicle that pitches and leans, an IMU that is mounted by eye
 constexpr double kVague = 8.0 * kDegree;       // an angle whose σ is larger is not known
+constexpr double kWhole = 0.4;                 // logarithm of the scale of an acceleration that is whole
 constexpr double kClearlyBetter = 0.8;         // σ of what is left, of mirrored axes
 
 /// Turns the accelerations of the base into the specific force that the IMU shows, as complex numbers: f = c a, or
@@ -29,6 +30,7 @@ constexpr double kClearlyBetter = 0.8;         // σ of what is left, of mirrore
 struct AccelerationFit {
   double angle = 0.0;
   double sigma = 0.0;
+  double scale = 0.0;
   double residual = 0.0;
   long spans = 0;
 };
@@ -74,8 +76,8 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
   if (!fit.valid) return std::nullopt;
   const double scale = std::hypot(fit.x(0), fit.x(1));
   if (!(scale > 0.0)) return std::nullopt;
-  return AccelerationFit{std::atan2(fit.x(1), fit.x(0)), std::max(fit.sigma(0), fit.sigma(1)) / scale, fit.residual,
-                         static_cast<long>(rows.count / 2)};
+  return AccelerationFit{std::atan2(fit.x(1), fit.x(0)), std::max(fit.sigma(0), fit.sigma(1)) / scale, scale,
+                         fit.residual, static_cast<long>(rows.count / 2)};
 }
 
 void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw) {
@@ -85,7 +87,9 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   if (!straight || !mirrored) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
-  if (is_known(*mirrored) && mirrored->residual < kClearlyBetter * straight->residual) {
+  const bool is_whole = std::abs(std::log(mirrored->scale)) < kWhole;  // an acceleration, not noise that looks like one
+  if (is_known(*mirrored) && is_whole && mirrored->scale > straight->scale &&
+      mirrored->residual < kClearlyBetter * straight->residual) {
     c.add(Certainty::named, "acceleration", {i},
           fmt::format("its specific force is that of a mirrored motion, as {} shows ({} spans)", name, mirrored->spans),
           fmt::format("source: the order or the signs of f_x_mps2 and f_y_mps2 of {}", sensor.name),

@@ -17,6 +17,7 @@ constexpr double kTurned = 0.8;     // [rad] turned with one heading
 constexpr double kLongest = 20.0;   // [s]
 constexpr double kStep = 0.5;       // [s]
 constexpr double kNoChange = 1e-9;  // [rad]
+constexpr double kMissed = 0.4;     // [rad] turned by others and not by a rate that stays the same
 
 /// Positions that stay exactly the same while the wheels drive.
 void check_position(Case& c, std::size_t i, const Track& way) {
@@ -39,29 +40,40 @@ void check_position(Case& c, std::size_t i, const Track& way) {
   }
 }
 
-bool is_constant(const Track& track, double from, double to) {
+/// True if the track changes by the same amount in each step.
+bool is_steady(const Track& track, double from, double to) {
+  const auto first = track.change(from, from + kStep);
+  if (!first) return false;
   for (double t = from; t + kStep <= to; t += kStep) {
     const auto change = track.change(t, t + kStep);
-    if (!change || std::abs(*change) > kNoChange) return false;
+    if (!change || std::abs(*change - *first) > kNoChange) return false;
   }
   return true;
 }
 
-/// A heading that stays exactly the same while another sensor turns.
-void check_heading_is_alive(Case& c, std::size_t i) {
+/// What an angle does that is not alive.
+bool is_frozen(const WatchedSensor& sensor, double from, double to, double turned) {
+  if (!is_steady(sensor.yaw, from, to)) return false;
+  const double own = *sensor.yaw.change(from, to);
+  return sensor.has_heading ? std::abs(own) < kNoChange : std::abs(turned - own) > kMissed;
+}
+
+/// A heading, or a rate, that stays exactly the same while another sensor turns.
+void check_turns_are_alive(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
-  if (!sensor.has_heading) return;
+  if (sensor.yaw.samples() == 0 || c.is_blamed(i)) return;  // such as a rate that is zero throughout
+  const char* const quantity = sensor.has_heading ? "heading" : "yaw rate";
   for (const WatchedSensor& other : c.watch.sensors()) {
     if (&other == &sensor || other.yaw.samples() == 0) continue;
     for (double from = 0.0; from + kLongest <= c.watch.newest(); from += kLongest) {
       const auto turned = other.yaw.change(from, from + kLongest);
-      if (!turned || std::abs(*turned) < kTurned || !is_constant(sensor.yaw, from, from + kLongest)) continue;
-      c.add(
-          Certainty::named, "frozen", {i},
-          fmt::format("its heading stays the same to the last digit for {:.0f} s, in which {} turns by {:.0f} degrees",
-                      kLongest, other.name, std::abs(*turned) / kDegree),
-          fmt::format("source: {} repeats an old heading; the device, its driver or a column of the log", sensor.name),
-          0.0);
+      if (!turned || std::abs(*turned) < kTurned || !is_frozen(sensor, from, from + kLongest, *turned)) continue;
+      c.add(Certainty::named, "frozen", {i},
+            fmt::format("its {} stays the same to the last digit for {:.0f} s, in which {} turns by {:.0f} degrees",
+                        quantity, kLongest, other.name, std::abs(*turned) / kDegree),
+            fmt::format("source: {} repeats an old {}; the device, its driver or a column of the log", sensor.name,
+                        quantity),
+            0.0);
       return;
     }
   }
@@ -73,7 +85,7 @@ void check_frozen(Case& c) {
   const Track* way = measured_way(c.watch);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (way != nullptr) check_position(c, i, *way);
-    check_heading_is_alive(c, i);
+    check_turns_are_alive(c, i);
   }
 }
 

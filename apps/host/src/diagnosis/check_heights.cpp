@@ -79,7 +79,9 @@ bool differs_in_scale(const HeightFit& fit) {
 
 bool is_altimeter(const WatchedSensor& sensor) { return std::isfinite(sensor.usual.height_m); }
 
-std::string change_of_scale(const WatchedSensor& altimeter, double scale) {
+std::string change_of_scale(const WatchedSensor& altimeter, const std::string& other, double scale) {
+  if (std::abs(scale / kFoot - 1.0) < kScaleTolerance)
+    return fmt::format("source: height of {} times {:.4g} (feet)", other, kFoot);
   const bool is_feet = std::abs(scale * kFoot - 1.0) < kScaleTolerance;
   return fmt::format("source: height of {} times {:.4g}{}", altimeter.name, is_feet ? kFoot : 1.0 / scale,
                      is_feet ? " (feet)" : "");
@@ -102,13 +104,15 @@ void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
           is_named ? std::vector{altimeter} : std::vector{altimeter, other},
           fmt::format("{}its height changes {:.3g} ± {:.2g} times as much as that of {}",
                       is_named ? "" : sensor.name + ": ", scale, fit->scale_sigma, name),
-          change_of_scale(sensor, scale), std::abs(scale - 1.0) / std::max(fit->scale_sigma, 1e-6));
+          change_of_scale(sensor, name, scale), std::abs(scale - 1.0) / std::max(fit->scale_sigma, 1e-6));
     return;
   }
-  const bool has_offset = sensor.usual.height_has_offset || c.sensor(other).usual.height_has_offset;
+  const double offset_sigma =
+      std::hypot(sensor.usual.height_offset_sigma_m, c.sensor(other).usual.height_offset_sigma_m);
   c.comparisons.push_back({"height", sensor.name, name, fit->level, fit->level_scatter, fit->count, "m between them"});
-  const double sigmas = (std::abs(fit->level) - kLevelTolerance) / std::max(fit->level_scatter, 0.1);
-  if (has_offset || sigmas < kSigmas) return;
+  const double tolerance = std::max(kLevelTolerance, kSigmas * offset_sigma);
+  const double sigmas = (std::abs(fit->level) - tolerance) / std::max(fit->level_scatter, 0.1);
+  if (sigmas < kSigmas) return;
   const double level = c.setting(altimeter, "level_m");
   c.add(Certainty::one_of, "height", {altimeter, other},
         fmt::format("{}: its height is {:.1f} ± {:.1f} m {} that of {}", sensor.name, std::abs(fit->level),

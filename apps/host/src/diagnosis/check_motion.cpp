@@ -104,14 +104,16 @@ void add_findings(Case& c, const Agreement& agreement, const Verdict& verdict, c
     if (c.is_blamed(sensor)) continue;  // what is known of it explains this, too
     std::vector<std::size_t> suspects{sensor};
     bool is_open = agreement.groups[i] == verdict.doubted;
-    if (is_open) {
-      for (const std::size_t other : sensors_of(agreement, verdict.trusted)) {
-        if (other != sensor) suspects.push_back(other);
-      }
+    std::string changes = change(i, ratio);
+    for (std::size_t j = 0; is_open && j < agreement.observers.size(); ++j) {
+      const std::size_t other = agreement.observers[j].sensor;
+      if (agreement.groups[j] != verdict.trusted || std::ranges::find(suspects, other) != suspects.end()) continue;
+      suspects.push_back(other);
+      if (agreement.ratios[j][i].spans > 0) changes += "; or " + change(j, agreement.ratios[j][i]);
     }
     is_open = suspects.size() > 1;  // a receiver may contradict itself
     c.add(is_open ? Certainty::one_of : Certainty::named, check, suspects,
-          (is_open ? c.sensor(sensor).name + ": " : "") + seen(i, ratio), change(i, ratio), ratio.sigmas);
+          (is_open ? c.sensor(sensor).name + ": " : "") + seen(i, ratio), changes, ratio.sigmas);
   }
 }
 
@@ -173,7 +175,10 @@ void check_motion(Case& c, MotionAgreement& motion) {
   add_findings(
       c, motion.way, way, "way",
       [&](std::size_t i, const Ratio& ratio) { return seen_of_way(c, motion.way, i, way.trusted, ratio); },
-      [&](std::size_t i, const Ratio& ratio) { return change_of_way(c, motion.way.observers[i], ratio); });
+      [&](std::size_t i, const Ratio& ratio) {
+        const Observer& observer = motion.way.observers[i];
+        return change_of_way(c, observer, ratio, scales_of(motion, observer.sensor, -1));
+      });
   const Verdict yaw = decide(motion.yaw, yaw_cost);
   add_findings(
       c, motion.yaw, yaw, "yaw",

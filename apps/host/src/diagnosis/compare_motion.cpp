@@ -15,6 +15,7 @@ constexpr double kLeans = 0.5;      // of a sensor that is too noisy to agree, a
 constexpr double kAlike = 0.25;
 constexpr double kFarSigmas = 5.0;
 constexpr double kToleranceSigmas = 3.0;
+constexpr double kLeastScale = 0.3;  // of a heading out of a field; its inverse is the most
 
 std::string label(const Case& c, const Observer& observer) {
   const std::string& name = c.sensor(observer.sensor).name;
@@ -71,6 +72,17 @@ void group(Agreement& agreement) {
   }
 }
 
+bool is_field(const Case& c, const Observer& observer) {
+  const WatchedSensor& sensor = c.sensor(observer.sensor);
+  return observer.kind == Observer::Kind::measured && sensor.role() == Role::heading && sensor.usual.m_base.allFinite();
+}
+
+/// True if what turns by much has turned: scans and wheels, but no positions with their noise.
+bool is_sure_to_turn(const Case& c, const Observer& observer) {
+  const bool is_wheels = observer.kind == Observer::Kind::measured && c.sensor(observer.sensor).role() == Role::wheels;
+  return is_wheels || observer.kind == Observer::Kind::matched;
+}
+
 void compare_all(Case& c, const char* quantity, Agreement& agreement, const Track* way, bool is_angle) {
   const std::vector<Observer>& observers = agreement.observers;
   const std::size_t n = observers.size();
@@ -84,10 +96,15 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
       options.way = way;
       options.is_unsigned = is_unsigned;
       options.is_noise_above = observers[i].kind == Observer::Kind::chord;
-      options.is_sure = is_angle && observers[i].kind == Observer::Kind::matched;
+      options.is_sure = is_angle && is_sure_to_turn(c, observers[i]);
       options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
       if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
-      const Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
+      Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
+      // An angle has no scale: what iron or a rolling robot makes of a field's direction is none.
+      const bool is_of_field = is_field(c, observers[i]) || is_field(c, observers[j]);
+      if (is_angle && is_of_field && ratio.verdict == Ratio::Verdict::differ && ratio.value > kLeastScale &&
+          ratio.value < 1.0 / kLeastScale)
+        ratio.verdict = Ratio::Verdict::unknown;
       agreement.ratios[i][j] = ratio;
       agreement.ratios[j][i] = inverse(ratio);
       report(c, quantity, observers[i], observers[j], ratio);

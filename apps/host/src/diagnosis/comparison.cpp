@@ -100,16 +100,18 @@ std::optional<double> least_cost(const std::vector<double>& costs, double step) 
 }
 
 /// The share of the numerator's large changes that the denominator has; nothing if there are few of them.
-std::optional<Fit> share_of_turns(const Rows& rows) {
+std::optional<Fit> share_of_turns(const Rows& rows, const Fit& fit) {
   Rows large(rows.count, 1);
+  const Eigen::Index others = rows.A.cols() - 1;
   for (Eigen::Index k = 0; k < rows.count; ++k) {
-    if (std::abs(rows.y(k)) < kLargeTurn) continue;
-    large.A(large.count, 0) = rows.y(k);
+    const double turn = rows.y(k) - rows.A.row(k).tail(others).dot(fit.x.tail(others));
+    if (std::abs(turn) < kLargeTurn) continue;
+    large.A(large.count, 0) = turn;
     large.y(large.count++) = rows.A(k, 0);
   }
   if (large.count < kLeastUnrelated) return std::nullopt;
-  const Fit fit = fit_rows(large);
-  return fit.valid ? std::optional(fit) : std::nullopt;
+  const Fit share = fit_rows(large);
+  return share.valid ? std::optional(share) : std::nullopt;
 }
 
 /// Whether the bounds miss 1 by more than is usual.
@@ -236,7 +238,7 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
       return ratio;
     }
     // A gyro whose axis does not point up hardly changes at all: no slope on it is known.
-    const auto share = options.is_sure ? share_of_turns(rows) : std::nullopt;
+    const auto share = options.is_sure ? share_of_turns(rows, fit) : std::nullopt;
     if (share && std::abs(share->x(0)) + kSigmas * share->sigma(0) < kMostShare) {
       ratio.verdict = Ratio::Verdict::unrelated;
       ratio.value = 0.0;

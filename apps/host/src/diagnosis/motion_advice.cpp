@@ -29,6 +29,11 @@ std::string others(const Case& c, const Agreement& agreement, int group, const O
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+bool goes_backwards(const WatchedSensor& wheels) {
+  const auto end = wheels.way.at(wheels.way.newest());
+  return end && *end < 0.0;
+}
+
 }  // namespace
 
 std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales) {
@@ -49,6 +54,8 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
         if (r > 0.0) return fmt::format("sensors.{}.track_m: {:.3g} fits", name, c.setting(i, "track_m") * r);
       }
       if (sensor.payload == WheelSteering::kType) {
+        if (mirrored && goes_backwards(sensor))
+          return fmt::format("source: speed of {} times -1 (it drives backwards most of the time)", name);
         if (mirrored) return fmt::format("source: steering_rad of {} times -1 (left is positive)", name);
         if (r > 10.0) return fmt::format("source: steering_rad of {} times {:.6f} (degrees)", name, kDegree);
         return fmt::format("sensors.{}.wheelbase_m: {:.3g} fits, or steering_rad times {:.3g}", name,
@@ -86,22 +93,26 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
         return fmt::format("source: the course of {} counts the wrong way round: clockwise from north is right", name);
       if (mirrored)
         return fmt::format("source: swap east and north of {}, or the sign of its longitude (east is positive)", name);
-      return {};
+      return fmt::format("source: columns, signs and units of {}, and its datum", name);
     case Role::other:
       break;
   }
   return {};
 }
 
-std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio) {
+std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales) {
   const WatchedSensor& sensor = c.sensor(observer.sensor);
   const double r = ratio.value;
   if (observer.kind == Observer::Kind::chord)
     return fmt::format("source: positions of {} times {:.4g}", sensor.name, 1.0 / r);
   if (sensor.role() == Role::scanner) {
     if (r > 0.0) return fmt::format("source: ranges_m of {} times {:.4g}", sensor.name, 1.0 / r);
-    return sensor.steps_backwards ? fmt::format("source: the opposite sign of step_deg of {}", sensor.name)
-                                  : fmt::format("sensors.{}.base_T_sensor.yaw_deg: 180 more fits", sensor.name);
+    // Mirrored scans turn the wrong way, too.
+    const bool is_mirrored = scales.yaw ? *scales.yaw < 0.0 : sensor.steps_backwards;
+    return is_mirrored
+               ? fmt::format("source: the scans of {} are mirrored: the opposite sign of step_deg (and of start_deg)",
+                             sensor.name)
+               : fmt::format("sensors.{}.base_T_sensor.yaw_deg: 180 more fits", sensor.name);
   }
   if (r < 0.0) return fmt::format("source: speeds of {} times -1", sensor.name);
   return fmt::format("source: speeds of {} times {:.4g}", sensor.name, 1.0 / r);

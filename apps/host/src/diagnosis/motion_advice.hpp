@@ -17,6 +17,6 @@ std::string seen_of_way(const Case& c, const Agreement& agreement, std::size_t i
 std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales);
 
 /// The same for its way.
-std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio);
+std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales);
 
 }  // namespace waymark::host::diagnosis

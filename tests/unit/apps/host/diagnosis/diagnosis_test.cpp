@@ -51,9 +51,9 @@ struct Examined {
 
 /// Drives in curves of changing direction and lets the diagnosis see it. `delay_s`: of the compass's stamps.
 /// `imu_every`: steps of 0.02 s between two measurements of the IMU. `chirp` [rad/s²]: ever faster turns, since
-/// periodic ones look alike at other times.
+/// periodic ones look alike at other times. `compass_until` [s]: it delivers nothing from then on.
 Examined examine(const std::function<void(Readings&)>& mistake, const std::string& yaml = kYaml, double delay_s = 0.0,
-                 int imu_every = 1, double chirp = 0.0) {
+                 int imu_every = 1, double chirp = 0.0, double compass_until = kLength) {
   const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
@@ -88,7 +88,8 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
     pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
     if (k % imu_every == 0) pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
     if (k % 25 == 0) pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
-    if (k % 5 == 0) pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
+    if (k % 5 == 0 && t < compass_until)
+      pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
   }
   diagnosis.finish();
   return {diagnosis.findings()};
@@ -301,6 +302,29 @@ TEST(Diagnosis, NamesACompassThatIsFrozen) {
 
 TEST(Diagnosis, NamesAGyroThatIsZero) {
   EXPECT_THAT(examine([](Readings& r) { r.imu.w_sensor.z() = 0.0; }).named(), ElementsAre("imu"));
+}
+
+TEST(Diagnosis, NamesAGyroThatRepeatsItsLastRate) {
+  const Examined examined = examine([last = 0.0](Readings& r) mutable {
+    if (r.t < 120.0) last = r.imu.w_sensor.z();
+    r.imu.w_sensor.z() = last;
+  });
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_THAT(examined.findings.front().seen, HasSubstr("its yaw rate stays the same to the last digit"));
+}
+
+TEST(Diagnosis, NamesASensorThatEndsEarly) {
+  const Examined examined = examine([](Readings&) {}, kYaml, 0.0, 1, 0.0, 120.0);
+  ASSERT_THAT(examined.named(), ElementsAre("compass"));
+  EXPECT_THAT(examined.findings.front().seen, HasSubstr("no measurement in the last 80 of 200 s of log"));
+}
+
+TEST(Diagnosis, NamesAGyroOfAnotherAxisBesideWheelsOnHills) {
+  // The axis that is taken for z measures how the robot rolls, which has nothing to do with how it turns.
+  const Examined examined = examine([](Readings& r) {
+    r.imu.w_sensor = {0.0, r.rate, 0.05 * std::sin(2.1 * r.t) + 0.001 * r.speed};
+  });
+  EXPECT_THAT(examined.named(), ElementsAre("imu"));
 }
 
 TEST(Diagnosis, NamesAClockOfAnotherTimeZone) {
