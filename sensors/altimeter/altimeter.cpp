@@ -48,7 +48,6 @@ class Altimeter final : public Sensor {
     offset_.initial_sigma = offset_.stationary_sigma = config.non_negative(
         {"offset_sigma_m", "m", "unknown offset as a state of its own (ground that is not level, weather); 0: none"},
         0.0);
-    if (offset_.initial_sigma == 0.0) return;
     offset_.tau_s = config.non_negative(
         {"offset_tau_s", "s",
          "the offset varies as a first-order Gauss–Markov process with this time constant; 0: as a random walk"},
@@ -56,6 +55,9 @@ class Altimeter final : public Sensor {
     offset_.walk_per_sqrt_s =
         config.non_negative({"offset_walk_m_per_sqrt_s", "m/√s", "random walk of the offset; 0: it is constant"}, 0.0);
     if (offset_.tau_s == 0.0) offset_.stationary_sigma = 0.0;
+    for (const char* key : {"offset_tau_s", "offset_walk_m_per_sqrt_s"}) {
+      if (offset_.initial_sigma == 0.0 && config.has(key)) config.fail(key, "needs offset_sigma_m above 0");
+    }
   }
 
   SensorTraits traits() const override { return {.observes_height = true}; }

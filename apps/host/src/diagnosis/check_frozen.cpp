@@ -51,11 +51,13 @@ bool is_steady(const Track& track, double from, double to) {
   return true;
 }
 
-/// What an angle does that is not alive.
+/// A heading is frozen if it stays, a rate if it stays at what is not zero: a robot that stands has no rate, whatever a
+/// raw gyro has beside it.
 bool is_frozen(const WatchedSensor& sensor, double from, double to, double turned) {
   if (!is_steady(sensor.yaw, from, to)) return false;
   const double own = *sensor.yaw.change(from, to);
-  return sensor.has_heading ? std::abs(own) < kNoChange : std::abs(turned - own) > kMissed;
+  const bool stays = std::abs(own) < kNoChange;
+  return sensor.has_heading ? stays : !stays && std::abs(turned - own) > kMissed;
 }
 
 /// A heading, or a rate, that stays exactly the same while another sensor turns.

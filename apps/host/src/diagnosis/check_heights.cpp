@@ -8,7 +8,6 @@
 
 #include "checks.hpp"
 #include "fit.hpp"
-#include "waymark/interface/payloads.hpp"
 
 namespace waymark::host::diagnosis {
 

@@ -10,6 +10,7 @@ namespace waymark {
 namespace {
 
 using sensor_test::measurement_of;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Motion = StateLayout::Motion;
 
@@ -117,7 +118,7 @@ TEST(Altimeter, RefusesWhatCannotBe) {
     Bench(", sigma_m: 0.1, offset_tau_s: 3");  // of no offset
     FAIL() << "not refused";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("text:1:"));
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("text:1:"), HasSubstr("needs offset_sigma_m above 0")));
   }
 }
 
