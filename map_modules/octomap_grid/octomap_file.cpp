@@ -117,7 +117,7 @@ void compute_distances(VoxelMap& map) {
         if (!is_occupied(odds)) return;
         for (int i = 0; i < side * side * side; ++i) {
           const Cell at{from.x + v.x + i % side, from.y + v.y + i / side % side};
-          occupied.push_back({z * kSide + v.z + i / (side * side), at});
+          occupied.emplace_back(z * kSide + v.z + i / (side * side), at);
         }
       });
     });

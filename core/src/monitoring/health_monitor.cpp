@@ -23,7 +23,7 @@ constexpr double kFaultyShare = 0.5;
 /// A scan that fits nowhere is written where it is predicted. If it may lie wrong by more than this (σ), what comes
 /// after it may have no right place beside what was before; one alone may have been of a person in front of the
 /// scanner.
-constexpr double kTear = 1.0;  // [m]
+constexpr double kTear = 1.5;  // [m]
 constexpr std::uint64_t kManyWrittenBlindly = 2;
 /// Limit of the mean NIS over its degrees of freedom; above it a sensor's noise, or the belief, is inconsistent. For
 /// one degree of freedom and the window, χ² exceeds it with probability 10⁻⁴.
