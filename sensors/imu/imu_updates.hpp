@@ -75,10 +75,10 @@ class TiltUpdate final : public Update {
     out.residual << u.y(), -u.x();
     out.R.diagonal().setConstant(variance_);
     if (u.z() < kCosOfFar) {
-      const double sine = std::max(out.residual.norm(), kLeastSine);
-      const double grows = std::atan2(sine, u.z()) / sine;
       // On its head exactly, any axis will do.
       if (out.residual.norm() < kLeastSine) out.residual << kLeastSine, 0.0;
+      const double sine = out.residual.norm();
+      const double grows = std::atan2(sine, u.z()) / sine;
       out.residual *= grows;
       out.attitude() << 1.0, 0.0, -grows * u.x(), 0.0, 1.0, -grows * u.y();
       return;

@@ -65,14 +65,20 @@ void Committed::count(const Measurement& m, Fate fate) {
   }
 }
 
+std::size_t Committed::count_modes() {
+  if (filter.set().size() == 1) return 1;
+  // Most particles are too near to one another, as their mixture shows, which is known already.
+  const Eigen::Matrix3d P = pose_covariance(std::as_const(filter).mixture(), filter.layout());
+  if (!ModeFinder::may_have_modes(P)) return 1;
+  filter.view(views);
+  return modes.find(views).size();
+}
+
 void Committed::update_health(Time now) {
   health.place(filter.placement());
   health.set_particles_alone(filter.gave_up_joint());
-  if (filter.set().size() > 1) {
-    filter.view(views);
-    health.set_modes(modes.find(views).size());
-  }
   const Belief& belief = filter.reported();
+  health.set_modes(count_modes());
   const auto& pose = filter.layout().pose_indices();
   const Eigen::Matrix2d P{{belief.P(pose[0], pose[0]), belief.P(pose[0], pose[1])},
                           {belief.P(pose[1], pose[0]), belief.P(pose[1], pose[1])}};

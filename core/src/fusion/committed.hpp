@@ -74,6 +74,8 @@ struct Committed {
   void count(const Measurement& m, Fate fate);
   /// Updates the health of sensors and pose at `now`.
   void update_health(Time now);
+  /// At how many separate places and headings the particles have the robot. The mixture must be current.
+  std::size_t count_modes();
 
   /// The present state. `at`: number of the next measurement.
   Mark mark(std::uint64_t at) const;

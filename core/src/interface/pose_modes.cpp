@@ -70,9 +70,7 @@ std::size_t ModeFinder::cut(std::span<Point> points) {
   mean /= weight;
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   for (const Point& point : points) P += point.weight * (point.at - mean) * (point.at - mean).transpose();
-  // Two of one weight, apart by d, have a variance of d²/4; of unequal ones less.
-  constexpr double kLeastApart = kLeastD * kLeastSigma;
-  if (P.trace() < kLeastWeight * (1.0 - kLeastWeight) * kLeastApart * kLeastApart * weight) return 0;
+  if (P.trace() < kLeastVariance * weight) return 0;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(P);
   WeightedSums above;
   for (Point& point : points) {
@@ -89,8 +87,8 @@ std::size_t ModeFinder::cut(std::span<Point> points) {
     below.add(points[k].along, points[k].weight);
     above.add(points[k].along, -points[k].weight);
     if (below.weight < kLeastWeight || above.weight < kLeastWeight) continue;
-    constexpr double kLeastVariance = kLeastSigma * kLeastSigma;
-    const double variance = std::max(below.variance(), kLeastVariance) + std::max(above.variance(), kLeastVariance);
+    constexpr double kLeast = kLeastSigma * kLeastSigma;
+    const double variance = std::max(below.variance(), kLeast) + std::max(above.variance(), kLeast);
     const double d = std::sqrt(2.0 / variance) * std::abs(above.mean() - below.mean());
     if (d > best) {
       best = d;

@@ -100,7 +100,7 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
       options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
       if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
       Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
-      // An angle has no scale: what iron or a rolling robot makes of a field's direction is none.
+      // A field's direction that turns too far or too little is disturbed, by iron or as the robot rolls.
       const bool is_of_field = is_field(c, observers[i]) || is_field(c, observers[j]);
       if (is_angle && is_of_field && ratio.verdict == Ratio::Verdict::differ && ratio.value > kLeastScale &&
           ratio.value < 1.0 / kLeastScale)

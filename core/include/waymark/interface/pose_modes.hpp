@@ -33,7 +33,16 @@ class WAYMARK_API ModeFinder {
   /// Valid until the next call.
   const std::vector<PoseMode>& find(std::span<const ParticleView> particles);
 
+  /// False if particles whose poses (x, y, yaw) have a covariance of P have one mode: they are too near to one another.
+  static bool may_have_modes(const Eigen::Matrix3d& P) {
+    return P(0, 0) + P(1, 1) + kHeadingArm * kHeadingArm * P(2, 2) >= kLeastVariance;
+  }
+
  private:
+  // Two modes that are apart by d, of weights w and 1 - w, have a variance of w (1 - w) d².
+  static constexpr double kLeastVariance =
+      kLeastWeight * (1.0 - kLeastWeight) * kLeastD * kLeastSigma * kLeastD * kLeastSigma;
+
   struct Point {
     Eigen::Vector3d at;  // x, y, heading · arm
     double weight;

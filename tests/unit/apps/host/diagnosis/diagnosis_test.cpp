@@ -10,6 +10,7 @@
 #include <functional>
 #include <random>
 
+#include "tests/unit/apps/host/diagnosis/measurement_feed.hpp"
 #include "waymark/interface/payloads.hpp"
 
 namespace waymark::host {
@@ -61,15 +62,7 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
   double x = 0.0;
   double y = 0.0;
   double yaw = 0.3;
-  std::uint64_t sequence = 0;
-  const auto pass = [&](std::uint32_t sensor, double t, std::shared_ptr<Payload> payload) {
-    Measurement measurement;
-    measurement.stamp = measurement.arrival = Time{} + from_seconds(t);
-    measurement.sensor = sensor;
-    measurement.sequence = sequence++;
-    measurement.payload = std::move(payload);
-    diagnosis.arrived(measurement);
-  };
+  MeasurementFeed feed(diagnosis);
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
     const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
@@ -85,11 +78,11 @@ Examined examine(const std::function<void(Readings&)>& mistake, const std::strin
     readings.gps.p_map_antenna = {x + 0.1 * noise(dice), y + 0.1 * noise(dice), 0.0};
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);
-    pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
-    if (k % imu_every == 0) pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
-    if (k % 25 == 0) pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
+    feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
+    if (k % imu_every == 0) feed.pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
+    if (k % 25 == 0) feed.pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
     if (k % 5 == 0 && t < compass_until)
-      pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
+      feed.pass(kCompass, t + delay_s, std::make_shared<CompassHeading>(readings.compass));
   }
   diagnosis.finish();
   return {diagnosis.findings()};

@@ -7,6 +7,7 @@
 #include <functional>
 #include <random>
 
+#include "tests/unit/apps/host/diagnosis/measurement_feed.hpp"
 #include "waymark/host/diagnosis.hpp"
 #include "waymark/interface/payloads.hpp"
 
@@ -33,15 +34,7 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   double yaw = 0.3;
   double slow = 0.0;  // error of the fixes, correlated over a minute
-  std::uint64_t sequence = 0;
-  const auto pass = [&](std::uint32_t sensor, double t, std::shared_ptr<Payload> payload) {
-    Measurement measurement;
-    measurement.stamp = measurement.arrival = Time{} + from_seconds(t);
-    measurement.sensor = sensor;
-    measurement.sequence = sequence++;
-    measurement.payload = std::move(payload);
-    diagnosis.arrived(measurement);
-  };
+  MeasurementFeed feed(diagnosis);
   for (int k = 0; k < 300 * 20; ++k) {
     const double t = 0.05 * k;
     const double rate = 0.4 * std::sin(0.23 * t);
@@ -55,17 +48,17 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
     ImuSample imu;
     imu.w_sensor = {0.0, 0.0, rate + 0.01 * noise(dice)};
     imu.f_sensor = {0.05 * noise(dice), rate, 9.81};
-    pass(kWheels, t, std::make_shared<WheelSpeeds>(wheels));
-    pass(kImu, t, std::make_shared<ImuSample>(imu));
+    feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(wheels));
+    feed.pass(kImu, t, std::make_shared<ImuSample>(imu));
     if (k % 10 == 0) {
       GnssFix fix;
       fix.p_map_antenna = {p.x() + 0.3 * noise(dice), p.y() + 0.3 * noise(dice), z + 1.5 + slow + 0.5 * noise(dice)};
-      pass(kGps, t, std::make_shared<GnssFix>(fix));
+      feed.pass(kGps, t, std::make_shared<GnssFix>(fix));
     }
     if (k % 4 == 0) {
       Height height;
       height.height_m = mistake(z + 0.5 + 0.002 * t + 0.1 * noise(dice));
-      pass(kBarometer, t, std::make_shared<Height>(height));
+      feed.pass(kBarometer, t, std::make_shared<Height>(height));
     }
   }
   diagnosis.finish();
