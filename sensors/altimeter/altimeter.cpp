@@ -55,9 +55,9 @@ class Altimeter final : public Sensor {
     offset_.walk_per_sqrt_s =
         config.non_negative({"offset_walk_m_per_sqrt_s", "m/√s", "random walk of the offset; 0: it is constant"}, 0.0);
     if (offset_.tau_s == 0.0) offset_.stationary_sigma = 0.0;
-    for (const char* key : {"offset_tau_s", "offset_walk_m_per_sqrt_s"}) {
-      if (offset_.initial_sigma == 0.0 && config.has(key)) config.fail(key, "needs offset_sigma_m above 0");
-    }
+    if (offset_.initial_sigma > 0.0) return;
+    if (offset_.tau_s > 0.0) config.fail("offset_tau_s", "needs offset_sigma_m above 0");
+    if (offset_.walk_per_sqrt_s > 0.0) config.fail("offset_walk_m_per_sqrt_s", "needs offset_sigma_m above 0");
   }
 
   SensorTraits traits() const override { return {.observes_height = true}; }

@@ -114,6 +114,8 @@ TEST(Altimeter, RefusesWhatCannotBe) {
   EXPECT_THROW(bench.feed(NAN), DataError);
   EXPECT_THROW(Bench(""), ConfigError);
   EXPECT_THROW(Bench(", sigma_m: 0"), ConfigError);
+  EXPECT_NO_THROW(
+      Bench(", sigma_m: 0.1, offset_tau_s: 0, offset_walk_m_per_sqrt_s: 0"));  // as a written configuration has it
   try {
     Bench(", sigma_m: 0.1, offset_tau_s: 3");  // of no offset
     FAIL() << "not refused";
