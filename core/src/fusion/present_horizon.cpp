@@ -252,7 +252,7 @@ void PresentHorizon::map(const Measurement& m, const Extraction& extraction, Upd
   if (!std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) return;
   result.localized = filter().localized();
   result.match_failed = filter().match_failed();
-  result.written_blindly = filter().written_blindly();
+  result.suspected_tears = filter().suspected_tears();
 }
 
 }  // namespace waymark::fusion

@@ -210,6 +210,11 @@ std::size_t LoopCloser::last_recognised() const {
   return last;
 }
 
+bool LoopCloser::is_bridged(Time stamp) const {
+  return std::ranges::any_of(
+      loops_, [&](const Loop& loop) { return keyframe(loop.from).stamp < stamp && stamp < keyframe(loop.to).stamp; });
+}
+
 /// Begins the next node, or goes on with one: a candidate costs milliseconds, and a mapping step has few.
 std::optional<Correction> LoopCloser::search_some() {
   std::vector<Relation> all_steps = steps();

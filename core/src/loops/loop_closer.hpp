@@ -54,6 +54,8 @@ class WAYMARK_API LoopCloser {
   std::span<const Keyframe> keyframes() const { return keyframes_; }
   /// Of the graph.
   std::span<const Loop> loops() const { return loops_; }
+  /// True if a loop relates a place before that time to one after it.
+  bool is_bridged(Time stamp) const;
   /// True if places that must be those of before do not look so: the map may be torn.
   bool fails_to_recognise() const { return missed_ >= kManyMissed; }
   /// True if the path has more places than are kept.

@@ -20,11 +20,8 @@ constexpr double kWindow = 20.0;
 constexpr double kKnown = 5.0;  // measurements from which a share is significant
 constexpr double kDegradedShare = 0.15;
 constexpr double kFaultyShare = 0.5;
-/// A scan that fits nowhere is written where it is predicted. If it may lie wrong by more than this (σ), what comes
-/// after it may have no right place beside what was before; one alone may have been of a person in front of the
-/// scanner.
-constexpr double kTear = 1.5;  // [m]
-constexpr std::uint64_t kManyWrittenBlindly = 2;
+/// One scan alone that fits nowhere may have been of a person in front of the scanner.
+constexpr std::uint64_t kManyTears = 2;
 /// Limit of the mean NIS over its degrees of freedom; above it a sensor's noise, or the belief, is inconsistent. For
 /// one degree of freedom and the window, χ² exceeds it with probability 10⁻⁴.
 constexpr double kDegradedNis = 2.5;
@@ -117,8 +114,8 @@ void HealthMonitor::add(Track& track, const UpdateResult& result) {
     track.steps = std::min(track.steps + 1.0, kWindow);
     track.not_localized += (1.0 / track.steps) * ((*result.localized ? 0.0 : 1.0) - track.not_localized);
     track.not_matched += (1.0 / track.steps) * ((result.match_failed ? 1.0 : 0.0) - track.not_matched);
+    if (!track.role.has_prior_map) track.suspected_tears = result.suspected_tears;
   }
-  if (result.written_blindly > kTear && !track.role.has_prior_map) ++track.written_blindly;
   // A scan that no map used leaves the localization as it was.
   if (usable(result.fate) && result.fate != Fate::gated && track.localized) track.last_good = track.last;
   if (!result.degraded_reason.empty()) {
@@ -173,7 +170,7 @@ HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Tr
     return {degraded, "most of its scans do not fit the map"};
   if (track.steps >= kWindow && track.not_matched > kDegradedShare)
     return {degraded, "some of its scans do not fit the map"};
-  if (track.written_blindly >= kManyWrittenBlindly)
+  if (track.suspected_tears >= kManyTears)
     return {degraded, "scans that did not fit the map were written at uncertain poses: the map may be torn"};
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return {degraded, "its innovations are too large"};
   return {};

@@ -28,9 +28,9 @@ struct UpdateResult {
   std::string_view degraded_reason = {};  ///< of the sensor's own monitoring; empty: none
   /// Whether maps that localise gave information about the pose; nothing if none used the measurement.
   std::optional<bool> localized = {};
-  bool match_failed = false;       ///< the measurement did not fit the maps that localise
-  double written_blindly = 0.0;    ///< if so: by how much it may lie wrong in these maps all the same (σ) [m]
-  bool observes_position = false;  ///< an update observed the position
+  bool match_failed = false;        ///< the measurement did not fit the maps that localise
+  std::size_t suspected_tears = 0;  ///< in the maps, up to now: scans that fitted nowhere, at uncertain poses
+  bool observes_position = false;   ///< an update observed the position
   /// The twist before was forgotten, so that the innovations are zero by construction: their NIS is none.
   bool nis_is_trivial = false;
   bool is_continuous = false;  ///< the sensor states that it follows its last accepted measurements
@@ -127,7 +127,7 @@ class WAYMARK_API HealthMonitor {
     double steps = 0.0;                 // of its maps, up to the window
     double not_localized = 0.0;         // running share of those without information
     double not_matched = 0.0;           // the same of those that did not fit the map
-    std::uint64_t written_blindly = 0;  // scans that may lie wrong in a map of this run
+    std::uint64_t suspected_tears = 0;  // in a map of this run
     double nis_ratio = 1.0;             // running mean of NIS over its degrees of freedom, gated ones clamped
     std::string degraded_reason;        // last report of the sensor's own monitoring
     std::optional<Time> degraded_at;
@@ -136,7 +136,7 @@ class WAYMARK_API HealthMonitor {
     template <class Archive>
     void serialize(Archive& archive) {
       archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, degraded_reason, degraded_at,
-              localized, was_localized, observes_position, steps, not_localized, not_matched, written_blindly, settled);
+              localized, was_localized, observes_position, steps, not_localized, not_matched, suspected_tears, settled);
     }
   };
   /// A verdict on a sensor or on the pose.

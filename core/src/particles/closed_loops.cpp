@@ -47,7 +47,10 @@ void ParticleFilter::close_loops() {
   if (!loops_) return;
   std::vector<StampedPose> path;
   const auto best_path = [&]() -> const std::vector<StampedPose>& { return path = set_[set_.best()].path.poses(); };
+  const std::size_t known = loops_->loops().size();
   const auto correction = loops_->search(best_path);
+  if (loops_->loops().size() > known)
+    std::erase_if(suspected_tears_, [&](Time stamp) { return loops_->is_bridged(stamp); });
   if (!correction) return;
   const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
   Particle best = set_[set_.best()].clone();

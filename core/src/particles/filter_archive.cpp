@@ -10,12 +10,15 @@
 
 namespace waymark::particles {
 
-ParticleFilter::State ParticleFilter::state() const { return {set_.clone(), resamplings_, mapping_steps_}; }
+ParticleFilter::State ParticleFilter::state() const {
+  return {set_.clone(), resamplings_, mapping_steps_, suspected_tears_};
+}
 
 void ParticleFilter::restore(const State& state) {
   for (std::size_t i = 0; i < set_.size(); ++i) set_[i] = state.particles[i].clone();
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
+  suspected_tears_ = state.suspected_tears;
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
   has_changed();
@@ -42,14 +45,14 @@ void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapMo
 
 template <class Archive>
 void ParticleFilter::serialize(Archive& archive, State& state) const {
-  if (archive.section("particle_filter", 4) < 4) throw DataError("the checkpoint has an older version");
+  if (archive.section("particle_filter", 5) < 5) throw DataError("the checkpoint has an older version");
   std::uint64_t count = state.particles.size();
   archive(count);
   if (count != set_.size()) {
     throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
                     std::to_string(set_.size()));
   }
-  archive(state.resamplings, state.mapping_steps);
+  archive(state.resamplings, state.mapping_steps, state.suspected_tears);
   state.particles.resize(set_.size());
   for (Particle& particle : state.particles) {
     estimation::serialize_belief(archive, particle.belief, layout());
@@ -115,6 +118,7 @@ void ParticleFilter::load(InArchive& in) {
   reported_is_current_ = false;
   resamplings_ = now.resamplings;
   mapping_steps_ = now.mapping_steps;
+  suspected_tears_ = std::move(now.suspected_tears);
   begin_relocation();
   serialize_rest(in);
 }

@@ -118,6 +118,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   }
   if (joint_) joint_->start(set_[0].belief, frame);
   if (loops_) loops_->clear();
+  suspected_tears_.clear();
   begin_relocation();
   // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (!georeference_ && draw && set_.size() > 1) {
@@ -197,7 +198,10 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   at.sample(sensor);
   keep_new_anchors();
   // Scans that were taken elsewhere would spoil the map.
-  if (!is_misplaced() && !place_) mapping_.insert(set_, at, inputs, failures, drop);
+  if (!is_misplaced() && !place_) {
+    mapping_.insert(set_, at, inputs, failures, drop);
+    if (is_now && mapping_.failed()) suspect_tear(best);
+  }
   ++mapping_steps_;
   at.conclude_mapping(sensor);
   if (is_now) {
@@ -372,11 +376,12 @@ std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std
   return joint_->landmark(birth, georeference_ ? &*georeference_ : nullptr);
 }
 
-double ParticleFilter::written_blindly() const {
+void ParticleFilter::suspect_tear(std::size_t slot) {
   constexpr double kDistance = 5.0;  // [m]
-  if (!mapping_.failed() || is_misplaced()) return 0.0;
-  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(set_.best()), layout());
-  return std::sqrt(std::max(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2), 0.0));
+  // One that may lie wrong by more than this leaves what comes after it without a right place beside what was before.
+  constexpr double kTear = 1.5;  // [m]
+  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
+  if (P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear) suspected_tears_.push_back(stamp());
 }
 
 void ParticleFilter::view(std::vector<ParticleView>& views) const {

@@ -90,9 +90,9 @@ class WAYMARK_API ParticleFilter {
   bool localized() const { return mapping_.localized(); }
   /// True if the observation of the last mapping step did not fit the maps of half of the particles or more.
   bool match_failed() const { return mapping_.failed(); }
-  /// If it did not fit: by how much it may have been written in a wrong place all the same (σ, of a surface in a
-  /// distance of 5 m, by the pose that the best particle predicted) [m]; else 0.
-  double written_blindly() const;
+  /// How many observations of this run may have torn the maps: they fitted nowhere, were written at poses that were
+  /// uncertain by 1.5 m (σ, of a surface in a distance of 5 m), and no loop relates what was before to what came after.
+  std::size_t suspected_tears() const { return suspected_tears_.size(); }
 
   /// Sets velocity and rate to zero, for standstill.
   void stop();
@@ -169,6 +169,7 @@ class WAYMARK_API ParticleFilter {
     std::vector<Particle> particles;
     std::uint64_t resamplings = 0;
     std::uint64_t mapping_steps = 0;
+    std::vector<Time> suspected_tears;
   };
   State state() const;
   /// Sets the particles to `state`; clears the stored beliefs.
@@ -195,6 +196,9 @@ class WAYMARK_API ParticleFilter {
   /// maps are drawn again.
   void close_loops();
   std::vector<std::unique_ptr<ParticleMap>> draw_again(const Particle& best) const;
+  /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
+  /// sampling.
+  void suspect_tear(std::size_t slot);
   /// Prepares the search in a loaded map.
   void begin_relocation();
   /// Passes a mapping step to it, before the poses are sampled; `slot`: the best particle.
@@ -246,6 +250,7 @@ class WAYMARK_API ParticleFilter {
   std::vector<const Belief*> beliefs_;  // scratch of mixture(): one per slot
   std::uint64_t resamplings_ = 0;
   std::uint64_t mapping_steps_ = 0;
+  std::vector<Time> suspected_tears_;
 };
 
 }  // namespace waymark::particles

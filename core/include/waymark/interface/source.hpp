@@ -25,6 +25,7 @@ struct Reference {
     Time stamp;
     Pose T_map_base;  ///< yaw is meaningful only if `has_yaw`
     bool has_yaw = false;
+    bool is_planar = false;  ///< its height, roll and pitch are unknown, and 0
   };
   struct Landmark {
     std::string name;

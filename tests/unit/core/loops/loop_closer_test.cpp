@@ -136,6 +136,16 @@ TEST(LoopCloser, CorrectsAPathThatMeetsItsBeginning) {
   EXPECT_EQ(closed, 5);
 }
 
+TEST(LoopCloser, BridgesWhatLiesBetweenTwoVisitsOfAPlace) {
+  Drive once;
+  once.go(60.0, 1);
+  EXPECT_FALSE(once.closer().is_bridged(Time{from_seconds(40.0)}));
+  Drive twice;
+  twice.go(130.0, 1);
+  EXPECT_TRUE(twice.closer().is_bridged(Time{from_seconds(40.0)}));
+  EXPECT_FALSE(twice.closer().is_bridged(Time{from_seconds(129.0)}));  // nothing after it was met before
+}
+
 TEST(LoopCloser, LeavesAPathAloneThatMeetsNothing) {
   Drive drive;
   drive.go(70.0, 1);

@@ -222,22 +222,23 @@ TEST_F(HealthOfAMap, ScansThatDoNotFitTheMapCount) {
   EXPECT_THAT(health().reason, HasSubstr("most of its scans do not fit the map"));
 }
 
-TEST_F(HealthOfAMap, ScansThatWereWrittenBlindlyMayHaveTornIt) {
-  const auto fail = [&](double t, double written_blindly) {
-    const UpdateResult result{
-        .fate = Fate::mapped, .localized = false, .match_failed = true, .written_blindly = written_blindly};
-    see(kAid, t, result);
+TEST_F(HealthOfAMap, MayBeTornUntilALoopRelatesBothSides) {
+  const auto see_tears = [&](double t, std::size_t suspected_tears) {
+    for (double end = t + 10.0; t < end; t += 0.1) {
+      see(kWheels, t);
+      see(kAid, t, {.fate = Fate::mapped, .localized = true, .suspected_tears = suspected_tears});
+    }
   };
-  drive(0, 300, 0);
-  for (int k = 0; k < 10; ++k) fail(30.0 + 20.0 * k, 0.3);  // at a pose that is known well enough
-  drive(2300, 2600, 0);
-  fail(260.0, 2.0);  // one alone
-  drive(2600, 2900, 0);
+  see_tears(0.0, 0);
+  see_tears(10.0, 1);  // one alone
   EXPECT_EQ(health().state, Health::State::ok) << health().reason;
-  fail(290.0, 2.0);
-  drive(2900, 5000, 0);
+  see_tears(20.0, 2);
   EXPECT_EQ(health().state, Health::State::degraded);
   EXPECT_THAT(health().reason, HasSubstr("the map may be torn"));
+  see_tears(30.0, 2);
+  EXPECT_EQ(health().state, Health::State::degraded);
+  see_tears(40.0, 0);
+  EXPECT_EQ(health().state, Health::State::ok) << health().reason;
 }
 
 TEST_F(HealthOfAMap, AnUncertainPositionInNewPlacesIsDegraded) {
