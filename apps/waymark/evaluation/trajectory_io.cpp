@@ -195,6 +195,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
   out.name = file.string();
   out.has_z = z >= 0 || geodetic.has_height();
   bool turned = false;
+  bool lacks_height = false;  // and so roll and pitch, too
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Pose pose;
     if (geodetic.given() && (x < 0 || y < 0 || std::isnan(table.number_or_nan(row, x)))) {
@@ -203,6 +204,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
       pose.p = {table.number(row, x, "x"), table.number(row, y, "y"), z >= 0 ? table.number_or_nan(row, z) : 0.0};
     }
     if (std::isnan(pose.p.z())) out.has_z = false;
+    lacks_height = lacks_height || std::isnan(pose.p.z());
     if (quaternion) {
       pose.q = read_quaternion(table, row, qx, qy, qz, qw);
       turned = turned || pose.q.vec() != Eigen::Vector3d::Zero();
@@ -215,7 +217,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const std::optiona
     for (auto& point : out.points) point.pose.p.z() = 0.0;
   }
   if (quaternion) {
-    out.orientation = turned ? Orientation::full : Orientation::none;
+    out.orientation = !turned ? Orientation::none : lacks_height ? Orientation::yaw : Orientation::full;
   } else {
     out.orientation = yaw >= 0 ? Orientation::yaw : Orientation::none;
   }

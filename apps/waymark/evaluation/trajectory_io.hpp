@@ -44,10 +44,10 @@ const std::vector<std::string>& survey_quantities();
 
 /// Reads a trajectory: with `columns` those columns; else by the names in the first row (t, t_s, time; x, x_m, east_m;
 /// y, y_m, north_m; z, z_m, up_m; yaw, yaw_rad; qx … qw); else eight blank-separated columns are TUM (t x y z qx qy qz
-/// qw). Seconds, metres, radians. z counts only if every row has one; a file whose quaternions are all exactly the
-/// identity has no orientation (that is how "unknown" is written). Rows are sorted by stamp; of equal stamps the last
-/// row stays. Where x is empty or absent, latitude_deg, longitude_deg and height_m count, with `datum` as the origin.
-/// Throws DataError with file and line.
+/// qw). Seconds, metres, radians. z counts only if every row has one, and where one has NaN in its place, of
+/// quaternions only the yaw; a file whose quaternions are all exactly the identity has no orientation (that is how
+/// "unknown" is written). Rows are sorted by stamp; of equal stamps the last row stays. Where x is empty or absent,
+/// latitude_deg, longitude_deg and height_m count, with `datum` as the origin. Throws DataError with file and line.
 Trajectory read_trajectory(const std::filesystem::path& file, const std::optional<Columns>& columns = std::nullopt,
                            const std::optional<Datum>& datum = std::nullopt);
 

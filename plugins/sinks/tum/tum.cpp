@@ -3,6 +3,8 @@
 
 #include <array>
 #include <iterator>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,7 +70,7 @@ class Tum : public Sink {
     trajectory_.emplace(out_dir_ / trajectory_name_);
     trajectory_->write(kHeader);
     covariance_.emplace(out_dir_ / covariance_name_);
-    if (info.reference && !info.reference->trajectory.empty()) write_reference(*info.reference);
+    if (info.reference && !info.reference->trajectory.empty()) reference_ = info.reference;
   }
 
   void write(const Snapshot& snapshot) override {
@@ -77,6 +79,7 @@ class Tum : public Sink {
     // With maps the covariance is shown where it means most: of the refined mixture, before a mapping step samples.
     if (snapshot.mapping_steps() > 0 && snapshot.fate() != Fate::mapped) return;
     const bool is_spatial = snapshot.layout().motion() == StateLayout::Motion::spatial;
+    if (reference_) write_reference(is_spatial);
     begin_covariance(is_spatial ? kSpatialHeader : kCovarianceHeader);
     covariance_->write(is_spatial ? line(snapshot.stamp(), spatial_covariance(snapshot.belief()))
                                   : line(snapshot.stamp(), pose_covariance(snapshot.belief(), snapshot.layout())));
@@ -84,6 +87,7 @@ class Tum : public Sink {
 
   void finish(const Snapshot* last, const RunReport& report) override {
     trajectory_->commit();
+    if (reference_) write_reference(false);
     begin_covariance(kCovarianceHeader);
     covariance_->commit();
     std::string text(kHeader);
@@ -113,13 +117,17 @@ class Tum : public Sink {
     write_file(out_dir_ / "smoothed_covariance.csv", covariance);
   }
 
-  void write_reference(const Reference& reference) const {
+  /// Once. The height of a robot that moves in space is not compared with that of a reference that has none.
+  void write_reference(bool is_spatial) {
     std::string text(kHeader);
-    for (const Reference::Point& point : reference.trajectory) {
-      const Pose without_yaw{Eigen::Quaterniond::Identity(), point.T_map_base.p};
-      text += line(point.stamp, point.has_yaw ? point.T_map_base : without_yaw);
+    for (const Reference::Point& point : reference_->trajectory) {
+      Pose pose = point.T_map_base;
+      if (!point.has_yaw) pose.q = Eigen::Quaterniond::Identity();
+      if (is_spatial && point.is_planar) pose.p.z() = std::numeric_limits<double>::quiet_NaN();
+      text += line(point.stamp, pose);
     }
     write_file(out_dir_ / reference_name_, text);
+    reference_.reset();
   }
 
   std::string trajectory_name_;
@@ -127,7 +135,8 @@ class Tum : public Sink {
   std::string reference_name_;
   std::string covariance_name_;
   std::filesystem::path out_dir_;
-  std::optional<OutputFile> trajectory_;  // open from start() to finish()
+  std::shared_ptr<const Reference> reference_;  // until it is written
+  std::optional<OutputFile> trajectory_;        // open from start() to finish()
   std::optional<OutputFile> covariance_;
   bool has_covariance_header_ = false;
 };

@@ -98,6 +98,7 @@ std::vector<Reference::Point> read_trajectory(const Config& config, const Rig& r
       point.has_yaw = !std::isnan(yaw_rad);
       point.T_map_base = Pose::planar(x.read(row), y.read(row), point.has_yaw ? yaw_rad : 0.0);
     }
+    point.is_planar = !z;
     points.push_back(point);
   });
   return points;

@@ -18,10 +18,10 @@
 /// What the tests of sinks share: a snapshot made by hand.
 namespace waymark::test {
 
-/// A snapshot whose answers are its members. Planar, without blocks; starts as a started filter at the map's origin.
+/// A snapshot whose answers are its members. Without blocks; starts as a started filter at the map's origin.
 class FakeSnapshot : public Snapshot {
  public:
-  FakeSnapshot() {
+  explicit FakeSnapshot(StateLayout::Motion motion = StateLayout::Motion::planar) : layout_(motion, {}) {
     belief_.P = ErrorMatrix::Zero(layout_.size(), layout_.size());
     measurement_.payload = std::make_shared<WheelSpeeds>();
   }
@@ -68,7 +68,7 @@ class FakeSnapshot : public Snapshot {
   std::vector<ParticleView> particles_;
   std::vector<StampedPose> path_;
   std::vector<MapDescription> maps_;
-  StateLayout layout_{StateLayout::Motion::planar, {}};
+  StateLayout layout_;
   Belief belief_;
 };
 

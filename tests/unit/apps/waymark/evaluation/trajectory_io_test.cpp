@@ -76,6 +76,13 @@ TEST_F(TrajectoryIo, ReadsTum) {
   EXPECT_EQ(t.orientation, Orientation::full);
 }
 
+TEST_F(TrajectoryIo, WithoutAHeightOnlyTheYawOfAQuaternionCounts) {
+  const Trajectory t = read_trajectory(file("1 2 3 nan 0 0 0.6 0.8\n2 5 6 nan 0 0 0 1\n"));
+  EXPECT_FALSE(t.has_z);
+  EXPECT_EQ(t.orientation, Orientation::yaw);
+  EXPECT_EQ(t.points[0].pose.p, Eigen::Vector3d(2, 3, 0));
+}
+
 TEST_F(TrajectoryIo, TakesIdentityEverywhereAsNoOrientation) {
   const Trajectory t = read_trajectory(file("1 2 3 4 0 0 0 1\n2 5 6 7 0 0 0 1\n"));
   EXPECT_EQ(t.orientation, Orientation::none);

@@ -144,6 +144,22 @@ TEST(TumSink, WritesTheReferenceAndTheIdentityWhereYawIsUnknown) {
   EXPECT_EQ(lines[2], "2.000000000 3.000000 4.000000 0.000000 0.000000000 0.000000000 0.000000000 1.000000000");
 }
 
+TEST(TumSink, ARobotInSpaceHasNoHeightOfAPlanarReference) {
+  const TemporaryFolder out;
+  auto reference = std::make_shared<Reference>();
+  reference->trajectory = {{Time{from_seconds(1.0)}, Pose::planar(1.0, 2.0, 0.0), true, true},
+                           {Time{from_seconds(2.0)}, Pose::planar(3.0, 4.0, 0.0), true, false}};
+  const auto sink = make_sink("tum");
+  sink->start({out.path(), nullptr, reference});
+  FakeSnapshot snapshot(StateLayout::Motion::spatial);
+  sink->write(snapshot.at(0.5, Pose{}));
+  sink->finish(&snapshot, {});
+  const auto lines = out.lines("reference.txt");
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[1].substr(0, 33), "1.000000000 1.000000 2.000000 nan");
+  EXPECT_EQ(lines[2].substr(0, 38), "2.000000000 3.000000 4.000000 0.000000");
+}
+
 TEST(TumSink, WritesTheSmoothedTrajectoryIfThereIsOne) {
   const TemporaryFolder out;
   const auto sink = make_sink("tum");

@@ -382,6 +382,7 @@ TEST_F(CsvPayloads, TheReferenceMayNotKnowEverything) {
   const auto reference = csv->reference();
   ASSERT_EQ(reference->trajectory.size(), 2u);
   EXPECT_TRUE(reference->trajectory[0].has_yaw);
+  EXPECT_TRUE(reference->trajectory[0].is_planar);
   EXPECT_EQ(reference->trajectory[0].stamp.time_since_epoch().count(), 1'500'000'000);
   EXPECT_FALSE(reference->trajectory[1].has_yaw);
   ASSERT_EQ(reference->landmarks.size(), 2u);
