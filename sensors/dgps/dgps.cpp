@@ -116,6 +116,7 @@ class Dgps final : public Sensor {
     if (is_geodetic(fix) && datum == nullptr) return seen;
     seen.p_map_point = position(fix, datum);
     seen.p_base_point = lever_arm_;
+    seen.position_sigma_m = noise_.horizontal(fix);
     return seen;
   }
 

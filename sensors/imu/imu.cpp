@@ -181,6 +181,7 @@ class Imu final : public Sensor {
     seen.yaw_rate_radps = (q_base_sensor_ * sample.w_sensor).z();
     seen.f_base = q_base_sensor_ * sample.f_sensor;
     seen.m_base = q_base_sensor_ * sample.m_sensor;
+    seen.yaw_rate_bias_sigma_radps = filter_.settings().bias_sigma;
     if (heading_) {
       seen.yaw_rad = observed_yaw(measurement.stamp, sample, seen, datum);
       seen.yaw_error_sigma_rad = device_ ? device_->heading_sigma() : filter_.settings().heading_sigma;

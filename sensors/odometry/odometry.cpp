@@ -189,6 +189,7 @@ class Odometry final : public Sensor {
     ObservedMotion seen;
     const double scale = 1.0 + systematic_.known[Systematic::kSpeedScale];
     seen.speed_mps = scale * twist.v_x;
+    seen.lateral_speed_mps = scale * twist.v_y;
     // So much noise is the way to declare that the rotation is not measured.
     if (yaw_.floor < kNoRotation) {
       seen.yaw_rate_radps = (model_->rotation_scales_with_speed() ? scale : 1.0) *

@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 
 void print_comparisons(const std::vector<host::Comparison>& comparisons) {
   if (comparisons.empty()) return;
-  print_output("\n{:<10} {:<22} {:<22} {:>10} {:>9} {:>6}  {}\n", "compared", "of", "by", "ratio", "sigma", "spans",
+  print_output("\n{:<10} {:<22} {:<22} {:>10} {:>9} {:>6}  {}\n", "compared", "of", "by", "value", "sigma", "spans",
                "");
   for (const host::Comparison& c : comparisons) {
     print_output("{:<10} {:<22} {:<22} {:>10.3f} {:>9.3f} {:>6}  {}\n", c.quantity, c.first, c.second, c.ratio, c.sigma,

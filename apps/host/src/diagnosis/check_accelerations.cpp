@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
+constexpr double kGravity = 9.81;    // [m/s²]
 constexpr double kSpan = 1.0;        // [s] over which the specific force is summed up
 constexpr double kHalfWindow = 0.2;  // [s], for the speed at a time
 constexpr long kLeastSamples = 100;
@@ -37,7 +39,7 @@ struct AccelerationFit {
 
 /// Change of the velocity over a span, in the axes of the base in its middle.
 struct VelocityChange {
-  double forward;
+  double forward;  ///< and on a slope, what of gravity an IMU shows with it
   double left;
   double turn_rate;  ///< change of the yaw rate [rad/s]
 };
@@ -57,19 +59,35 @@ std::optional<VelocityChange> velocity_change(const Track& way, const Track& yaw
   return VelocityChange{*after - *before, 0.5 * (*before + *after) * *turn, *rate_after - *rate_before};
 }
 
-/// Two rows a span: f_x and f_y, of a turned and scaled acceleration, of a lever arm, and of a bias each.
+/// What gravity adds to the specific force along the way, over a span [m/s]: the slope is that of the way to some
+/// seconds before and after it, since heights are noisy.
+std::optional<double> slope_change(const Track& way, const Track& height, double t) {
+  constexpr double kAround = 1.0;    // [s]
+  constexpr double kLeastWay = 0.5;  // [m]
+  constexpr double kSteepest = 0.6;
+  const auto driven = way.change(t - kAround, t + kSpan + kAround);
+  const auto climbed = height.change(t - kAround, t + kSpan + kAround);
+  if (!driven || !climbed || std::abs(*driven) < kLeastWay || std::abs(*climbed) > kSteepest * std::abs(*driven))
+    return std::nullopt;
+  return kGravity * *climbed / *driven * kSpan;
+}
+
+/// Two rows a span: f_x and f_y, of a turned and scaled acceleration, of a lever arm, and of a bias each. `height`:
+/// where the ground is not level; may be null.
 std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const Track& way, const Track& yaw,
-                                                 double newest, bool is_mirrored) {
+                                                 const Track* height, double newest, bool is_mirrored) {
   Rows rows(2 * (static_cast<Eigen::Index>(newest / kSpan) + 1), 6);
   for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
     const auto x = imu.force_x.change(t, t + kSpan);
     const auto y = imu.force_y.change(t, t + kSpan);
     const auto seen = velocity_change(way, yaw, t);
-    if (!x || !y || !seen) continue;
+    const auto slope = height != nullptr ? slope_change(way, *height, t) : std::optional(0.0);
+    if (!x || !y || !seen || !slope) continue;
+    const double forward = seen->forward + *slope;
     const double left = is_mirrored ? -seen->left : seen->left;
-    rows.A.row(rows.count) << seen->forward, -left, seen->turn_rate, 0.0, kSpan, 0.0;
+    rows.A.row(rows.count) << forward, -left, seen->turn_rate, 0.0, kSpan, 0.0;
     rows.y(rows.count++) = *x;
-    rows.A.row(rows.count) << left, seen->forward, 0.0, seen->turn_rate, 0.0, kSpan;
+    rows.A.row(rows.count) << left, forward, 0.0, seen->turn_rate, 0.0, kSpan;
     rows.y(rows.count++) = *y;
   }
   const Fit fit = fit_rows(rows);
@@ -80,10 +98,44 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
                          fit.residual, static_cast<long>(rows.count / 2)};
 }
 
+/// Heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
+bool has_heights(const Case& c, const WatchedSensor& sensor) {
+  const bool is_ignored =
+      c.robot.settings.motion != StateLayout::Motion::spatial && std::isfinite(sensor.usual.height_m);
+  return sensor.height.samples() >= kLeastSamples && !is_ignored &&
+         std::ranges::none_of(c.findings, [&](const Finding& finding) {
+           return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
+         });
+}
+
+/// The heights with which the specific force is understood best; null: best without, as on level ground.
+const Track* best_height(const Case& c, const WatchedSensor& imu, const Track& way, const Track& yaw) {
+  const Track* best = nullptr;
+  const auto sigma_with = [&](const Track* height) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const bool is_mirrored : {false, true}) {
+      const auto fit = fit_accelerations(imu, way, yaw, height, c.watch.newest(), is_mirrored);
+      if (fit && std::abs(std::log(fit->scale)) < kWhole) least = std::min(least, fit->sigma);
+    }
+    return least;
+  };
+  double least = sigma_with(nullptr);
+  for (const WatchedSensor& sensor : c.watch.sensors()) {
+    if (!has_heights(c, sensor)) continue;
+    const double sigma = sigma_with(&sensor.height);
+    if (sigma < kClearlyBetter * least) {
+      best = &sensor.height;
+      least = sigma;
+    }
+  }
+  return best;
+}
+
 void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw) {
   const WatchedSensor& sensor = c.sensor(i);
-  const auto straight = fit_accelerations(sensor, *way.track, *yaw.track, c.watch.newest(), false);
-  const auto mirrored = fit_accelerations(sensor, *way.track, *yaw.track, c.watch.newest(), true);
+  const Track* height = best_height(c, sensor, *way.track, *yaw.track);
+  const auto straight = fit_accelerations(sensor, *way.track, *yaw.track, height, c.watch.newest(), false);
+  const auto mirrored = fit_accelerations(sensor, *way.track, *yaw.track, height, c.watch.newest(), true);
   if (!straight || !mirrored) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };

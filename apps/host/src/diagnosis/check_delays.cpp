@@ -21,6 +21,8 @@ constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
 constexpr double kFixTolerance = 0.3;  // [s], of positions: receivers filter; less where the delay is well known:
 constexpr double kLeastFixTolerance = 0.15;
 constexpr double kFixSigmas = 10.0;
+constexpr double kUsualDelay = 0.1;      // [s], of a receiver whose positions are exact
+constexpr double kPositionSigmas = 2.0;  // as far as a robot drives in a delay that does not matter
 constexpr double kShareOfInterval = 0.6;
 constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
 constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
@@ -102,9 +104,20 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
   }
 }
 
-/// What of a receiver's delay is usual.
-double tolerance_of_fixes(const Lag& lag) {
-  return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, kFixTolerance);
+/// What of a receiver's delay is usual, or does not matter beside the noise of its positions.
+double tolerance_of_fixes(const WatchedSensor& receiver, const Lag& lag, double speed) {
+  const double noise = kPositionSigmas * receiver.usual.position_sigma_m / std::max(speed, kLeastSpeed);
+  const double most =
+      std::isfinite(noise) ? std::clamp(kUsualDelay + noise, kLeastFixTolerance, kFixTolerance) : kFixTolerance;
+  return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, most);
+}
+
+/// How far the turns of the sensor that measures the way are behind those of the reference [s].
+double lag_of_way(const Case& c, const Observer& way, const Observer& reference) {
+  const WatchedSensor& sensor = c.sensor(way.sensor);
+  if (way.sensor == reference.sensor || sensor.yaw.samples() == 0) return 0.0;
+  const Lag lag = find_lag(spans_of(sensor.yaw, kSpan, c.watch.newest()), *reference.track, 1.0);
+  return lag.is_known ? lag.value : 0.0;
 }
 
 /// The bias of an observer's rate [rad/s]: what it turns more than the sensor whose turns agree with its own best.
@@ -122,6 +135,8 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
   const Observer* way = motion.way.trusted_track();
   if (reference == nullptr || way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
   const double bias = bias_of(motion.yaw, *reference);
+  const double speed = c.sensor(way->sensor).speeds.quantile(0.5);
+  const double late = lag_of_way(c, *way, *reference);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).fixes.empty() || c.is_blamed(i) || i == reference->sensor) continue;
     // What the turns differ in from those of the fixes is taken out.
@@ -134,11 +149,12 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
       }
     }
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
-                                           *reference->track, *way->track, per_way, bias);
-    const double tolerance = tolerance_of_fixes(antenna.lag);
+                                           *reference->track, *way->track, per_way, bias, late);
+    const double tolerance = tolerance_of_fixes(c.sensor(i), antenna.lag, speed);
     const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
-    if (!may_be_late || std::abs(antenna.lag.value) <= tolerance) check_antenna(c, i, antenna);
+    const double usual = std::clamp(kFixSigmas * antenna.lag.sigma, kLeastFixTolerance, kFixTolerance);
+    if (!may_be_late || std::abs(antenna.lag.value) <= usual) check_antenna(c, i, antenna);
   }
 }
 

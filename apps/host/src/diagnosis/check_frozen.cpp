@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <string_view>
 
 #include "checks.hpp"
 
@@ -12,15 +14,17 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr double kFarther = 8.0;    // [m] driven with one position: far beyond what a receiver rounds to
-constexpr double kTurned = 0.8;     // [rad] turned with one heading
-constexpr double kLongest = 20.0;   // [s]
-constexpr double kStep = 0.5;       // [s]
-constexpr double kNoChange = 1e-9;  // [rad]
-constexpr double kMissed = 0.4;     // [rad] turned by others and not by a rate that stays the same
+constexpr double kFarther = 8.0;         // [m] driven with one position: far beyond what a receiver rounds to
+constexpr double kTurned = 0.8;          // [rad] turned with one heading
+constexpr double kLongest = 20.0;        // [s]
+constexpr double kStep = 0.5;            // [s]
+constexpr double kNoChange = 1e-9;       // [rad]
+constexpr double kMissed = 0.4;          // [rad] turned by others and not by a rate that stays the same
+constexpr double kLongestHeight = 60.0;  // [s]
+constexpr double kClimbed = 5.0;         // [m] climbed with one height
 
-/// Positions that stay exactly the same while the wheels drive.
-void check_position(Case& c, std::size_t i, const Track& way) {
+/// Positions that stay exactly the same while the robot drives; `driver`: who measures that.
+bool check_position(Case& c, std::size_t i, const Track& way, std::string_view driver) {
   const std::vector<Fix>& fixes = c.sensor(i).fixes;
   std::size_t from = 0;
   for (std::size_t k = 1; k < fixes.size(); ++k) {
@@ -32,12 +36,13 @@ void check_position(Case& c, std::size_t i, const Track& way) {
     if (!driven || std::abs(*driven) < kFarther) continue;
     c.add(
         Certainty::named, "frozen", {i},
-        fmt::format("its position stays the same to the last digit for {:.0f} s, in which the wheels drive {:.0f} m",
-                    fixes[k].t - fixes[from].t, std::abs(*driven)),
+        fmt::format("its position stays the same to the last digit for {:.0f} s, in which {} {:.0f} m",
+                    fixes[k].t - fixes[from].t, driver, std::abs(*driven)),
         fmt::format("source: {} repeats an old fix; the receiver, its driver or a column of the log", c.sensor(i).name),
         0.0);
-    return;
+    return true;
   }
+  return false;
 }
 
 /// True if the track changes by the same amount in each step.
@@ -49,6 +54,40 @@ bool is_steady(const Track& track, double from, double to) {
     if (!change || std::abs(*change - *first) > kNoChange) return false;
   }
   return true;
+}
+
+/// How far a height climbs from the first third to the last one, each as a mean: single ones are noisy.
+std::optional<double> climb(const Track& height, double from, double to) {
+  constexpr double kEvery = 1.0;  // [s]
+  const double third = (to - from) / 3.0;
+  double sum = 0.0;
+  for (double t = 0.0; t < third; t += kEvery) {
+    const auto change = height.change(from + t, to - third + t);
+    if (!change) return std::nullopt;
+    sum += *change;
+  }
+  return sum / std::ceil(third / kEvery);
+}
+
+/// Heights that stay exactly the same while another sensor climbs.
+void check_height(Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (!std::isfinite(sensor.usual.height_m) || c.is_blamed(i)) return;
+  for (const WatchedSensor& other : c.watch.sensors()) {
+    if (&other == &sensor || other.height.samples() == 0) continue;
+    for (double from = 0.0; from + kLongestHeight <= c.watch.newest(); from += kLongest) {
+      const auto own = sensor.height.change(from, from + kLongestHeight);
+      const auto climbed = climb(other.height, from, from + kLongestHeight);
+      if (!own || *own != 0.0 || !climbed || std::abs(*climbed) < kClimbed) continue;
+      if (!is_steady(sensor.height, from, from + kLongestHeight)) continue;
+      c.add(Certainty::named, "frozen", {i},
+            fmt::format("its height stays the same to the last digit for {:.0f} s, in which {} changes by {:.0f} m",
+                        kLongestHeight, other.name, *climbed),
+            fmt::format("source: {} repeats an old height; the device, its driver or a column of the log", sensor.name),
+            0.0);
+      return;
+    }
+  }
 }
 
 /// A heading is frozen if it stays, a rate if it stays at what is not zero: a robot that stands has no rate, whatever a
@@ -85,9 +124,14 @@ void check_turns_are_alive(Case& c, std::size_t i) {
 
 void check_frozen(Case& c) {
   const Track* way = measured_way(c.watch);
+  const bool is_spatial = c.robot.settings.motion == StateLayout::Motion::spatial;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (way != nullptr) check_position(c, i, *way);
+    const WatchedSensor& sensor = c.sensor(i);
+    const bool is_found = way != nullptr && check_position(c, i, *way, "the wheels drive");
+    if (!is_found && sensor.ground_way.samples() > 0)
+      check_position(c, i, sensor.ground_way, "its velocity sums up to");
     check_turns_are_alive(c, i);
+    if (is_spatial) check_height(c, i);
   }
 }
 

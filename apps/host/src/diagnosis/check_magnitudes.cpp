@@ -253,6 +253,24 @@ void check_place(Case& c, std::size_t i) {
         0.0);
 }
 
+/// Positions that were rounded on their way, as by a tool that writes few digits.
+void check_decimals(Case& c, std::size_t i) {
+  constexpr double kRoundingSigma = 0.289;  // of a uniform distribution of width 1
+  constexpr double kMostRounding = 2.0;     // by the σ of the positions
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.fixes.size() < kLeastValues || std::isnan(sensor.latitude_deg) || sensor.decimals >= kManyDecimals) return;
+  const double sigma = sensor.usual.position_sigma_m;
+  const double rounding = kRoundingSigma * kDegree * kEarthRadius * std::pow(10.0, -sensor.decimals);
+  if (!(rounding > kMostRounding * sigma)) return;
+  c.add(Certainty::named, "rounding", {i},
+        fmt::format("latitude and longitude have {} decimals: they are rounded by {:.2g} m (sigma), and positions are "
+                    "taken to have {:.2g} m",
+                    sensor.decimals, rounding, sigma),
+        fmt::format("source: {} with all decimals that the receiver has, or sensors.{}.sigma_m: {:.2g}", sensor.name,
+                    sensor.name, rounding),
+        0.0);
+}
+
 }  // namespace
 
 void check_magnitudes(Case& c) {
@@ -266,6 +284,7 @@ void check_magnitudes(Case& c) {
     check_ranges(c, i);
     check_still(c, i);
     check_place(c, i);
+    check_decimals(c, i);
   }
 }
 

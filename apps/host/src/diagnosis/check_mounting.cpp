@@ -24,7 +24,10 @@ constexpr double kScannerTolerance = 4.0 * kDegree;
 constexpr double kScannerLever = 0.15;  // [m]
 constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
 constexpr double kFarOff = 12.0;        // σ, but if it is so far off
-constexpr double kAntennaLever = 0.5;   // [m]
+constexpr double kAntennaLever = 0.5;   // [m], less where positions are exact:
+constexpr double kLeastAntennaLever = 0.15;
+constexpr double kMeasuredByHand = 0.1;  // [m]
+constexpr double kLeverSigmas = 2.5;     // of the positions
 constexpr std::size_t kLeastDirections = 20;
 constexpr std::size_t kMostDirections = 40;  // without a common one there is none
 constexpr std::size_t kParts = 8;
@@ -200,7 +203,9 @@ void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna) {
   const Eigen::Vector2d off = antenna.lever - lever;
   const double sigma = antenna.lever_sigma.maxCoeff();
   c.comparisons.push_back({"lever arm", sensor.name, "its base_p_antenna_m", off.norm(), sigma, 0, "m between them"});
-  const double sigmas = (off.norm() - kAntennaLever) / std::max(sigma, 0.02);
+  const double exact = kMeasuredByHand + kLeverSigmas * sensor.usual.position_sigma_m;
+  const double tolerance = std::isfinite(exact) ? std::clamp(exact, kLeastAntennaLever, kAntennaLever) : kAntennaLever;
+  const double sigmas = (off.norm() - tolerance) / std::max(sigma, 0.02);
   if (sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},
         fmt::format("in turns its positions move as if the antenna stood {:.2f} ± {:.2f} m from where the YAML has it",

@@ -49,6 +49,7 @@ void check_pull(Case& c, const Agreement& yaw) {
 
 void check_gyro_offset(Case& c, const Agreement& yaw) {
   constexpr double kMostBias = 0.1;  // [rad/s], 6 °/s
+  constexpr double kBiasSigmas = 6.0;
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const std::size_t sensor = yaw.observers[i].sensor;
     if (c.sensor(sensor).role() != Role::gyro || c.is_blamed(sensor)) continue;
@@ -57,11 +58,14 @@ void check_gyro_offset(Case& c, const Agreement& yaw) {
     });
     if (best.ratio == nullptr) continue;
     const double offset = best.ratio->offset;
-    const double sigmas = (std::abs(offset) - kMostBias) / std::max(best.ratio->offset_sigma, 1e-6);
+    const double estimated = c.sensor(sensor).usual.yaw_rate_bias_sigma_radps;
+    const double most = std::isfinite(estimated) ? std::min(kMostBias, kBiasSigmas * estimated) : kMostBias;
+    const double sigmas = (std::abs(offset) - most) / std::max(best.ratio->offset_sigma, 1e-6);
     if (sigmas < kLeastSigmas) continue;
     c.add(Certainty::named, "offset", {sensor},
-          fmt::format("it turns {:.3g} ± {:.2g} rad/s more than {}, standing or not; no bias of a gyro is so large",
-                      offset, best.ratio->offset_sigma, c.sensor(best.sensor).name),
+          fmt::format("it turns {:.3g} ± {:.2g} rad/s more than {}, standing or not; a bias of no more than {:.2g} is "
+                      "expected",
+                      offset, best.ratio->offset_sigma, c.sensor(best.sensor).name, most),
           fmt::format("source: rates of {} less {:.4g} rad/s (the value at rest)", c.sensor(sensor).name, offset),
           sigmas);
   }

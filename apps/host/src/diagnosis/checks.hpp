@@ -42,6 +42,9 @@ void check_frozen(Case& c);
 /// At the end of a log: sensors that delivered nothing, and clocks that run hours apart.
 void check_clocks(Case& c);
 
+/// Displacements that do not point along the x axis of the base, or not where scans show them.
+void check_directions(Case& c);
+
 /// Which observers of a quantity agree with each other.
 struct Agreement {
   std::vector<Observer> observers;

@@ -39,13 +39,14 @@ struct Diagnosis::Parts {
     diagnosis::Case c{watch, robot};
     diagnosis::check_magnitudes(c);
     diagnosis::check_frozen(c);
+    diagnosis::check_directions(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_motion(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
-    diagnosis::check_accelerations(c, motion);
     diagnosis::check_heights(c);
+    diagnosis::check_accelerations(c, motion);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;

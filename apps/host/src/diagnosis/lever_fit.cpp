@@ -33,7 +33,7 @@ void add_row(Rows& rows, Complex z, Complex w, Complex u) {
 /// Dead reckoning on the grid of the tracks.
 class Path {
  public:
-  Path(const Track& yaw, const Track& way, double per_way, double per_s) {
+  Path(const Track& yaw, const Track& way, double per_way, double per_s, double late) {
     points_.assign(Track::kEdges, {});
     stretch_.assign(Track::kEdges, 0);
     int stretch = 1;
@@ -42,7 +42,7 @@ class Path {
     for (int k = 1; k < Track::kEdges; ++k) {
       const auto edge = static_cast<std::size_t>(k);
       const auto turn = yaw.change((k - 1) * Track::kStep, k * Track::kStep);
-      const auto driven = way.change((k - 1) * Track::kStep, k * Track::kStep);
+      const auto driven = way.change((k - 1) * Track::kStep + late, k * Track::kStep + late);
       if (!turn || !driven) {
         ++stretch;
         continue;
@@ -203,10 +203,10 @@ MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, d
 }
 
 AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
-                       double per_way, double per_s) {
+                       double per_way, double per_s, double late) {
   AntennaFit antenna;
   if (fixes.size() < 4 * static_cast<std::size_t>(kLeastRows)) return antenna;
-  const Path path(yaw, way, per_way, per_s);
+  const Path path(yaw, way, per_way, per_s, late);
   std::vector<std::pair<std::size_t, std::size_t>> blocks;
   std::size_t begin = 0;
   for (std::size_t k = 0; k <= fixes.size(); ++k) {

@@ -37,8 +37,9 @@ struct AntennaFit {
 };
 /// `yaw` and `way` must agree with the other sensors; `per_way` is the yaw's turn per way that is to be taken out, and
 /// `per_s` its bias.
-/// `lever`: where the YAML has the antenna.
+/// `lever`: where the YAML has the antenna. `late`: by so much the stamps of the way are behind those of the yaw [s],
+/// against which the lag of the fixes counts.
 AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
-                       double per_way, double per_s);
+                       double per_way, double per_s, double late);
 
 }  // namespace waymark::host::diagnosis

@@ -35,6 +35,16 @@ int scans_of_pair(const WatchedSensor& sensor) {
   return interval > 0.0 ? std::max(1, static_cast<int>(std::ceil(sensor.pair_step / interval))) : 1;
 }
 
+/// How many decimals a number was written with, at most kManyDecimals.
+int decimals_of(double value) {
+  constexpr double kRounding = 1e-4;  // of the last decimal
+  double scale = 1.0;
+  for (int decimals = 0; decimals < kManyDecimals; ++decimals, scale *= 10.0) {
+    if (std::abs(scale * value - std::round(scale * value)) < kRounding) return decimals;
+  }
+  return kManyDecimals;
+}
+
 }  // namespace
 
 Watch::Watch(const Robot& robot) : robot_(robot), datum_(robot.settings.datum), datum_is_given_(datum_.has_value()) {
@@ -123,6 +133,8 @@ void Watch::take_raw(WatchedSensor& sensor, const Measurement& measurement) {
   } else if (payload.type() == GnssFix::kType) {
     const auto& fix = static_cast<const GnssFix&>(payload);
     sensor.courses.add(std::abs(fix.course_rad));
+    if (std::isfinite(fix.latitude_deg))
+      sensor.decimals = std::max({sensor.decimals, decimals_of(fix.latitude_deg), decimals_of(fix.longitude_deg)});
     if (std::isfinite(fix.latitude_deg) && std::isnan(sensor.latitude_deg) &&
         (fix.latitude_deg != 0.0 || fix.longitude_deg != 0.0)) {
       sensor.latitude_deg = fix.latitude_deg;
@@ -143,11 +155,15 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
   sensor.usual = motion;
   sensor.speeds.add(std::abs(std::isfinite(motion.speed_mps) ? motion.speed_mps : motion.ground_speed_mps));
   sensor.rates.add(std::abs(motion.yaw_rate_radps));
+  const bool moves_sideways =
+      std::isfinite(motion.lateral_speed_mps) && (motion.lateral_speed_mps != 0.0 || sensor.sideways.samples() > 0);
   if (motion.interval_s > 0.0) {
     sensor.way.add_mean(t, motion.interval_s, motion.speed_mps);
+    if (moves_sideways) sensor.sideways.add_mean(t, motion.interval_s, motion.lateral_speed_mps);
     sensor.yaw.add_mean(t, motion.interval_s, motion.yaw_rate_radps);
   } else {
     sensor.way.add_rate(t, motion.speed_mps);
+    if (moves_sideways) sensor.sideways.add_rate(t, motion.lateral_speed_mps);
     sensor.yaw.add_rate(t, motion.yaw_rate_radps);
   }
   if (std::isfinite(motion.yaw_rad) && std::isfinite(motion.yaw_rate_radps)) {

@@ -39,6 +39,7 @@ void WatchedSensor::clear_window() {
   yaw.clear();
   heading.clear();
   way.clear();
+  sideways.clear();
   course.clear();
   ground_way.clear();
   force_x.clear();

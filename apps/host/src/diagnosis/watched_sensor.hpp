@@ -29,6 +29,8 @@ class Thinned {
   long seen_ = 0;
 };
 
+inline constexpr int kManyDecimals = 9;
+
 /// A fix and its time in the window [s].
 struct Fix {
   double t;
@@ -69,6 +71,7 @@ struct WatchedSensor {
   Thinned steerings;
   std::optional<Time> first_stamp;
   std::optional<Time> last_stamp;
+  int decimals = 0;  ///< of latitude and longitude, as many as a fix has at most; kManyDecimals: rounded by nothing
   Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();
   long force_count = 0;
   double latitude_deg = ObservedMotion::kUnknown;  ///< of the first fix
@@ -78,7 +81,8 @@ struct WatchedSensor {
   // Of the window.
   Track yaw;
   Track way;
-  Track course;  ///< direction of the motion over ground, where the speed is measured by itself
+  Track sideways;  ///< way to the left; from the first one on that is not 0
+  Track course;    ///< direction of the motion over ground, where the speed is measured by itself
   Track ground_way;
   bool has_heading = false;  ///< `yaw` counts from east
   Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro

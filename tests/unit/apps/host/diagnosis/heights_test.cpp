@@ -3,6 +3,7 @@
 // Mistakes of an altimeter on a robot that drives over hills.
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -25,8 +26,9 @@ constexpr const char* kYaml = R"({ motion: { kind: spatial }, initial: { x_m: 0,
             { name: baro, plugin: altimeter, sigma_m: 0.2, base_T_sensor: { xyz_m: [0, 0, 0.5] } }] })";
 enum Sensor : std::uint32_t { kWheels, kImu, kGps, kBarometer };
 
-/// Hills of 3 m, and a barometer whose reading a mistake changes.
-std::vector<Finding> examine(const std::function<double(double)>& mistake, const std::string& yaml = kYaml) {
+/// Hills of 6 m, and a barometer whose reading a mistake changes. `imu_yaw` [rad]: how the IMU is turned.
+std::vector<Finding> examine(const std::function<double(double)>& mistake, const std::string& yaml = kYaml,
+                             double imu_yaw = 0.0) {
   const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
@@ -41,13 +43,15 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
     p += 0.05 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
     yaw += 0.05 * rate;
     slow += 0.05 / 60.0 * -slow + 0.5 * std::sqrt(2.0 * 0.05 / 60.0) * noise(dice);
-    const double z = 3.0 * std::sin(0.08 * t);
+    const double z = 6.0 * std::sin(0.05 * t);
+    const double slope = 0.3 * std::cos(0.05 * t);
     WheelSpeeds wheels;
     wheels.left_mps = 1.0 - 0.25 * rate;
     wheels.right_mps = 1.0 + 0.25 * rate;
     ImuSample imu;
     imu.w_sensor = {0.0, 0.0, rate + 0.01 * noise(dice)};
-    imu.f_sensor = {0.05 * noise(dice), rate, 9.81};
+    const Eigen::Vector2d force(9.81 * slope + 0.2 * noise(dice), rate + 0.2 * noise(dice));
+    imu.f_sensor << Eigen::Rotation2Dd(-imu_yaw) * force, 9.81;
     feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(wheels));
     feed.pass(kImu, t, std::make_shared<ImuSample>(imu));
     if (k % 10 == 0) {
@@ -94,6 +98,23 @@ TEST(HeightDiagnosis, FindsALevelOfTensOfMetres) {
   std::string yaml = kYaml;
   yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: 0.2, offset_sigma_m: 50");
   EXPECT_THAT(examine(above, yaml), IsEmpty());
+}
+
+TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeight) {
+  const std::vector<Finding> findings = examine([last = 0.0, count = 0](double height) mutable {
+    if (++count < 500) last = height;
+    return last;
+  });
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().check, "frozen");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));
+}
+
+TEST(HeightDiagnosis, FitsTheYawOfAnImuOnHills) {
+  const std::vector<Finding> findings = examine([](double height) { return height; }, kYaml, 0.5 * M_PI);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().check, "acceleration");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
 }
 
 TEST(HeightDiagnosis, HeightsAreIgnoredInThePlane) {
