@@ -117,7 +117,7 @@ TEST(Altimeter, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(
       Bench(", sigma_m: 0.1, offset_tau_s: 0, offset_walk_m_per_sqrt_s: 0"));  // as a written configuration has it
   try {
-    Bench(", sigma_m: 0.1, offset_tau_s: 3");  // of no offset
+    const Bench offset_of_none(", sigma_m: 0.1, offset_tau_s: 3");
     FAIL() << "not refused";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("text:1:"), HasSubstr("needs offset_sigma_m above 0")));
