@@ -79,8 +79,13 @@ class TiltUpdate final : public Update {
       if (out.residual.norm() < kLeastSine) out.residual << kLeastSine, 0.0;
       const double sine = out.residual.norm();
       const double grows = std::atan2(sine, u.z()) / sine;
+      const Eigen::Vector2d axis = out.residual / sine;
+      // A turn about the other axis turns this one, without bound where the base is on its head.
+      const double across = std::max(grows * u.z(), -kMostAcross);
+      const Eigen::Matrix2d tilt = across * Eigen::Matrix2d::Identity() + (1.0 - across) * (axis * axis.transpose());
       out.residual *= grows;
-      out.attitude() << 1.0, 0.0, -grows * u.x(), 0.0, 1.0, -grows * u.y();
+      out.attitude().leftCols<2>() = tilt;
+      out.attitude().col(2) = -grows * u.head<2>();
       return;
     }
     out.attitude() << u.z(), 0.0, -u.x(), 0.0, u.z(), -u.y();
@@ -89,6 +94,7 @@ class TiltUpdate final : public Update {
  private:
   static constexpr double kCosOfFar = 0.7;
   static constexpr double kLeastSine = 1e-6;
+  static constexpr double kMostAcross = 2.0;
 
   Eigen::Vector3d up_base_;
   double variance_;
