@@ -379,9 +379,12 @@ std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std
 void ParticleFilter::suspect_tear(std::size_t slot) {
   constexpr double kDistance = 5.0;  // [m]
   // One that may lie wrong by more than this leaves what comes after it without a right place beside what was before.
-  constexpr double kTear = 1.5;  // [m]
+  constexpr double kTear = 1.5;        // [m]
+  constexpr std::size_t kMost = 1000;  // so that memory is bounded where no loops are searched
   const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
-  if (P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear) suspected_tears_.push_back(stamp());
+  if (!(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear)) return;
+  if (suspected_tears_.size() == kMost) suspected_tears_.pop_back();
+  suspected_tears_.push_back(stamp());
 }
 
 void ParticleFilter::view(std::vector<ParticleView>& views) const {

@@ -21,6 +21,12 @@ bool Case::is_blamed(std::size_t index, std::string_view check) const {
   });
 }
 
+bool Case::is_concerned(std::size_t index) const {
+  return std::ranges::any_of(findings, [&](const Finding& finding) {
+    return std::ranges::find(finding.sensors, sensor(index).name) != finding.sensors.end();
+  });
+}
+
 double Case::setting(std::size_t index, std::string_view key) const {
   for (const Config& entry : robot.yaml.items("sensors")) {
     if (entry.text("name") == sensor(index).name && entry.has(key)) return entry.number(key);

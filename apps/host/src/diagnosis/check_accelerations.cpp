@@ -17,7 +17,6 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr double kGravity = 9.81;    // [m/s²]
 constexpr double kSpan = 1.0;        // [s] over which the specific force is summed up
 constexpr double kHalfWindow = 0.2;  // [s], for the speed at a time
 constexpr long kLeastSamples = 100;
@@ -39,7 +38,7 @@ struct AccelerationFit {
 
 /// Change of the velocity over a span, in the axes of the base in its middle.
 struct VelocityChange {
-  double forward;  ///< and on a slope, what of gravity an IMU shows with it
+  double forward;
   double left;
   double turn_rate;  ///< change of the yaw rate [rad/s]
 };
@@ -99,43 +98,46 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
 }
 
 /// Heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
-bool has_heights(const Case& c, const WatchedSensor& sensor) {
+bool has_heights(const Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
   const bool is_ignored =
       c.robot.settings.motion != StateLayout::Motion::spatial && std::isfinite(sensor.usual.height_m);
-  return sensor.height.samples() >= kLeastSamples && !is_ignored &&
-         std::ranges::none_of(c.findings, [&](const Finding& finding) {
-           return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
-         });
+  return sensor.height.samples() >= kLeastSamples && !is_ignored && !c.is_concerned(i);
 }
 
-/// The heights with which the specific force is understood best; null: best without, as on level ground.
-const Track* best_height(const Case& c, const WatchedSensor& imu, const Track& way, const Track& yaw) {
-  const Track* best = nullptr;
-  const auto sigma_with = [&](const Track* height) {
+/// The same motion, as it is and mirrored.
+struct AccelerationFits {
+  std::optional<AccelerationFit> straight;
+  std::optional<AccelerationFit> mirrored;
+
+  /// Of the better known one that is an acceleration.
+  double sigma() const {
     double least = std::numeric_limits<double>::infinity();
-    for (const bool is_mirrored : {false, true}) {
-      const auto fit = fit_accelerations(imu, way, yaw, height, c.watch.newest(), is_mirrored);
+    for (const auto& fit : {straight, mirrored}) {
       if (fit && std::abs(std::log(fit->scale)) < kWhole) least = std::min(least, fit->sigma);
     }
     return least;
+  }
+};
+
+/// With the heights with which the specific force is understood best, or without, as on level ground.
+AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track& way, const Track& yaw) {
+  const auto fits_with = [&](const Track* height) {
+    return AccelerationFits{fit_accelerations(imu, way, yaw, height, c.watch.newest(), false),
+                            fit_accelerations(imu, way, yaw, height, c.watch.newest(), true)};
   };
-  double least = sigma_with(nullptr);
-  for (const WatchedSensor& sensor : c.watch.sensors()) {
-    if (!has_heights(c, sensor)) continue;
-    const double sigma = sigma_with(&sensor.height);
-    if (sigma < kClearlyBetter * least) {
-      best = &sensor.height;
-      least = sigma;
-    }
+  AccelerationFits best = fits_with(nullptr);
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    if (!has_heights(c, k)) continue;
+    const AccelerationFits other = fits_with(&c.sensor(k).height);
+    if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }
   return best;
 }
 
 void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw) {
   const WatchedSensor& sensor = c.sensor(i);
-  const Track* height = best_height(c, sensor, *way.track, *yaw.track);
-  const auto straight = fit_accelerations(sensor, *way.track, *yaw.track, height, c.watch.newest(), false);
-  const auto mirrored = fit_accelerations(sensor, *way.track, *yaw.track, height, c.watch.newest(), true);
+  const auto [straight, mirrored] = best_fits(c, sensor, *way.track, *yaw.track);
   if (!straight || !mirrored) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };

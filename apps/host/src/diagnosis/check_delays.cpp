@@ -104,12 +104,15 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
   }
 }
 
-/// What of a receiver's delay is usual, or does not matter beside the noise of its positions.
-double tolerance_of_fixes(const WatchedSensor& receiver, const Lag& lag, double speed) {
-  const double noise = kPositionSigmas * receiver.usual.position_sigma_m / std::max(speed, kLeastSpeed);
-  const double most =
-      std::isfinite(noise) ? std::clamp(kUsualDelay + noise, kLeastFixTolerance, kFixTolerance) : kFixTolerance;
+/// What of a receiver's delay is usual.
+double tolerance_of_fixes(const Lag& lag, double most = kFixTolerance) {
   return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, most);
+}
+
+/// The longest delay of a receiver that does not matter beside the noise of its positions [s].
+double least_delay_that_matters(const WatchedSensor& receiver, double speed) {
+  const double noise = kPositionSigmas * receiver.usual.position_sigma_m / std::max(speed, kLeastSpeed);
+  return std::isfinite(noise) ? std::clamp(kUsualDelay + noise, kLeastFixTolerance, kFixTolerance) : kFixTolerance;
 }
 
 /// How far the turns of the sensor that measures the way are behind those of the reference [s].
@@ -136,7 +139,6 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
   if (reference == nullptr || way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
   const double bias = bias_of(motion.yaw, *reference);
   const double speed = c.sensor(way->sensor).speeds.quantile(0.5);
-  const double late = lag_of_way(c, *way, *reference);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).fixes.empty() || c.is_blamed(i) || i == reference->sensor) continue;
     // What the turns differ in from those of the fixes is taken out.
@@ -148,13 +150,13 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
           per_way = -motion.yaw.ratios[a][b].per_way;
       }
     }
+    const double late = lag_of_way(c, *way, *reference);
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
                                            *reference->track, *way->track, per_way, bias, late);
-    const double tolerance = tolerance_of_fixes(c.sensor(i), antenna.lag, speed);
+    const double tolerance = tolerance_of_fixes(antenna.lag, least_delay_that_matters(c.sensor(i), speed));
     const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
-    const double usual = std::clamp(kFixSigmas * antenna.lag.sigma, kLeastFixTolerance, kFixTolerance);
-    if (!may_be_late || std::abs(antenna.lag.value) <= usual) check_antenna(c, i, antenna);
+    if (!may_be_late || std::abs(antenna.lag.value) <= tolerance_of_fixes(antenna.lag)) check_antenna(c, i, antenna);
   }
 }
 

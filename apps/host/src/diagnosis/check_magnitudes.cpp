@@ -18,7 +18,6 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr double kGravity = 9.81;      // [m/s²]
 constexpr double kMostSpeed = 90.0;    // [m/s], of a robot on the ground
 constexpr double kMostRate = 36.0;     // [rad/s], 2000 °/s: the range of a common gyro
 constexpr double kLeastField = 15e-6;  // [T], the Earth's has 22 to 67 µT

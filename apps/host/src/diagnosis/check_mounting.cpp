@@ -172,11 +172,8 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
   const double sigma = mounting.lever_sigma.maxCoeff();
   c.comparisons.push_back({"lever arm", sensor.name, "its base_T_sensor", off.norm(), sigma,
                            static_cast<long>(sensor.steps.size()), "m between them"});
-  const auto concerns = [&](const Finding& finding) {
-    return std::ranges::find(finding.sensors, sensor.name) != finding.sensors.end();
-  };
   const bool is_known = sigma <= kLeverSigma || off.norm() > kFarOff * sigma;
-  if (!is_known || std::ranges::any_of(c.findings, concerns)) return;
+  if (!is_known || c.is_concerned(i)) return;
   const double lever_sigmas = (off.norm() - kScannerLever) / std::max(sigma, 0.01);
   if (lever_sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},

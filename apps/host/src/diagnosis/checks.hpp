@@ -14,6 +14,7 @@
 namespace waymark::host::diagnosis {
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
+inline constexpr double kGravity = 9.81;  // [m/s²]
 
 /// What the checks share: the data, the YAML, and what earlier checks have found.
 struct Case {
@@ -25,6 +26,8 @@ struct Case {
   const WatchedSensor& sensor(std::size_t index) const { return watch.sensors()[index]; }
   /// True if a finding names this sensor.
   bool is_blamed(std::size_t index) const;
+  /// True if a finding names this sensor, alone or as one of several.
+  bool is_concerned(std::size_t index) const;
   /// True if a finding of this kind names this sensor.
   bool is_blamed(std::size_t index, std::string_view check) const;
   /// Number of the YAML under `sensors.<name>.<key>`; NaN if it is not there.

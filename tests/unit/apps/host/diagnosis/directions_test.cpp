@@ -27,7 +27,7 @@ constexpr const char* kYaml = R"({ initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
             { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0, 0, 0] } }] })";
 enum Sensor : std::uint32_t { kWheels, kLidar };
 
-/// Drives stars in a room. `mistake`: what the odometry makes of a displacement in the room, at a heading.
+/// Drives stars in a room. `mistake`: the displacement that the odometry measures, for one in the room and a heading.
 std::vector<Finding> examine(const std::function<Eigen::Vector2d(Eigen::Vector2d, double)>& mistake) {
   constexpr double kStep = 0.1;  // [s]
   const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
