@@ -126,8 +126,8 @@ std::vector<Eigen::Vector2d> beginnings(const Beacons& beacons, std::span<const 
       const double across = std::sqrt(std::max(0.0, ra * ra - along * along));
       const Eigen::Vector2d unit = d / apart;
       const Eigen::Vector2d normal(-unit.y(), unit.x());
-      out.push_back(a + along * unit + across * normal);
-      out.push_back(a + along * unit - across * normal);
+      out.emplace_back(a + along * unit + across * normal);
+      out.emplace_back(a + along * unit - across * normal);
     }
   }
   return out;

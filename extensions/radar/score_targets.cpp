@@ -14,8 +14,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/config.hpp"
 
-using namespace waymark;
-using namespace waymark::radar;
+namespace waymark::radar {
 
 namespace {
 
@@ -68,10 +67,7 @@ void score(const std::string& file, const ScanSettings& settings) {
   }
 }
 
-}  // namespace
-
-int main(int count, char** arguments) {
-  const std::vector<std::string> words(arguments + 1, arguments + count);
+int run(const std::vector<std::string>& words) {
   if (words.empty() || words.size() > 2) {
     std::fputs("usage: score_targets FILE ['{ key: value, … }']\n", stderr);
     return 2;
@@ -87,3 +83,8 @@ int main(int count, char** arguments) {
   }
   return 0;
 }
+
+}  // namespace
+}  // namespace waymark::radar
+
+int main(int count, char** arguments) { return waymark::radar::run({arguments + 1, arguments + count}); }

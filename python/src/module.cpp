@@ -188,11 +188,7 @@ py::dict payloads() {
   return out;
 }
 
-}  // namespace
-}  // namespace waymark::python
-
-PYBIND11_MODULE(_waymark, module) {
-  using namespace waymark::python;
+void add_all(py::module_& module) {
   add_errors(module);
   add_rows(module);
   add_snapshot(module);
@@ -208,3 +204,8 @@ PYBIND11_MODULE(_waymark, module) {
   module.attr("PLUGIN_FOLDER") = WAYMARK_PLUGIN_FOLDER;
   module.attr("PROGRAM") = WAYMARK_PROGRAM;
 }
+
+}  // namespace
+}  // namespace waymark::python
+
+PYBIND11_MODULE(_waymark, module) { waymark::python::add_all(module); }
