@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "checks.hpp"
@@ -38,6 +41,8 @@ struct Delay {
   std::size_t against;
   Lag lag;
   double tolerance;
+  bool is_of_velocity = false;       ///< of `sensor`: its course over ground, not its positions
+  bool is_against_velocity = false;  ///< of `against`
 
   /// How far it is from what a sensor's own delays leave of it, beyond what is usual, in σ.
   double sigmas(const std::vector<double>& own) const {
@@ -99,7 +104,8 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
       const double lead = leads[i] - leads[j];
       lag.value += lead;
       lag.sigma = std::hypot(lag.sigma, kSpeedSpread * lead);
-      delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference)});
+      delays.push_back({observer.sensor, reference.sensor, lag, tolerance_of(c, observer, reference),
+                        observer.kind == Observer::Kind::course, reference.kind == Observer::Kind::course});
     }
   }
 }
@@ -153,11 +159,69 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
     const double late = lag_of_way(c, *way, *reference);
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
                                            *reference->track, *way->track, per_way, bias, late);
+    // Late or off the axle, fixes follow each other as smoothly as others.
+    if (antenna.is_known) {
+      const double scatter = std::min(antenna.residual / std::numbers::sqrt2, noise_of(c.sensor(i).fixes));
+      check_scatter(c, i, scatter, kSlipScatter);
+      if (c.is_blamed(i)) continue;
+    }
     const double tolerance = tolerance_of_fixes(antenna.lag, least_delay_that_matters(c.sensor(i), speed));
     const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
     if (!may_be_late || std::abs(antenna.lag.value) <= tolerance_of_fixes(antenna.lag)) check_antenna(c, i, antenna);
   }
+}
+
+/// How far a receiver's positions, or its velocity, are behind another sensor; not known if nothing compared them.
+Lag behind(const std::vector<Delay>& delays, std::size_t receiver, std::size_t other, bool is_of_velocity) {
+  for (const Delay& delay : delays) {
+    if (delay.sensor == receiver && delay.against == other && delay.is_of_velocity == is_of_velocity) return delay.lag;
+    if (delay.against == receiver && delay.sensor == other && delay.is_against_velocity == is_of_velocity)
+      return {delay.lag.is_known, -delay.lag.value, delay.lag.sigma};
+  }
+  return {};
+}
+
+/// A receiver whose course and speed are of another time than its positions: no delay of the sensor mends both.
+void check_own_velocity(Case& c, std::vector<Delay>& delays) {
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    const WatchedSensor& sensor = c.sensor(i);
+    if (sensor.fixes.empty() || c.is_concerned(i)) continue;
+    // By the same sensor, whose own delay is in both.
+    Lag positions;
+    Lag velocity;
+    for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+      const Lag p = behind(delays, i, k, false);
+      const Lag v = behind(delays, i, k, true);
+      if (!p.is_known || !v.is_known) continue;
+      const bool is_better =
+          !positions.is_known || std::hypot(p.sigma, v.sigma) < std::hypot(positions.sigma, velocity.sigma);
+      if (is_better) std::tie(positions, velocity) = std::pair(p, v);
+    }
+    if (!positions.is_known) continue;
+    const double older = velocity.value - positions.value;
+    const double sigma = std::hypot(velocity.sigma, positions.sigma);
+    const double sigmas = (std::abs(older) - kFixTolerance) / sigma;
+    if (sigmas < kSigmas) continue;
+    c.add(
+        Certainty::named, "delay", {i},
+        fmt::format("its course and speed are {:.2f} ± {:.2f} s {} its positions", std::abs(older), sigma,
+                    older > 0.0 ? "behind" : "ahead of"),
+        fmt::format("source: course and speed of {}: another message of the receiver, or leave them out", sensor.name),
+        sigmas);
+    const bool drops_velocity = std::abs(velocity.value) >= std::abs(positions.value);
+    std::erase_if(delays, [&](const Delay& delay) {
+      return (delay.sensor == i && delay.is_of_velocity == drops_velocity) ||
+             (delay.against == i && delay.is_against_velocity == drops_velocity);
+    });
+  }
+}
+
+/// What of a sensor a delay is of.
+std::string label(const Case& c, std::size_t index, bool is_velocity) {
+  const WatchedSensor& sensor = c.sensor(index);
+  if (sensor.fixes.empty()) return sensor.name;
+  return sensor.name + (is_velocity ? " velocity" : " positions");
 }
 
 /// A sensor that is late by itself, and what that leaves.
@@ -240,9 +304,11 @@ void check_delays(Case& c, const MotionAgreement& motion) {
   add_delays_of_positions(c, motion, delays);
   add_delays_of_turns(c, motion, delays);
   for (const Delay& delay : delays) {
-    c.comparisons.push_back({"delay", c.sensor(delay.sensor).name, c.sensor(delay.against).name, delay.lag.value,
-                             delay.lag.sigma, 0, "s behind"});
+    c.comparisons.push_back({"delay", label(c, delay.sensor, delay.is_of_velocity),
+                             label(c, delay.against, delay.is_against_velocity), delay.lag.value, delay.lag.sigma, 0,
+                             "s behind"});
   }
+  check_own_velocity(c, delays);
   std::vector<double> own(c.watch.sensors().size(), 0.0);
   while (true) {
     const std::vector<Culprit> culprits = simplest(c, delays, own);

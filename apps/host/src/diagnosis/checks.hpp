@@ -99,6 +99,9 @@ MotionAgreement compare_motion(Case& c);
 /// time.
 void check_shifted_clocks(Case& c, const Agreement& yaw);
 
+/// Clocks that run too fast or too slow: turns that are the farther behind those of others, the later it is.
+void check_clock_rates(Case& c, const Agreement& yaw);
+
 /// Wheels of unequal size: a turn per way that no other sensor has.
 void check_pull(Case& c, const Agreement& yaw);
 
@@ -113,6 +116,16 @@ void check_mounting(Case& c, const MotionAgreement& motion);
 
 /// Whether an antenna stands where the YAML has it.
 void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna);
+
+/// Least scatter of positions that is no motion of a robot whose wheels, or whose scans, take the motion out [m].
+inline constexpr double kSlipScatter = 0.06;
+
+/// White noise of positions against the σ that the YAML, or the fix itself, claims. `scatter`: what was found, per
+/// axis; `motion`: so much of it may be the robot's own motion [m].
+void check_scatter(Case& c, std::size_t i, double scatter, double motion);
+
+/// The same for positions that no dead reckoning is there for.
+void check_scatters(Case& c, const MotionAgreement& motion);
 
 /// Heights of an altimeter against those of others, where the robot moves in space: scale, sign, level.
 void check_heights(Case& c);

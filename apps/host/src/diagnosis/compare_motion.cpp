@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "checks.hpp"
 
@@ -58,17 +60,56 @@ Ratio inverse(const Ratio& ratio) {
   return other;
 }
 
-void group(Agreement& agreement) {
+/// Who agrees with two that differ from each other is too noisy to decide between them.
+void forget_vague_agreements(Agreement& agreement) {
+  std::vector<std::vector<Ratio>>& ratios = agreement.ratios;
   const std::size_t n = agreement.observers.size();
-  agreement.groups.resize(n);
-  for (std::size_t i = 0; i < n; ++i) agreement.groups[i] = static_cast<int>(i);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) {
-      if (agreement.ratios[i][j].verdict != Ratio::Verdict::agree) continue;
-      const int from = agreement.groups[j];
-      const int to = agreement.groups[i];
-      std::ranges::replace(agreement.groups, from, to);
+  std::set<std::pair<std::size_t, std::size_t>> vague;
+  for (std::size_t x = 0; x < n; ++x) {
+    for (std::size_t a = 0; a < n; ++a) {
+      for (std::size_t b = 0; b < n; ++b) {
+        const bool is_between = ratios[x][a].verdict == Ratio::Verdict::agree &&
+                                ratios[x][b].verdict == Ratio::Verdict::agree &&
+                                ratios[a][b].verdict == Ratio::Verdict::differ;
+        if (!is_between || std::min(ratios[x][a].sigma, ratios[x][b].sigma) < ratios[a][b].sigma) continue;
+        vague.insert({{x, a}, {a, x}, {x, b}, {b, x}});
+      }
     }
+  }
+  for (const auto& [i, j] : vague) ratios[i][j].verdict = Ratio::Verdict::unknown;
+}
+
+/// Those that agree form a group, the best known agreement first: a vague one must not bring together who differ.
+void group(Agreement& agreement) {
+  struct Pair {
+    std::size_t first;
+    std::size_t second;
+    double sigma;
+  };
+  const std::size_t n = agreement.observers.size();
+  std::vector<Pair> pairs;
+  agreement.groups.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    agreement.groups[i] = static_cast<int>(i);
+    for (std::size_t j = 0; j < n; ++j) {
+      if (agreement.ratios[i][j].verdict == Ratio::Verdict::agree)
+        pairs.push_back({i, j, agreement.ratios[i][j].sigma});
+    }
+  }
+  std::ranges::stable_sort(pairs, {}, &Pair::sigma);
+  const auto differ = [&](int one, int other) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        const bool is_between = agreement.groups[i] == one && agreement.groups[j] == other;
+        if (is_between && agreement.ratios[i][j].verdict == Ratio::Verdict::differ) return true;
+      }
+    }
+    return false;
+  };
+  for (const Pair& pair : pairs) {
+    const int from = agreement.groups[pair.second];
+    const int to = agreement.groups[pair.first];
+    if (from != to && !differ(from, to)) std::ranges::replace(agreement.groups, from, to);
   }
 }
 
@@ -221,8 +262,10 @@ MotionAgreement compare_motion(Case& c) {
   compare_all(c, "yaw", motion.yaw, way, true);
   compare_all(c, "way", motion.way, nullptr, false);
   add_scanners(c, motion, way);
-  group(motion.yaw);
-  group(motion.way);
+  for (Agreement* agreement : {&motion.yaw, &motion.way}) {
+    forget_vague_agreements(*agreement);
+    group(*agreement);
+  }
   return motion;
 }
 

@@ -21,6 +21,10 @@ bool contains(const std::vector<Finding>& findings, const Finding& finding) {
   return std::ranges::any_of(findings, [&](const Finding& other) { return is_same(other, finding); });
 }
 
+bool is_of_motion(const Finding& finding) {
+  return finding.check == "yaw" || finding.check == "way" || finding.check == "axes";
+}
+
 }  // namespace
 
 struct Diagnosis::Parts {
@@ -31,8 +35,23 @@ struct Diagnosis::Parts {
   double next = kFirst;
   std::vector<Finding> last;  // of the evaluation before, in this window
   std::vector<Finding> findings;
+  std::size_t of_earlier_windows = 0;  // so many of the findings
   std::size_t taken = 0;
   std::vector<Comparison> comparisons;
+
+  /// The evaluation of a whole window withdraws what a part of it seemed to show, where it names another sensor.
+  void withdraw(const std::vector<Finding>& of_window) {
+    const auto is_withdrawn = [&](const Finding& early) {
+      return !contains(of_window, early) && std::ranges::any_of(of_window, [&](const Finding& other) {
+        const bool is_rival = other.check == early.check || (is_of_motion(other) && is_of_motion(early));
+        return is_rival && other.certainty == Finding::Certainty::named;
+      });
+    };
+    const auto begin = findings.begin() + static_cast<std::ptrdiff_t>(std::min(of_earlier_windows, findings.size()));
+    findings.erase(std::remove_if(begin, findings.end(), is_withdrawn), findings.end());
+    taken = std::min(taken, findings.size());
+    of_earlier_windows = findings.size();
+  }
 
   /// What two evaluations in a row find is certain; at the end of a window, or of the log, one is enough.
   void evaluate(bool is_last, bool at_end = false) {
@@ -42,9 +61,11 @@ struct Diagnosis::Parts {
     diagnosis::check_directions(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
+    diagnosis::check_clock_rates(c, motion.yaw);
     diagnosis::check_motion(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
+    diagnosis::check_scatters(c, motion);
     diagnosis::check_heights(c);
     diagnosis::check_accelerations(c, motion);
     if (at_end) diagnosis::check_clocks(c);
@@ -67,6 +88,7 @@ struct Diagnosis::Parts {
         known->stamp = stamp;
       }
     }
+    if (is_last) withdraw(c.findings);
     last = std::move(c.findings);
     comparisons = std::move(c.comparisons);
   }

@@ -20,6 +20,7 @@ constexpr long kLeastRows = 8;    // of a block
 constexpr double kMostLag = 2.0;  // [s]
 constexpr double kLagStep = 0.1;
 constexpr int kLeastBlocks = 4;
+constexpr double kLeastLeverSigma = 0.02;  // [m], of a block
 constexpr double kLikelier = 0.1;  // by which the log of the squared residuals must be less, as a mean over the blocks
 
 /// z = c w + q u as two rows of real numbers.
@@ -102,6 +103,7 @@ Rows rows_of(const std::vector<Fix>& fixes, std::size_t begin, std::size_t end, 
 /// Lever arm and remaining error of one block.
 struct BlockFit {
   Eigen::Vector2d lever;
+  double sigma = 0.0;  ///< of the lever arm, of both axes [m]
   double residual = 0.0;
 };
 
@@ -133,7 +135,45 @@ std::optional<BlockFit> fit_block(const Rows& rows) {
   if (std::abs(c) < 0.1) return std::nullopt;
   const Complex lever = Complex(fit.x(2), fit.x(3)) * std::abs(c) / c;
   const Eigen::VectorXd r = rows.y.head(rows.count) - rows.A.topRows(rows.count) * fit.x;
-  return BlockFit{{lever.real(), lever.imag()}, std::sqrt(r.squaredNorm() / static_cast<double>(rows.count))};
+  const double sigma = std::max(std::hypot(fit.sigma(2), fit.sigma(3)), 1e-3);
+  return BlockFit{{lever.real(), lever.imag()}, sigma, std::sqrt(r.squaredNorm() / static_cast<double>(rows.count))};
+}
+
+/// A mean over blocks, of which those without a turn know next to nothing of a lever arm.
+struct WeightedMean {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+/// Weights of Huber's kind for blocks that lie farther off than their σ lets expect; σ by the scatter of the blocks
+/// (White, 1982), but not below `least` for a block.
+WeightedMean mean_of(const std::vector<double>& values, const std::vector<double>& sigmas, double least) {
+  constexpr double kHuber = 1.5;
+  WeightedMean mean;
+  const std::size_t n = values.size();
+  std::vector<double> weights(n);
+  for (std::size_t k = 0; k < n; ++k) weights[k] = 1.0 / (sigmas[k] * sigmas[k] + least * least);
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    double sum = 0.0;
+    double weight = 0.0;
+    double squares = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double own = 1.0 / (sigmas[k] * sigmas[k] + least * least);
+      const double off = iteration == 0 ? 0.0 : std::abs(values[k] - mean.value) * std::sqrt(own);
+      weights[k] = own * (off > kHuber ? kHuber / off : 1.0);
+      sum += weights[k] * values[k];
+      weight += weights[k];
+      squares += weights[k] * weights[k];
+    }
+    mean.value = sum / weight;
+    const double effective = weight * weight / squares;  // blocks that count
+    double scatter = 0.0;
+    for (std::size_t k = 0; k < n; ++k) scatter += std::pow(weights[k] * (values[k] - mean.value), 2);
+    const double few = effective > 1.5 ? effective / (effective - 1.0) : 3.0;
+    mean.sigma = std::max(std::sqrt(few * scatter) / weight, 1.25 * std::sqrt(squares) / weight * least);
+    mean.sigma = std::max(mean.sigma, 1.0 / std::sqrt(weight));
+  }
+  return mean;
 }
 
 constexpr int kSteps = static_cast<int>(kMostLag / kLagStep);
@@ -216,12 +256,14 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
   }
   std::vector<double> x;
   std::vector<double> y;
+  std::vector<double> sigmas;
   std::vector<double> residuals;
   std::vector<std::vector<double>> costs;  // of each block, at each lag
   for (const auto& [from, to] : blocks) {
     if (const auto fit = fit_block(rows_of(fixes, from, to, path, 0.0))) {
       x.push_back(fit->lever.x());
       y.push_back(fit->lever.y());
+      sigmas.push_back(fit->sigma);
       residuals.push_back(fit->residual);
     }
     std::vector<double> of_block;
@@ -234,18 +276,11 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
     }
     if (is_complete) costs.push_back(std::move(of_block));
   }
-  const auto center = [](std::vector<double>& values, double least, double& sigma) {
-    const double middle = median(values);
-    std::vector<double> deviations;
-    deviations.reserve(values.size());
-    for (const double value : values) deviations.push_back(std::abs(value - middle));
-    const auto n = static_cast<double>(values.size());
-    sigma = 1.25 * std::max(1.4826 * median(deviations), least) / std::sqrt(n);
-    return middle;
-  };
   if (static_cast<int>(x.size()) >= kLeastBlocks) {
-    antenna.lever.x() = center(x, 0.02, antenna.lever_sigma.x());
-    antenna.lever.y() = center(y, 0.02, antenna.lever_sigma.y());
+    const WeightedMean ahead = mean_of(x, sigmas, kLeastLeverSigma);
+    const WeightedMean aside = mean_of(y, sigmas, kLeastLeverSigma);
+    antenna.lever = {ahead.value, aside.value};
+    antenna.lever_sigma = {ahead.sigma, aside.sigma};
     antenna.residual = median(residuals);
     antenna.is_known = true;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "fit.hpp"
 #include "waymark/math/so3.hpp"
@@ -18,9 +19,49 @@ constexpr double kChordSigmas = 10.0;   // of the fixes' noise
 constexpr double kShortestChord = 1.0;  // [s], or a lag of the fixes spoils every comparison
 constexpr double kLongestChord = 12.0;  // [s]
 constexpr double kSharp = 2.2;          // [rad], chords that turn more are reversals
+constexpr double kBent = 1.0;           // [rad], in a chord
+constexpr double kAbsurd = 12.0;        // [rad], in more than a few of the chords: no turns but another unit
+constexpr double kFew = 0.95;
 constexpr long kLeastSamples = 20;
 
-/// White noise of fixes per axis, from their second differences: motion is smooth, noise is not.
+/// How far the robot turns within a chord: by the sensor that turns least, so that one which is wrong does not decide;
+/// nothing if none measures it.
+std::optional<double> turn_within(const Watch& watch, const Chord& chord) {
+  constexpr double kStep = 0.25;  // [s]
+  std::optional<double> least;
+  for (const WatchedSensor& sensor : watch.sensors()) {
+    if (sensor.yaw.samples() < kLeastSamples) continue;
+    double most = 0.0;
+    bool is_known = true;
+    for (double t = chord.from + kStep; is_known && t < chord.to + kStep; t += kStep) {
+      const auto turned = sensor.yaw.change(chord.from, std::min(t, chord.to));
+      is_known = turned.has_value();
+      if (is_known) most = std::max(most, std::abs(*turned));
+    }
+    if (is_known) least = std::min(least.value_or(most), most);
+  }
+  return least;
+}
+
+/// Chords that turn so little that their direction is a heading and their length a way: where fixes are noisy, chords
+/// are longer than tight curves. All of them where the turns cannot be right.
+std::vector<Chord> straight_chords_of(const Watch& watch, const std::vector<Fix>& fixes) {
+  const std::vector<Chord> all = chords_of(fixes);
+  std::vector<Chord> straight;
+  std::vector<double> turns;
+  for (const Chord& chord : all) {
+    const double turned = turn_within(watch, chord).value_or(0.0);
+    turns.push_back(turned);
+    if (turned < kBent) straight.push_back(chord);
+  }
+  if (turns.empty()) return all;
+  const auto high = turns.begin() + static_cast<std::ptrdiff_t>(kFew * static_cast<double>(turns.size() - 1));
+  std::ranges::nth_element(turns, high);
+  return *high > kAbsurd ? all : straight;
+}
+
+}  // namespace
+
 double noise_of(const std::vector<Fix>& fixes) {
   std::vector<double> differences;
   for (std::size_t k = 2; k < fixes.size(); ++k) {
@@ -33,8 +74,6 @@ double noise_of(const std::vector<Fix>& fixes) {
   }
   return 1.4826 * median(differences) / std::sqrt(6.0);
 }
-
-}  // namespace
 
 std::vector<Chord> chords_of(const std::vector<Fix>& fixes) {
   std::vector<Chord> chords;
@@ -71,7 +110,7 @@ std::vector<Observer> yaw_observers(const Watch& watch) {
       observers.push_back({i, Observer::Kind::course, &sensor.course,
                            spans_of(sensor.course, kTurnSpan, watch.newest()), 0.02, 0.0, false});
     }
-    if (const std::vector<Chord> chords = chords_of(sensor.fixes); chords.size() >= kLeastSamples) {
+    if (const std::vector<Chord> chords = straight_chords_of(watch, sensor.fixes); chords.size() >= kLeastSamples) {
       Observer turns{i, Observer::Kind::chord, nullptr, {}, 0.04, 0.0, false};
       for (std::size_t k = 1; k < chords.size(); ++k) {
         const Chord& a = chords[k - 1];
@@ -103,7 +142,7 @@ std::vector<Observer> way_observers(const Watch& watch) {
       observers.push_back({i, Observer::Kind::course, &sensor.ground_way,
                            spans_of(sensor.ground_way, kWaySpan, watch.newest()), 0.02, 0.0, true});
     }
-    if (const std::vector<Chord> chords = chords_of(sensor.fixes); chords.size() >= kLeastSamples) {
+    if (const std::vector<Chord> chords = straight_chords_of(watch, sensor.fixes); chords.size() >= kLeastSamples) {
       Observer lengths{i, Observer::Kind::chord, nullptr, {}, 0.02, 0.0, true};
       for (const Chord& chord : chords) lengths.spans.push_back({chord.from, chord.to, chord.length});
       observers.push_back(std::move(lengths));

@@ -19,6 +19,9 @@ struct Chord {
 /// Chords of a receiver's fixes, one after the other.
 std::vector<Chord> chords_of(const std::vector<Fix>& fixes);
 
+/// White noise of fixes per axis, from their second differences: motion is smooth, noise is not [m].
+double noise_of(const std::vector<Fix>& fixes);
+
 /// All that observe the robot's turning, and all that observe its way.
 std::vector<Observer> yaw_observers(const Watch& watch);
 std::vector<Observer> way_observers(const Watch& watch);

@@ -56,6 +56,8 @@ struct Drive {
   int imu_every = 1;                 ///< steps of 0.02 s between two measurements of the IMU
   double chirp = 0.0;                ///< [rad/s²], ever faster turns, since periodic ones look alike at other times
   double compass_until_s = kLength;  ///< it delivers nothing from then on
+  double imu_clock_fast = 0.0;       ///< seconds of its stamps in one of the others, less one
+  double turns = 1.0;                ///< so many times as sharp
 };
 
 /// Drives in curves of changing direction, and gives the diagnosis what the sensors measure.
@@ -71,7 +73,7 @@ inline Examined examine(const std::function<void(Readings&)>& mistake, const Dri
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
     const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
-    const double rate = 0.4 * std::sin(0.23 * t + drive.chirp * t * t) + 0.3 * std::sin(0.9 * t);
+    const double rate = drive.turns * (0.4 * std::sin(0.23 * t + drive.chirp * t * t) + 0.3 * std::sin(0.9 * t));
     x += 0.02 * speed * std::cos(yaw);
     y += 0.02 * speed * std::sin(yaw);
     yaw += 0.02 * rate;
@@ -84,7 +86,8 @@ inline Examined examine(const std::function<void(Readings&)>& mistake, const Dri
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);
     feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
-    if (k % drive.imu_every == 0) feed.pass(kImu, t + drive.imu_late_s, std::make_shared<ImuSample>(readings.imu));
+    const double imu_stamp = t * (1.0 + drive.imu_clock_fast) + drive.imu_late_s;
+    if (k % drive.imu_every == 0) feed.pass(kImu, imu_stamp, std::make_shared<ImuSample>(readings.imu));
     if (k % 25 == 0) feed.pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
     if (k % 5 == 0 && t < drive.compass_until_s)
       feed.pass(kCompass, t + drive.compass_late_s, std::make_shared<CompassHeading>(readings.compass));

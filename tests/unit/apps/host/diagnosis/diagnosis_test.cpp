@@ -123,6 +123,18 @@ TEST(Diagnosis, NamesAClockThatIsSecondsAhead) {
   EXPECT_EQ(number_after("sensors.compass.delay_s: ", examined.findings.front().change), 18.0);
 }
 
+TEST(Diagnosis, NamesAClockThatRunsFast) {
+  const Examined examined = examine(
+      [](Readings& r) {
+        r.gps.speed_mps = r.speed;
+        r.gps.course_rad = std::remainder(0.5 * M_PI - r.yaw, 2.0 * M_PI);
+      },
+      {.imu_clock_fast = 0.005});
+  ASSERT_THAT(examined.named(), ElementsAre("imu"));
+  EXPECT_EQ(examined.findings.front().check, "clock");
+  EXPECT_NEAR(number_after("its clock is ", examined.findings.front().seen), 0.5, 0.05);
+}
+
 TEST(Diagnosis, NamesAnImuOnItsHeadInSpace) {
   std::string yaml = kCurvingRobot;
   yaml.replace(yaml.find("initial:"), 8, "motion: { kind: spatial }, initial:");

@@ -108,6 +108,41 @@ std::string with_sigma(const std::string& sigma_m) {
   return yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: " + sigma_m);
 }
 
+TEST(ReceiverDiagnosis, NamesOneOfAnotherClassThanDeclared) {
+  std::mt19937 dice(5);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  const auto usual = [&](Readings& r) { r.gps.p_map_antenna += Eigen::Vector3d(noise(dice), noise(dice), 0.0); };
+  const Examined examined = examine(usual, {.yaml = with_sigma("0.01")});
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_EQ(examined.findings.front().check, "noise");
+  EXPECT_NEAR(number_after("sensors.gps.sigma_m: ", examined.findings.front().change), 0.32, 0.05);
+  for (const Finding& finding : examine(usual, {.yaml = with_sigma("0.3")}).findings)
+    ADD_FAILURE() << describe(finding);
+}
+
+TEST(ReceiverDiagnosis, NamesOneWhoseVelocityIsOlderThanItsPositions) {
+  std::vector<Readings> past;
+  const Examined examined = examine(
+      [&](Readings& r) {
+        past.push_back(r);
+        const Readings& before = past[past.size() > 50 ? past.size() - 51 : 0];
+        r.gps.speed_mps = before.speed;
+        r.gps.course_rad = std::remainder(0.5 * M_PI - before.yaw, 2.0 * M_PI);
+      },
+      {.yaml = with_sigma("0.02")});
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_NEAR(number_after("its course and speed are ", examined.findings.front().seen), 1.0, 0.2);
+}
+
+TEST(ReceiverDiagnosis, NoisyFixesAreNoMeasureOfCurvesThatAreTighter) {
+  std::mt19937 dice(5);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  const Examined examined =
+      examine([&](Readings& r) { r.gps.p_map_antenna += Eigen::Vector3d(noise(dice), noise(dice), 0.0); },
+              {.yaml = with_sigma("0.6"), .turns = 2.5});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 TEST(ReceiverDiagnosis, AQuarterOfASecondMattersOnlyWherePositionsAreExact) {
   Lagging exact(0.26);
   const Examined late = examine([&](Readings& r) { exact.delay(r); }, {.yaml = with_sigma("0.02")});
