@@ -53,6 +53,37 @@ std::string command_of(const SweepOptions& options) {
   return text;
 }
 
+std::string read_all(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// The page, or its part of the page that a person wrote, and the values beside it.
+void write_page(const sweep::Study& study, const sweep::Summary& summary, const std::filesystem::path& page,
+                const std::string& command) {
+  std::filesystem::path values = page;
+  std::optional<std::string> text = sweep::inserted(read_all(page), study, summary, command);
+  if (text) {
+    values.replace_filename(study.plan().file.stem());
+  } else {
+    text = sweep::to_markdown(study, summary, command);
+  }
+  write_file(page, *text, Belongs::to_nobody);
+  write_file(values.replace_extension(".json"), sweep::to_json(study, command), Belongs::to_nobody);
+}
+
+/// Throws if the page cannot be written at the end, before hours of runs.
+void require_writable(const sweep::Study& study, const std::filesystem::path& page) {
+  const std::string text = read_all(page);
+  if (sweep::inserted(text, study, {}, "")) return;
+  if (text.find("<!-- study: ") != std::string::npos)
+    throw Error(
+        fmt::format("{}: has no lines \"<!-- study: {} -->\" and \"<!-- end of study -->\": add them where the table "
+                    "belongs, or choose another --page",
+                    page.string(), study.plan().file.stem().string()));
+  require_replaceable(page, "waymark sweep", "--page");
+}
+
 /// Tables of what is there; exit code 0 if all tasks have a result.
 int collect(const sweep::Study& study, const SweepOptions& options) {
   const sweep::Summary summary = sweep::summarize(study);
@@ -60,11 +91,7 @@ int collect(const sweep::Study& study, const SweepOptions& options) {
   write_file(study.folder() / "study.md", sweep::to_markdown(study, summary, command), Belongs::to_nobody);
   write_file(study.folder() / "study.html", sweep::to_html(study, summary, command), Belongs::to_nobody);
   write_file(study.folder() / "study.json", sweep::to_json(study, command), Belongs::to_nobody);
-  if (!options.page.empty()) {
-    write_file(options.page, sweep::to_markdown(study, summary, command), Belongs::to_nobody);
-    std::filesystem::path values = options.page;
-    write_file(values.replace_extension(".json"), sweep::to_json(study, command), Belongs::to_nobody);
-  }
+  if (!options.page.empty()) write_page(study, summary, options.page, command);
   print_output("{}", sweep::to_text(study, summary));
   const std::size_t open = summary.tasks - summary.ended - summary.failures.size();
   print_message("{} of {} runs ended, {} failed, {} open; {}\n", summary.ended, summary.tasks, summary.failures.size(),
@@ -94,8 +121,7 @@ int submit(const sweep::Study& study, const SweepOptions& options) {
   write_file(script, sweep::array_script(study, this_program(), open, options.jobs), Belongs::to_nobody);
   const std::filesystem::path out = study.folder() / "slurm/sbatch.txt";
   const sweep::Ended ended = sweep::run_program("/usr/bin/env", {"sbatch", script.string()}, out, out);
-  std::ifstream file(out);
-  const std::string said{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string said = read_all(out);
   if (ended.exit_code != 0)
     throw Error(fmt::format("sbatch {}: exit code {}: {}", script.string(), ended.exit_code, said));
   print_output("{}", said);
@@ -116,10 +142,10 @@ int check(const sweep::Study& study, const SweepOptions& options) {
 
 int run(const SweepOptions& options) {
   sweep::Plan plan = sweep::Plan::read(options.plan);
-  if (!options.page.empty()) require_replaceable(options.page, "waymark sweep", "--page");
   std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / options.plan.stem() : options.out;
   if (!options.check.empty()) out /= "check";
   const sweep::Study study(std::move(plan), out, this_program(), WAYMARK_VERSION);
+  if (!options.page.empty()) require_writable(study, options.page);
   if (options.task) return run_one(study, *options.task);
   if (!options.check.empty()) return check(study, options);
   if (options.slurm) return submit(study, options);

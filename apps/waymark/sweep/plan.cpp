@@ -39,17 +39,19 @@ std::vector<std::uint64_t> read_seeds(const Config& yaml) {
 std::vector<Variant> read_configurations(const Config& yaml) {
   std::vector<Variant> variants;
   for (const Config& entry :
-       yaml.items({"runs", "the configurations that are compared: `config`, `name` and `set` of each"})) {
+       yaml.items({"runs", "the configurations that are compared: `config`, `name`, `set` and `evaluate` of each"})) {
     Variant variant;
     const std::filesystem::path config = entry.text({"config", "YAML of the robot, relative to the plan"});
     variant.config = (yaml.file().parent_path() / config).lexically_normal();
     if (!std::filesystem::is_regular_file(variant.config))
       entry.fail("config", fmt::format("\"{}\" is no file: the YAML of a robot is expected", variant.config.string()));
     variant.name = entry.text({"name", "", "how it is called in tables", "name of the YAML"}, config.stem().string());
-    variant.overrides = entry.texts({"set", "key=value: overrides keys of the YAML; {seed} stands for the seed"}, {});
+    variant.overrides = entry.texts(
+        {"set", "key=value: overrides keys of the YAML; {seed} and {out} stand for the seed and the run's folder"}, {});
     for (const std::string& one : variant.overrides) {
       if (one.find('=') == std::string::npos) entry.fail("set", fmt::format("\"{}\": key=value is expected", one));
     }
+    variant.evaluate = entry.texts({"evaluate", "options of `waymark evaluate` for this row, behind those of all"}, {});
     variants.push_back(std::move(variant));
   }
   if (variants.empty()) yaml.fail("runs", "at least one configuration is expected");

@@ -25,7 +25,9 @@ struct Score {
 struct Variant {
   std::string name;
   std::filesystem::path config;
-  std::vector<std::string> overrides;  ///< as of `waymark run --set`; {seed} stands for the seed
+  std::vector<std::string>
+      overrides;  ///< as of `waymark run --set`; {seed} and {out} stand for the seed and the run's folder
+  std::vector<std::string> evaluate;  ///< options of `waymark evaluate`, behind those of the plan
 };
 
 /// One run of a study. Tasks are numbered from 0 on in the order of variants, then seeds.

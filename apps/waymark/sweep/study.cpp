@@ -108,9 +108,15 @@ std::string Study::identity(const Task& task) const {
               {"config_crc32", sum.checksum()},
               {"set", variant.overrides},
               {"seed", task.seed},
-              {"evaluate", plan_.evaluate},
+              {"evaluate", evaluate_options(variant)},
               {"scores", paths}}
       .dump();
+}
+
+std::vector<std::string> Study::evaluate_options(const Variant& variant) const {
+  std::vector<std::string> options = plan_.evaluate;
+  options.insert(options.end(), variant.evaluate.begin(), variant.evaluate.end());
+  return options;
 }
 
 std::filesystem::path Study::result_file(const Task& task) const {
@@ -125,8 +131,10 @@ TaskResult Study::score(const Task& task, const std::filesystem::path& out) cons
       "run",       variant.config.string(),       "--out",  run_folder.string(), "--seed", seed,
       "--threads", std::to_string(plan_.threads), "--quiet"};
   for (const std::string& one : variant.overrides) {
+    // A full path, though within the folder of the run.
+    if (one.find("{out}") != std::string::npos) arguments.emplace_back("--allow-outside");
     arguments.emplace_back("--set");
-    arguments.push_back(filled(one, "{seed}", seed));
+    arguments.push_back(filled(filled(one, "{seed}", seed), "{out}", run_folder.string()));
   }
   TaskResult result;
   const Ended run = run_program(program_, arguments, out / "run.out", out / "run.err");
@@ -141,7 +149,8 @@ TaskResult Study::score(const Task& task, const std::filesystem::path& out) cons
   };
   if (is_asked("evaluate.")) {
     arguments = {"evaluate", run_folder.string(), "--json"};
-    for (const std::string& one : plan_.evaluate) arguments.push_back(filled(one, "{out}", run_folder.string()));
+    for (const std::string& one : evaluate_options(variant))
+      arguments.push_back(filled(one, "{out}", run_folder.string()));
     const Ended evaluated = run_program(program_, arguments, out / "evaluate.json", out / "evaluate.err");
     if (evaluated.exit_code != kSuccess) {
       result.error = fmt::format("waymark evaluate: exit code {}: {}", evaluated.exit_code,

@@ -41,6 +41,7 @@ class Study {
 
  private:
   std::string identity(const Task& task) const;
+  std::vector<std::string> evaluate_options(const Variant& variant) const;
   std::filesystem::path result_file(const Task& task) const;
   TaskResult score(const Task& task, const std::filesystem::path& out) const;
 

@@ -63,13 +63,10 @@ std::string in_cell(std::string text) {
   return text;
 }
 
-}  // namespace
-
-std::string to_markdown(const Study& study, const Summary& summary, const std::string& command) {
+/// Command, table, marks and failures.
+std::string tables(const Study& study, const Summary& summary, const std::string& command) {
   const Plan& plan = study.plan();
-  std::string page = fmt::format("# {}\n\n", plan.title);
-  if (!plan.about.empty()) page += plan.about + "\n\n";
-  page += fmt::format(
+  std::string page = fmt::format(
       "Made by\n\n    waymark sweep {}\n\nby version {}; {} of {} runs. Over the seeds: min / median / max.\n\n| run | "
       "seeds |",
       command, study.version(), summary.ended, summary.tasks);
@@ -90,6 +87,25 @@ std::string to_markdown(const Study& study, const Summary& summary, const std::s
     page += fmt::format("- task {} ({}, seed {}): {}\n", failure.task.number, failure.variant, failure.task.seed,
                         failure.error);
   return page;
+}
+
+}  // namespace
+
+std::string to_markdown(const Study& study, const Summary& summary, const std::string& command) {
+  const Plan& plan = study.plan();
+  std::string page = fmt::format("# {}\n\n", plan.title);
+  if (!plan.about.empty()) page += plan.about + "\n\n";
+  return page + tables(study, summary, command);
+}
+
+std::optional<std::string> inserted(const std::string& page, const Study& study, const Summary& summary,
+                                    const std::string& command) {
+  const std::string begin = fmt::format("<!-- study: {} -->\n", study.plan().file.stem().string());
+  const std::string_view end = "<!-- end of study -->";
+  const std::size_t from = page.find(begin);
+  const std::size_t to = from == std::string::npos ? from : page.find(end, from);
+  if (to == std::string::npos) return std::nullopt;
+  return page.substr(0, from) + begin + tables(study, summary, command) + page.substr(to);
 }
 
 std::string to_html(const Study& study, const Summary& summary, const std::string& command) {

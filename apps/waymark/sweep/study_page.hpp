@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "apps/waymark/sweep/summary.hpp"
@@ -11,7 +12,12 @@ namespace waymark::sweep {
 /// version.
 std::string to_markdown(const Study& study, const Summary& summary, const std::string& command);
 
-/// The same as one HTML file, with a picture of every score: a dot for each seed.
+/// A page that a person wrote, with command, table and marks of the study between its lines "<!-- study: NAME -->" and
+/// "<!-- end of study -->"; NAME is that of the plan's file without extension. Nothing if the page has no such lines.
+std::optional<std::string> inserted(const std::string& page, const Study& study, const Summary& summary,
+                                    const std::string& command);
+
+/// The study as one HTML file, with a picture of every score: a dot for each seed.
 std::string to_html(const Study& study, const Summary& summary, const std::string& command);
 
 /// The table for a terminal.

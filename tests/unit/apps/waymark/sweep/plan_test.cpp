@@ -3,7 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include "temporary_folder.hpp"
 #include "waymark/base/error.hpp"
@@ -66,6 +70,37 @@ TEST_F(PlanFile, MistakesAreErrorsWithTheirPlace) {
   fails(rest + "runs: [{ config: robot.yaml }]\nseeds: [1, 1]\n", "a seed is given twice");
   fails(rest + "runs: [{ config: robot.yaml }]\nseeds: 1.5\n", "1.5");
   fails(rest + "runs: [{ config: robot.yaml }]\nsedes: 3\n", "seeds");
+}
+
+TEST_F(PlanFile, ARowHasOptionsOfItsOwn) {
+  const Plan plan = read(
+      "title: t\nevaluate: [--align, se2]\nruns: [{ config: robot.yaml, evaluate: [--min-sightings, 5] }]\n"
+      "scores: [{ path: run.cpu_s }]\n");
+  EXPECT_THAT(plan.evaluate, ElementsAre("--align", "se2"));
+  EXPECT_THAT(plan.variants[0].evaluate, ElementsAre("--min-sightings", "5"));
+}
+
+/// A page cites its plan, and a plan names its page: the plans of the repository can be read, and their pages have room
+/// for the table.
+TEST(Plans, OfTheResultsAreReadAndHaveAPage) {
+  ::setenv("WAYMARK_DATA", "recordings", 0);  // plans name them, nothing is read
+  const std::filesystem::path repository = WAYMARK_SOURCE_DIR;
+  std::size_t plans = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(repository / "tests/results/plans")) {
+    ++plans;
+    EXPECT_NO_THROW(Plan::read(entry.path())) << entry.path();
+    std::ifstream file(entry.path());
+    std::string command;
+    std::getline(file, command);
+    const std::string before = "# waymark sweep tests/results/plans/" + entry.path().filename().string();
+    ASSERT_THAT(command, testing::StartsWith(before));
+    const std::size_t page = command.find(" --page ");
+    if (page == std::string::npos) continue;  // its table is part of a text
+    std::ifstream stream(repository / command.substr(page + 8));
+    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    EXPECT_THAT(text, HasSubstr(command.substr(2))) << "the page has no table by this command";
+  }
+  EXPECT_GE(plans, 18U);
 }
 
 }  // namespace

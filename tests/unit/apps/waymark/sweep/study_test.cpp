@@ -50,7 +50,7 @@ fi
     plan_.file = folder_ / "plan.yaml";
     plan_.title = "Seeds | dots";
     std::ofstream(folder_ / "robot.yaml") << "sensors: []\n";
-    plan_.variants = {{"first", folder_ / "robot.yaml", {}}};
+    plan_.variants = {{"first", folder_ / "robot.yaml", {}, {}}};
     plan_.seeds = {1, 2, 6};
     plan_.scores = {{"error [m]", "evaluate.error", 2.5, std::nullopt, Score::Judged::by_median}};
   }
@@ -134,6 +134,45 @@ TEST_F(ScriptedStudy, PagesHaveTableMarksAndCommand) {
   const std::string html = to_html(study, summary, "plan.yaml");
   EXPECT_THAT(html, HasSubstr("<td class=\"reached\">1 / 2 / 6</td>"));
   EXPECT_THAT(html, HasSubstr("<circle"));
+}
+
+TEST_F(ScriptedStudy, FillsItsPartOfAPageOfAPerson) {
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  const std::string page = "# Mine\n\n<!-- study: plan -->\nold\n<!-- end of study -->\n\nMy thoughts.\n";
+  const std::optional<std::string> filled = inserted(page, study, summary, "plan.yaml");
+  ASSERT_TRUE(filled);
+  EXPECT_THAT(*filled, testing::StartsWith("# Mine\n\n<!-- study: plan -->\nMade by\n\n    waymark sweep plan.yaml\n"));
+  EXPECT_THAT(*filled, HasSubstr("| first | 3 | 1 / 2 / 6 |\n"));
+  EXPECT_THAT(*filled, testing::EndsWith("<!-- end of study -->\n\nMy thoughts.\n"));
+  EXPECT_THAT(*filled, testing::Not(HasSubstr("old")));
+  EXPECT_EQ(inserted(*filled, study, summary, "plan.yaml"), filled);
+  EXPECT_EQ(inserted("# Mine\n\n<!-- study: another -->\n<!-- end of study -->\n", study, summary, ""), std::nullopt);
+  EXPECT_EQ(inserted("# Mine\n\n<!-- study: plan -->\nno end\n", study, summary, ""), std::nullopt);
+}
+
+TEST_F(ScriptedStudy, RowsHaveOptionsOfTheirOwn) {
+  script_of(R"sh(if [ "$1" = run ]; then
+  mkdir -p "$4" && echo "$*" | sed 's/.*--set place=//' > "$4/place"
+else
+  echo "{\"error\": $#, \"here\": $([ "$(cat "$2/place")" = "$2/x" ] && echo 1 || echo 0)
+}"
+fi
+)sh");
+  plan_.evaluate = {"--align", "se2"};
+  plan_.variants.push_back(plan_.variants.front());
+  plan_.variants.back().name = "with more";
+  plan_.variants.back().evaluate = {"--outage=1:2"};
+  for (Variant& variant : plan_.variants) variant.overrides = {"place={out}/x"};
+  plan_.scores.push_back({"here", "evaluate.here", std::nullopt, std::nullopt, Score::Judged::by_median});
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  ASSERT_EQ(summary.lines.size(), 2U);
+  EXPECT_EQ(summary.lines[0].cells[0].median, 5.0);  // evaluate FOLDER --json --align se2
+  EXPECT_EQ(summary.lines[1].cells[0].median, 6.0);
+  EXPECT_EQ(summary.lines[0].cells[1].median, 1.0);  // {out} is the folder of the run
 }
 
 TEST_F(ScriptedStudy, FindsWhatHasDrifted) {
