@@ -25,9 +25,8 @@ struct Score {
 struct Variant {
   std::string name;
   std::filesystem::path config;
-  std::vector<std::string>
-      overrides;  ///< as of `waymark run --set`; {seed} and {out} stand for the seed and the run's folder
-  std::vector<std::string> evaluate;  ///< options of `waymark evaluate`, behind those of the plan
+  std::vector<std::string> overrides;  ///< as of `waymark run --set`; {seed} and {out}: the seed, the run's folder
+  std::vector<std::string> evaluate;   ///< options of `waymark evaluate`, behind those of the plan
 };
 
 /// One run of a study. Tasks are numbered from 0 on in the order of variants, then seeds.

@@ -46,9 +46,10 @@ std::optional<double> turn_within(const Watch& watch, const Chord& chord) {
 /// Chords that turn so little that their direction is a heading and their length a way: where fixes are noisy, chords
 /// are longer than tight curves. All of them where the turns cannot be right.
 std::vector<Chord> straight_chords_of(const Watch& watch, const std::vector<Fix>& fixes) {
-  const std::vector<Chord> all = chords_of(fixes);
+  std::vector<Chord> all = chords_of(fixes);
   std::vector<Chord> straight;
   std::vector<double> turns;
+  turns.reserve(all.size());
   for (const Chord& chord : all) {
     const double turned = turn_within(watch, chord).value_or(0.0);
     turns.push_back(turned);
