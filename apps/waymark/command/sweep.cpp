@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,16 +51,11 @@ std::string command_of(const SweepOptions& options) {
   return text;
 }
 
-std::string read_all(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 /// The page, or its part of the page that a person wrote, and the values beside it.
 void write_page(const sweep::Study& study, const sweep::Summary& summary, const std::filesystem::path& page,
                 const std::string& command) {
   std::filesystem::path values = page;
-  std::optional<std::string> text = sweep::inserted(read_all(page), study, summary, command);
+  std::optional<std::string> text = sweep::inserted(sweep::read_all(page), study, summary, command);
   if (text) {
     values.replace_filename(study.plan().file.stem());
   } else {
@@ -74,7 +67,7 @@ void write_page(const sweep::Study& study, const sweep::Summary& summary, const 
 
 /// Throws if the page cannot be written at the end, before hours of runs.
 void require_writable(const sweep::Study& study, const std::filesystem::path& page) {
-  const std::string text = read_all(page);
+  const std::string text = sweep::read_all(page);
   if (sweep::inserted(text, study, {}, "")) return;
   if (text.find("<!-- study: ") != std::string::npos)
     throw Error(
@@ -121,7 +114,7 @@ int submit(const sweep::Study& study, const SweepOptions& options) {
   write_file(script, sweep::array_script(study, this_program(), open, options.jobs), Belongs::to_nobody);
   const std::filesystem::path out = study.folder() / "slurm/sbatch.txt";
   const sweep::Ended ended = sweep::run_program("/usr/bin/env", {"sbatch", script.string()}, out, out);
-  const std::string said = read_all(out);
+  const std::string said = sweep::read_all(out);
   if (ended.exit_code != 0)
     throw Error(fmt::format("sbatch {}: exit code {}: {}", script.string(), ended.exit_code, said));
   print_output("{}", said);

@@ -11,6 +11,8 @@
 #include <boost/process/io.hpp>
 #include <cerrno>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "waymark/base/error.hpp"
@@ -46,6 +48,11 @@ Ended run_program(const std::filesystem::path& program, const std::vector<std::s
   ended.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   ended.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return ended;
+}
+
+std::string read_all(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace waymark::sweep

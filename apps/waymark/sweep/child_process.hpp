@@ -18,4 +18,7 @@ struct Ended {
 Ended run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                   const std::filesystem::path& out, const std::filesystem::path& err);
 
+/// What a file contains; empty if there is none.
+std::string read_all(const std::filesystem::path& file);
+
 }  // namespace waymark::sweep

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <boost/crc.hpp>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "apps/waymark/sweep/child_process.hpp"
@@ -23,11 +21,6 @@ using Json = nlohmann::json;
 
 constexpr int kSuccess = 0;
 constexpr int kLost = 4;  // the run ended, and its results are there
-
-std::string read_all(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 std::string last_line(const std::string& text) {
   const std::size_t end = text.find_last_not_of(" \n\r");

@@ -31,9 +31,6 @@ struct Drift {
   double last;
 };
 
-/// The direction of a field turns late and early as the robot rolls.
-bool is_of_field(const Case& c, const Observer& observer) { return c.sensor(observer.sensor).usual.m_base.allFinite(); }
-
 std::vector<Span> part_of(const std::vector<Span>& spans, double from, double to) {
   std::vector<Span> part;
   std::ranges::copy_if(spans, std::back_inserter(part),
@@ -61,12 +58,12 @@ void check_clock_rates(Case& c, const Agreement& yaw) {
   std::set<std::size_t> steady;  // in a pair that does not drift
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     const Observer& observer = yaw.observers[i];
-    if (observer.kind == Observer::Kind::chord || is_of_field(c, observer)) continue;
+    if (observer.kind == Observer::Kind::chord || is_field(c, observer)) continue;
     for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
       const Observer& reference = yaw.observers[j];
       const bool is_done = observer.track != nullptr && j < i;
       if (reference.track == nullptr || observer.sensor == reference.sensor || is_done) continue;
-      if (is_of_field(c, reference) || c.is_blamed(observer.sensor) || c.is_blamed(reference.sensor)) continue;
+      if (is_field(c, reference) || c.is_blamed(observer.sensor) || c.is_blamed(reference.sensor)) continue;
       const std::vector<Span> spans =
           observer.track != nullptr ? spans_of(*observer.track, kSpan, end) : observer.spans;
       const Lag first = find_lag(part_of(spans, 0.0, end / 3.0), *reference.track, 1.0);

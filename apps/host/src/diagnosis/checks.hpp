@@ -92,6 +92,9 @@ struct MotionAgreement {
   std::vector<MountingFit> mountings;  ///< of each sensor; known of scanners only
 };
 
+/// True for a heading out of a magnetic field, whose direction turns late and early as the robot rolls.
+bool is_field(const Case& c, const Observer& observer);
+
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);
 

@@ -113,11 +113,6 @@ void group(Agreement& agreement) {
   }
 }
 
-bool is_field(const Case& c, const Observer& observer) {
-  const WatchedSensor& sensor = c.sensor(observer.sensor);
-  return observer.kind == Observer::Kind::measured && sensor.role() == Role::heading && sensor.usual.m_base.allFinite();
-}
-
 /// True if what turns by much has turned: scans and wheels, but no positions with their noise.
 bool is_sure_to_turn(const Case& c, const Observer& observer) {
   const bool is_wheels = observer.kind == Observer::Kind::measured && c.sensor(observer.sensor).role() == Role::wheels;
@@ -204,6 +199,11 @@ void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
 }
 
 }  // namespace
+
+bool is_field(const Case& c, const Observer& observer) {
+  const WatchedSensor& sensor = c.sensor(observer.sensor);
+  return observer.kind == Observer::Kind::measured && sensor.role() == Role::heading && sensor.usual.m_base.allFinite();
+}
 
 double Agreement::weight(int group) const {
   std::set<std::size_t> sensors;
