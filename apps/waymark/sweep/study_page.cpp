@@ -58,9 +58,13 @@ std::string seeds_of(const Line& line, const Plan& plan) {
                                          : fmt::format("{} of {}", line.ended, plan.seeds.size());
 }
 
-std::string in_cell(std::string text) {
-  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) text.insert(at, "\\");
-  return text;
+std::string in_cell(const std::string& text) {
+  std::string cell;
+  for (const char c : text) {
+    if (c == '|') cell += '\\';
+    cell += c;
+  }
+  return cell;
 }
 
 /// Command, table, marks and failures.

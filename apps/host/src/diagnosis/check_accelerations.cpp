@@ -153,7 +153,7 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   if (!is_known(*straight)) return;
   c.comparisons.push_back({"acceleration", name, sensor.name, straight->angle / kDegree, straight->sigma / kDegree,
                            straight->spans, "degrees between them"});
-  const double sigmas = (std::abs(straight->angle) - kTolerance) / straight->sigma;
+  const double sigmas = beyond(straight->angle, kTolerance, straight->sigma);
   if (sigmas < kSigmas) return;
   const double yaw_deg = so3::yaw(sensor.T_base_sensor.q) / kDegree;
   c.add(Certainty::named, "acceleration", {i},

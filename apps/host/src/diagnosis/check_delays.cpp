@@ -47,7 +47,7 @@ struct Delay {
   /// How far it is from what a sensor's own delays leave of it, beyond what is usual, in σ.
   double sigmas(const std::vector<double>& own) const {
     const double rest = lag.value - own[sensor] + own[against];
-    return std::max(0.0, std::abs(rest) - tolerance) / std::max(lag.sigma, kLeastSigma);
+    return beyond(rest, tolerance, std::max(lag.sigma, kLeastSigma));
   }
 };
 
@@ -168,7 +168,10 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
     const double tolerance = tolerance_of_fixes(antenna.lag, least_delay_that_matters(c.sensor(i), speed));
     const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
-    if (!may_be_late || std::abs(antenna.lag.value) <= tolerance_of_fixes(antenna.lag)) check_antenna(c, i, antenna);
+    // At one speed a delay looks like an antenna further back.
+    const bool is_late = may_be_late && beyond(antenna.lag.value, tolerance, antenna.lag.sigma) >= kSigmas;
+    const bool is_in_time = std::abs(antenna.lag.value) <= tolerance_of_fixes(antenna.lag);
+    if (!may_be_late || (is_in_time && !is_late)) check_antenna(c, i, antenna);
   }
 }
 
@@ -201,7 +204,7 @@ void check_own_velocity(Case& c, std::vector<Delay>& delays) {
     if (!positions.is_known) continue;
     const double older = velocity.value - positions.value;
     const double sigma = std::hypot(velocity.sigma, positions.sigma);
-    const double sigmas = (std::abs(older) - kFixTolerance) / sigma;
+    const double sigmas = beyond(older, kFixTolerance, sigma);
     if (sigmas < kSigmas) continue;
     c.add(
         Certainty::named, "delay", {i},

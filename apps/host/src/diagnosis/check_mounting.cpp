@@ -21,10 +21,10 @@ constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a ve
 constexpr double kLeastTolerance = 5.0 * kDegree;     // of a sensor that claims to have none of these
 constexpr double kToleranceSigmas = 3.0;
 constexpr double kScannerTolerance = 4.0 * kDegree;
-constexpr double kScannerLever = 0.15;  // [m]
-constexpr double kLeverSigma = 0.05;    // [m], a lever arm that is known worse is not judged
-constexpr double kFarOff = 12.0;        // σ, but if it is so far off
-constexpr double kAntennaLever = 0.5;   // [m], less where positions are exact:
+constexpr double kScannerLever = 0.1;  // [m]
+constexpr double kLeverSigma = 0.05;   // [m], a lever arm that is known worse is not judged
+constexpr double kFarOff = 12.0;       // σ, but if it is so far off
+constexpr double kAntennaLever = 0.5;  // [m], less where positions are exact:
 constexpr double kLeastAntennaLever = 0.15;
 constexpr double kMeasuredByHand = 0.1;  // [m]
 constexpr double kLeverSigmas = 2.5;     // of the positions
@@ -98,20 +98,13 @@ void check_course(Case& c, std::size_t i) {
   if (!offset) return;
   c.comparisons.push_back({"course", sensor.name + " positions", sensor.name, offset->value / kDegree,
                            offset->sigma / kDegree, 0, "degrees between them"});
-  const double sigmas = (std::abs(offset->value) - kHeadingTolerance) / offset->sigma;
+  const double sigmas = beyond(offset->value, kHeadingTolerance, offset->sigma);
   if (sigmas < kSigmas) return;
   c.add(Certainty::named, "course", {i},
         fmt::format("its positions move {:.1f} ± {:.1f} degrees beside its course", offset->value / kDegree,
                     offset->sigma / kDegree),
         fmt::format("source: course of {}: another column, or it is not counted clockwise from north", sensor.name),
         sigmas);
-}
-
-/// How far a heading may be off: its own σ, within what is usual.
-double heading_tolerance(const WatchedSensor& sensor) {
-  const double sigma = sensor.usual.yaw_error_sigma_rad;
-  if (!std::isfinite(sigma)) return kHeadingTolerance;
-  return std::clamp(kToleranceSigmas * sigma, kLeastTolerance, kHeadingTolerance);
 }
 
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
@@ -135,7 +128,7 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});
-    const double sigmas = (std::abs(offset->value) - heading_tolerance(sensor)) / offset->sigma;
+    const double sigmas = beyond(offset->value, heading_tolerance(sensor), offset->sigma);
     if (sigmas < kSigmas) continue;
     const double fits = in_turn(yaw_deg(sensor) - offset->value / kDegree);
     c.add(Certainty::named, "heading", {i},
@@ -157,7 +150,7 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
   c.comparisons.push_back({"direction", sensor.name + " scans", c.sensor(way->sensor).name, mounting.angle / kDegree,
                            mounting.angle_sigma / kDegree, static_cast<long>(sensor.steps.size()),
                            "degrees between them"});
-  const double sigmas = (std::abs(mounting.angle) - kScannerTolerance) / mounting.angle_sigma;
+  const double sigmas = beyond(mounting.angle, kScannerTolerance, mounting.angle_sigma);
   if (sigmas > kSigmas) {
     c.add(Certainty::named, "mounting", {i},
           fmt::format("it moves {:.1f} ± {:.1f} degrees beside the x axis of the base when {} drive straight on",
@@ -174,7 +167,7 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
                            static_cast<long>(sensor.steps.size()), "m between them"});
   const bool is_known = sigma <= kLeverSigma || off.norm() > kFarOff * sigma;
   if (!is_known || c.is_concerned(i)) return;
-  const double lever_sigmas = (off.norm() - kScannerLever) / std::max(sigma, 0.01);
+  const double lever_sigmas = beyond(off.norm(), kScannerLever, std::max(sigma, 0.01));
   if (lever_sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},
         fmt::format("in turns it moves as if it stood {:.2f} ± {:.2f} m from where the YAML has it", off.norm(), sigma),
@@ -184,6 +177,12 @@ void check_scanner(Case& c, const MotionAgreement& motion, std::size_t i) {
 }
 
 }  // namespace
+
+double heading_tolerance(const WatchedSensor& sensor) {
+  const double sigma = sensor.usual.yaw_error_sigma_rad;
+  if (!std::isfinite(sigma)) return kHeadingTolerance;
+  return std::clamp(kToleranceSigmas * sigma, kLeastTolerance, kHeadingTolerance);
+}
 
 void check_mounting(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
@@ -202,7 +201,7 @@ void check_antenna(Case& c, std::size_t i, const AntennaFit& antenna) {
   c.comparisons.push_back({"lever arm", sensor.name, "its base_p_antenna_m", off.norm(), sigma, 0, "m between them"});
   const double exact = kMeasuredByHand + kLeverSigmas * sensor.usual.position_sigma_m;
   const double tolerance = std::isfinite(exact) ? std::clamp(exact, kLeastAntennaLever, kAntennaLever) : kAntennaLever;
-  const double sigmas = (off.norm() - tolerance) / std::max(sigma, 0.02);
+  const double sigmas = beyond(off.norm(), tolerance, std::max(sigma, 0.02));
   if (sigmas < kSigmas) return;
   c.add(Certainty::named, "lever arm", {i},
         fmt::format("in turns its positions move as if the antenna stood {:.2f} ± {:.2f} m from where the YAML has it",

@@ -60,7 +60,7 @@ void check_gyro_offset(Case& c, const Agreement& yaw) {
     const double offset = best.ratio->offset;
     const double estimated = c.sensor(sensor).usual.yaw_rate_bias_sigma_radps;
     const double most = std::isfinite(estimated) ? std::min(kMostBias, kBiasSigmas * estimated) : kMostBias;
-    const double sigmas = (std::abs(offset) - most) / std::max(best.ratio->offset_sigma, 1e-6);
+    const double sigmas = beyond(offset, most, std::max(best.ratio->offset_sigma, 1e-6));
     if (sigmas < kLeastSigmas) continue;
     c.add(Certainty::named, "offset", {sensor},
           fmt::format("it turns {:.3g} ± {:.2g} rad/s more than {}, standing or not; a bias of no more than {:.2g} is "

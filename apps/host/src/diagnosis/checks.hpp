@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -35,6 +36,19 @@ struct Case {
   void add(Finding::Certainty certainty, std::string check, const std::vector<std::size_t>& suspects, std::string seen,
            std::string change, double sigmas);
 };
+
+/// How far a difference is beyond what is usual, in σ; 0 where it is not. The tolerance is where the usual ends, which
+/// nobody knows exactly: for a difference that is well known, 1 σ beyond it is enough, if it is clearly more than half
+/// of it.
+inline double beyond(double difference, double tolerance, double sigma) {
+  const double size = std::abs(difference);
+  if (size < tolerance + sigma) return 0.0;
+  const bool is_well_known = sigma < 0.5 * tolerance;
+  return (size - (is_well_known ? 0.5 : 1.0) * tolerance) / sigma;
+}
+
+/// How far a heading may be off: its own σ, within what is usual [rad].
+double heading_tolerance(const WatchedSensor& sensor);
 
 /// Magnitudes that no robot has: units, stamps, gravity, the Earth's field, the place on the Earth.
 void check_magnitudes(Case& c);
@@ -114,6 +128,10 @@ void check_gyro_offset(Case& c, const Agreement& yaw);
 /// Names who does not fit: scales, signs, units, track width. Decides which group is trusted.
 void check_motion(Case& c, MotionAgreement& motion);
 
+/// Headings that are off by what changes with the heading, as iron makes it; their noise against the σ that the YAML
+/// gives.
+void check_deviations(Case& c, const MotionAgreement& motion);
+
 /// Headings against the direction of the motion; where scanners and antennas stand.
 void check_mounting(Case& c, const MotionAgreement& motion);
 
@@ -136,6 +154,10 @@ void check_heights(Case& c);
 /// The specific force in the plane against the accelerations of the motion: how an IMU is turned about its vertical
 /// axis.
 void check_accelerations(Case& c, const MotionAgreement& motion);
+
+/// The specific force along the way against accelerations, slopes and the vertical: signs of its axes, heights in
+/// another unit, an IMU that is tilted.
+void check_slopes(Case& c, const MotionAgreement& motion);
 
 /// Delays between the sensors.
 void check_delays(Case& c, const MotionAgreement& motion);

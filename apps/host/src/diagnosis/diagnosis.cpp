@@ -63,11 +63,13 @@ struct Diagnosis::Parts {
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_clock_rates(c, motion.yaw);
     diagnosis::check_motion(c, motion);
+    diagnosis::check_deviations(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
     diagnosis::check_scatters(c, motion);
     diagnosis::check_heights(c);
     diagnosis::check_accelerations(c, motion);
+    diagnosis::check_slopes(c, motion);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;

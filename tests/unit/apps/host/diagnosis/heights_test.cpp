@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: odometry, dgps, imu, altimeter
-// Mistakes of an altimeter on a robot that drives over hills.
+// Mistakes of an altimeter, a receiver's heights and an IMU on a robot that drives over hills.
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -26,10 +26,22 @@ constexpr const char* kYaml = R"({ motion: { kind: spatial }, initial: { x_m: 0,
             { name: baro, plugin: altimeter, sigma_m: 0.2, base_T_sensor: { xyz_m: [0, 0, 0.5] } }] })";
 enum Sensor : std::uint32_t { kWheels, kImu, kGps, kBarometer };
 
-/// Hills of 6 m, and a barometer whose reading a mistake changes. `imu_yaw` [rad]: how the IMU is turned.
-std::vector<Finding> examine(const std::function<double(double)>& mistake, const std::string& yaml = kYaml,
-                             double imu_yaw = 0.0) {
-  const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+/// What is wrong besides.
+struct Mistakes {
+  std::string yaml = kYaml;
+  double imu_yaw = 0.0;    ///< how the IMU is turned [rad]
+  double imu_pitch = 0.0;  ///< [rad]
+  double force_x = 1.0;    ///< factor
+  double force_y = 1.0;
+  double fix_height = 1.0;
+  bool has_barometer = true;
+};
+
+double right(double height) { return height; }
+
+/// Hills of 6 m, and a barometer whose reading a mistake changes.
+std::vector<Finding> examine(const std::function<double(double)>& mistake, const Mistakes& others = {}) {
+  const Robot robot = Robot::live(Config::parse(others.yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
   std::normal_distribution<double> noise(0.0, 1.0);
@@ -50,16 +62,20 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
     wheels.right_mps = 1.0 + 0.25 * rate;
     ImuSample imu;
     imu.w_sensor = {0.0, 0.0, rate + 0.01 * noise(dice)};
-    const Eigen::Vector2d force(9.81 * slope + 0.2 * noise(dice), rate + 0.2 * noise(dice));
-    imu.f_sensor << Eigen::Rotation2Dd(-imu_yaw) * force, 9.81;
+    const Eigen::Vector3d force(9.81 * slope + 0.2 * noise(dice), rate + 0.2 * noise(dice), 9.81);
+    imu.f_sensor = Eigen::AngleAxisd(-others.imu_pitch, Eigen::Vector3d::UnitY()) *
+                   (Eigen::AngleAxisd(-others.imu_yaw, Eigen::Vector3d::UnitZ()) * force);
+    imu.f_sensor.x() *= others.force_x;
+    imu.f_sensor.y() *= others.force_y;
     feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(wheels));
     feed.pass(kImu, t, std::make_shared<ImuSample>(imu));
     if (k % 10 == 0) {
       GnssFix fix;
-      fix.p_map_antenna = {p.x() + 0.3 * noise(dice), p.y() + 0.3 * noise(dice), z + 1.5 + slow + 0.5 * noise(dice)};
+      fix.p_map_antenna = {p.x() + 0.3 * noise(dice), p.y() + 0.3 * noise(dice),
+                           others.fix_height * (z + 1.5 + slow + 0.5 * noise(dice))};
       feed.pass(kGps, t, std::make_shared<GnssFix>(fix));
     }
-    if (k % 4 == 0) {
+    if (others.has_barometer && k % 4 == 0) {
       Height height;
       height.height_m = mistake(z + 0.5 + 0.002 * t + 0.1 * noise(dice));
       feed.pass(kBarometer, t, std::make_shared<Height>(height));
@@ -69,9 +85,7 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
   return diagnosis.findings();
 }
 
-TEST(HeightDiagnosis, FindsNothingWithoutAMistake) {
-  EXPECT_THAT(examine([](double height) { return height; }), IsEmpty());
-}
+TEST(HeightDiagnosis, FindsNothingWithoutAMistake) { EXPECT_THAT(examine(right), IsEmpty()); }
 
 TEST(HeightDiagnosis, OneOfBothIsInFeet) {
   const std::vector<Finding> findings = examine([](double height) { return height / 0.3048; });
@@ -97,7 +111,7 @@ TEST(HeightDiagnosis, FindsALevelOfTensOfMetres) {
   // The same is no mistake if the offset is estimated.
   std::string yaml = kYaml;
   yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: 0.2, offset_sigma_m: 50");
-  EXPECT_THAT(examine(above, yaml), IsEmpty());
+  EXPECT_THAT(examine(above, {.yaml = yaml}), IsEmpty());
 }
 
 TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeight) {
@@ -111,7 +125,7 @@ TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeight) {
 }
 
 TEST(HeightDiagnosis, FitsTheYawOfAnImuOnHills) {
-  const std::vector<Finding> findings = examine([](double height) { return height; }, kYaml, 0.5 * M_PI);
+  const std::vector<Finding> findings = examine(right, {.imu_yaw = 0.5 * M_PI});
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings.front().check, "acceleration");
   EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
@@ -120,7 +134,36 @@ TEST(HeightDiagnosis, FitsTheYawOfAnImuOnHills) {
 TEST(HeightDiagnosis, HeightsAreIgnoredInThePlane) {
   std::string yaml = kYaml;
   yaml.replace(yaml.find("motion: { kind: spatial }, "), 27, "");
-  EXPECT_THAT(examine([](double height) { return -height; }, yaml), IsEmpty());
+  EXPECT_THAT(examine([](double height) { return -height; }, {.yaml = yaml}), IsEmpty());
+}
+
+TEST(HeightDiagnosis, NamesAReceiverWhoseHeightsAreInFeetWithoutAnAltimeter) {
+  std::string yaml = kYaml;
+  yaml.erase(yaml.find(",\n            { name: baro"), std::string::npos);
+  yaml += "] }";
+  EXPECT_THAT(examine(right, {.yaml = yaml, .has_barometer = false}), IsEmpty());
+  const std::vector<Finding> findings =
+      examine(right, {.yaml = yaml, .fix_height = 1.0 / 0.3048, .has_barometer = false});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("gps"));
+  EXPECT_THAT(findings.front().change, HasSubstr("0.3048 (feet)"));
+}
+
+TEST(HeightDiagnosis, NamesAnImuThatIsTilted) {
+  EXPECT_THAT(examine(right, {.imu_pitch = 5.0 * M_PI / 180.0}), IsEmpty());
+  const std::vector<Finding> findings = examine(right, {.imu_pitch = 15.0 * M_PI / 180.0});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  EXPECT_THAT(findings.front().change, HasSubstr("pitch_deg: 15"));
+}
+
+TEST(HeightDiagnosis, NamesAnAxisOfTheAccelerometerWithTheOppositeSign) {
+  for (const Mistakes& mistake : {Mistakes{.force_x = -1.0}, Mistakes{.force_y = -1.0}}) {
+    const std::vector<Finding> findings = examine(right, mistake);
+    ASSERT_EQ(findings.size(), 1U);
+    EXPECT_EQ(findings.front().check, "acceleration");
+    EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  }
 }
 
 }  // namespace

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "checks.hpp"
+#include "fit.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr double kSpan = 5.0;        // [s], long, since heights are noisy
+constexpr double kHalfWindow = 0.2;  // [s], for the speed at a time
+constexpr double kLeastWay = 2.5;    // [m] of a span that has a slope
+constexpr double kSteepest = 2.0;    // in feet, too
+constexpr long kLeastSamples = 100;
+constexpr double kSigmas = 5.0;
+constexpr double kSign = 0.5;               // as much of an acceleration must show, with the opposite sign
+constexpr double kLean = 10.0 * kDegree;    // a mounting by eye, a floor that is not level
+constexpr double kLeastCorrelation2 = 0.3;  // of slopes that are more than noise
+constexpr double kScaleTolerance = 0.5;     // of a slope: a vehicle that pitches
+constexpr double kFoot = 0.3048;
+constexpr double kNearFoot = 0.15;
+
+/// How the specific force follows the motion, forwards and to the left: f_x = b g climb / way + a dv/dt + lean,
+/// f_y = a v dψ/dt + lean.
+struct ForceFit {
+  bool is_known = false;
+  double acceleration = 0.0;  ///< a; 1 is right
+  double acceleration_sigma = 0.0;
+  bool is_slope_known = false;
+  SlopeBounds slope;  ///< b; 1 is right
+  double slope_sigma = 0.0;
+  double lean = 0.0;  ///< that neither explains [m/s²]
+  double lean_sigma = 0.0;
+  long spans = 0;
+
+  bool has_opposite_sign() const {
+    return is_known && acceleration + kSigmas * acceleration_sigma < -kSign * (1.0 - kSign);
+  }
+};
+
+std::optional<double> rate(const Track& track, double t) {
+  const auto change = track.change(t - kHalfWindow, t + kHalfWindow);
+  return change ? std::optional(*change / (2.0 * kHalfWindow)) : std::nullopt;
+}
+
+/// `height`: null on level ground.
+ForceFit fit_forwards(const WatchedSensor& imu, const Track& way, const Track* height, double newest) {
+  Rows rows(static_cast<Eigen::Index>(newest / kSpan) + 1, height != nullptr ? 3 : 2);
+  for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
+    const auto force = imu.force_x.change(t, t + kSpan);
+    const auto before = rate(way, t);
+    const auto after = rate(way, t + kSpan);
+    if (!force || !before || !after) continue;
+    rows.A.row(rows.count).head<2>() << *after - *before, kSpan;
+    if (height != nullptr) {
+      const auto driven = way.change(t, t + kSpan);
+      const auto climbed = height->change(t, t + kSpan);
+      if (!driven || !climbed || std::abs(*driven) < kLeastWay || std::abs(*climbed) > kSteepest * std::abs(*driven))
+        continue;
+      rows.A(rows.count, 2) = kGravity * *climbed / *driven * kSpan;
+    }
+    rows.y(rows.count++) = *force;
+  }
+  ForceFit result;
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return result;
+  result = {true, fit.x(0), fit.sigma(0), false, {}, 0.0, fit.x(1), fit.sigma(1), static_cast<long>(rows.count)};
+  if (height != nullptr) {
+    result.slope = slope_bounds(rows, fit, 2);
+    result.slope_sigma = fit.sigma(2);
+    result.is_slope_known = result.slope.correlation2 > kLeastCorrelation2;
+  }
+  return result;
+}
+
+ForceFit fit_leftwards(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest) {
+  constexpr double kShort = 1.0;  // [s], or turns to both sides cancel
+  Rows rows(static_cast<Eigen::Index>(newest / kShort) + 1, 2);
+  for (double t = kHalfWindow; t + kShort < newest && !rows.full(); t += kShort) {
+    const auto force = imu.force_y.change(t, t + kShort);
+    const auto driven = way.change(t, t + kShort);
+    const auto turned = yaw.change(t, t + kShort);
+    if (!force || !driven || !turned) continue;
+    rows.A.row(rows.count) << *driven * *turned / kShort, kShort;
+    rows.y(rows.count++) = *force;
+  }
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return {};
+  return {true, fit.x(0), fit.sigma(0), false, {}, 0.0, fit.x(1), fit.sigma(1), static_cast<long>(rows.count)};
+}
+
+/// Heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
+bool has_heights(const Case& c, std::size_t i) {
+  const WatchedSensor& sensor = c.sensor(i);
+  const bool is_ignored =
+      c.robot.settings.motion != StateLayout::Motion::spatial && std::isfinite(sensor.usual.height_m);
+  return sensor.height.samples() >= kLeastSamples && !is_ignored && !c.is_concerned(i);
+}
+
+/// The axis of the sensor that lies closest to one of the base.
+char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {
+  Eigen::Index axis = 0;
+  (sensor.T_base_sensor.q.conjugate() * base_axis).cwiseAbs().maxCoeff(&axis);
+  return "xyz"[axis];
+}
+
+void check_signs(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit& leftwards, const Observer& way) {
+  const bool is_slope_opposite =
+      forwards.is_slope_known && forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign * (1.0 - kSign);
+  const bool is_forwards = forwards.has_opposite_sign() || is_slope_opposite;
+  if (!is_forwards && !leftwards.has_opposite_sign()) return;
+  const ForceFit& shown = is_forwards ? forwards : leftwards;
+  const bool is_by_slope = is_forwards && !forwards.has_opposite_sign();
+  c.add(Certainty::named, "acceleration", {i},
+        fmt::format("its specific force {} is {:.2g} ± {:.2g} times the acceleration{} that {} shows ({} spans)",
+                    is_forwards ? "forwards" : "to the left", is_by_slope ? shown.slope.high : shown.acceleration,
+                    is_by_slope ? shown.slope_sigma : shown.acceleration_sigma, is_by_slope ? " on slopes" : "",
+                    c.sensor(way.sensor).name, shown.spans),
+        fmt::format("source: the sign of f_{}_mps2 of {}",
+                    axis_along(c.sensor(i), is_forwards ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY()),
+                    c.sensor(i).name),
+        0.0);
+}
+
+/// Heights against the slopes that gravity shows.
+void check_climbs(Case& c, std::size_t i, std::size_t with_heights, const ForceFit& forwards) {
+  if (!forwards.is_slope_known || !(forwards.slope.low > 0.0)) return;
+  const double margin = kSigmas * forwards.slope_sigma;
+  const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
+                       forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
+  const double scale = std::sqrt(forwards.slope.low * forwards.slope.high);
+  const std::string& name = c.sensor(with_heights).name;
+  c.comparisons.push_back(
+      {"slope", c.sensor(i).name, name, scale, forwards.slope_sigma, forwards.spans, differs ? "differ" : "agree"});
+  if (!differs) return;
+  const bool is_feet = std::abs(scale / kFoot - 1.0) < kNearFoot;
+  c.add(Certainty::named, "height", {with_heights},
+        fmt::format("its heights climb {:.3g} ± {:.2g} times as much as gravity in {} shows", 1.0 / scale,
+                    forwards.slope_sigma / (scale * scale), c.sensor(i).name),
+        fmt::format("source: height of {} times {:.4g}{}", name, is_feet ? kFoot : scale, is_feet ? " (feet)" : ""),
+        0.0);
+}
+
+void check_lean(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit& leftwards) {
+  const Eigen::Vector2d lean(forwards.lean, leftwards.lean);
+  const double sigma = std::max(forwards.lean_sigma, leftwards.lean_sigma) / kGravity;
+  if (!(lean.norm() < kGravity)) return;
+  const double angle = std::asin(lean.norm() / kGravity);
+  const WatchedSensor& sensor = c.sensor(i);
+  c.comparisons.push_back(
+      {"lean", sensor.name, "the vertical", angle / kDegree, sigma / kDegree, forwards.spans, "degrees between them"});
+  const double sigmas = beyond(angle, kLean, sigma);
+  if (sigmas < kSigmas) return;
+  const Eigen::Vector3d up(lean.x(), lean.y(), std::sqrt(kGravity * kGravity - lean.squaredNorm()));
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  // Adding 0 makes a 0 of a −0.
+  const Eigen::Vector3d rpy = (so3::to_rpy(turn * sensor.T_base_sensor.q) / kDegree).array().round() + 0.0;
+  c.add(Certainty::named, "mounting", {i},
+        fmt::format("its specific force leans {:.1f} ± {:.1f} degrees from the vertical over the whole way",
+                    angle / kDegree, sigma / kDegree),
+        fmt::format("sensors.{}.base_T_sensor: roll_deg: {:.0f}, pitch_deg: {:.0f}, yaw_deg: {:.0f} fits", sensor.name,
+                    rpy.x(), rpy.y(), rpy.z()),
+        sigmas);
+}
+
+}  // namespace
+
+void check_slopes(Case& c, const MotionAgreement& motion) {
+  const Observer* way = motion.way.trusted_track();
+  const Observer* yaw = motion.yaw.trusted_track();
+  if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    const WatchedSensor& sensor = c.sensor(i);
+    if (sensor.force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    const double newest = c.watch.newest();
+    ForceFit forwards = fit_forwards(sensor, *way->track, nullptr, newest);
+    std::optional<std::size_t> with_heights;
+    for (std::size_t k = 0; k < c.watch.sensors().size() && !with_heights; ++k) {
+      if (k == i || !has_heights(c, k)) continue;
+      const ForceFit climbing = fit_forwards(sensor, *way->track, &c.sensor(k).height, newest);
+      if (!climbing.is_slope_known) continue;
+      forwards = climbing;
+      with_heights = k;
+    }
+    const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, newest);
+    if (!forwards.is_known || !leftwards.is_known) continue;
+    check_signs(c, i, forwards, leftwards, *way);
+    if (with_heights && !c.is_concerned(i)) check_climbs(c, i, *with_heights, forwards);
+    if (!c.is_concerned(i)) check_lean(c, i, forwards, leftwards);
+  }
+}
+
+}  // namespace waymark::host::diagnosis
