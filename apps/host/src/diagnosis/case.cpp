@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -25,6 +26,13 @@ bool Case::is_concerned(std::size_t index) const {
   return std::ranges::any_of(findings, [&](const Finding& finding) {
     return std::ranges::find(finding.sensors, sensor(index).name) != finding.sensors.end();
   });
+}
+
+bool Case::has_heights(std::size_t index) const {
+  constexpr long kLeastSamples = 100;
+  const bool is_altimeter = std::isfinite(sensor(index).usual.height_m);
+  const bool is_ignored = is_altimeter && robot.settings.motion != StateLayout::Motion::spatial;
+  return sensor(index).height.samples() >= kLeastSamples && !is_ignored && !is_concerned(index);
 }
 
 double Case::setting(std::size_t index, std::string_view key) const {

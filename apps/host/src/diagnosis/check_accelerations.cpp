@@ -43,17 +43,12 @@ struct VelocityChange {
   double turn_rate;  ///< change of the yaw rate [rad/s]
 };
 
-std::optional<double> rate(const Track& track, double t) {
-  const auto change = track.change(t - kHalfWindow, t + kHalfWindow);
-  return change ? std::optional(*change / (2.0 * kHalfWindow)) : std::nullopt;
-}
-
 std::optional<VelocityChange> velocity_change(const Track& way, const Track& yaw, double t) {
-  const auto before = rate(way, t);
-  const auto after = rate(way, t + kSpan);
+  const auto before = way.rate(t, kHalfWindow);
+  const auto after = way.rate(t + kSpan, kHalfWindow);
   const auto turn = yaw.change(t, t + kSpan);
-  const auto rate_before = rate(yaw, t);
-  const auto rate_after = rate(yaw, t + kSpan);
+  const auto rate_before = yaw.rate(t, kHalfWindow);
+  const auto rate_after = yaw.rate(t + kSpan, kHalfWindow);
   if (!before || !after || !turn || !rate_before || !rate_after) return std::nullopt;
   return VelocityChange{*after - *before, 0.5 * (*before + *after) * *turn, *rate_after - *rate_before};
 }
@@ -97,14 +92,6 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
                          fit.residual, static_cast<long>(rows.count / 2)};
 }
 
-/// Heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
-bool has_heights(const Case& c, std::size_t i) {
-  const WatchedSensor& sensor = c.sensor(i);
-  const bool is_ignored =
-      c.robot.settings.motion != StateLayout::Motion::spatial && std::isfinite(sensor.usual.height_m);
-  return sensor.height.samples() >= kLeastSamples && !is_ignored && !c.is_concerned(i);
-}
-
 /// The same motion, as it is and mirrored.
 struct AccelerationFits {
   std::optional<AccelerationFit> straight;
@@ -128,7 +115,7 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
   };
   AccelerationFits best = fits_with(nullptr);
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
-    if (!has_heights(c, k)) continue;
+    if (!c.has_heights(k)) continue;
     const AccelerationFits other = fits_with(&c.sensor(k).height);
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }

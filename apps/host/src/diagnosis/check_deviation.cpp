@@ -24,9 +24,9 @@ constexpr double kHalfWindow = 0.2;  // [s], for a rate at a time
 constexpr double kSteady = 0.3;      // [m/s²], more takes the vertical away by degrees, and the heading with it
 constexpr double kSigmas = 5.0;
 constexpr std::size_t kOctants = 8;
-constexpr std::size_t kLeastOctants = 6;  // in which a heading was, or harmonics cannot be told from a scale
-constexpr double kUpright = 0.95;         // mean cosine of the tilt: 18°
-constexpr double kNoiseTimes = 6.0;       // as large as the σ that is given
+constexpr std::size_t kLeastOctants = 6;       // in which a heading was, or harmonics cannot be told from a scale
+constexpr double kUpright = 0.95;              // mean cosine of the tilt: 18°
+constexpr double kNoiseTimes = 6.0;            // as large as the σ that is given
 constexpr double kLeastNoise = 0.5 * kDegree;  // of the heading itself; the gyro has some of its own
 constexpr long kLeastSamples = 100;
 
@@ -44,13 +44,12 @@ struct Deviation {
 /// null if nothing measures it.
 bool is_steady(const Track* way, const Track& gyro, double t) {
   if (way == nullptr) return true;
-  const auto before = way->change(t - 2.0 * kHalfWindow, t);
-  const auto after = way->change(t, t + 2.0 * kHalfWindow);
-  const auto turned = gyro.change(t - kHalfWindow, t + kHalfWindow);
-  if (!before || !after || !turned) return false;
-  const double window = 2.0 * kHalfWindow;
-  const double sideways = 0.5 * (*before + *after) / window * *turned / window;
-  const double forwards = (*after - *before) / (window * window);
+  const auto before = way->rate(t - kHalfWindow, kHalfWindow);
+  const auto after = way->rate(t + kHalfWindow, kHalfWindow);
+  const auto turn = gyro.rate(t, kHalfWindow);
+  if (!before || !after || !turn) return false;
+  const double sideways = 0.5 * (*before + *after) * *turn;
+  const double forwards = (*after - *before) / (2.0 * kHalfWindow);
   return std::hypot(sideways, forwards) < kSteady;
 }
 

@@ -48,18 +48,13 @@ struct ForceFit {
   }
 };
 
-std::optional<double> rate(const Track& track, double t) {
-  const auto change = track.change(t - kHalfWindow, t + kHalfWindow);
-  return change ? std::optional(*change / (2.0 * kHalfWindow)) : std::nullopt;
-}
-
 /// `height`: null on level ground.
 ForceFit fit_forwards(const WatchedSensor& imu, const Track& way, const Track* height, double newest) {
   Rows rows(static_cast<Eigen::Index>(newest / kSpan) + 1, height != nullptr ? 3 : 2);
   for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
     const auto force = imu.force_x.change(t, t + kSpan);
-    const auto before = rate(way, t);
-    const auto after = rate(way, t + kSpan);
+    const auto before = way.rate(t, kHalfWindow);
+    const auto after = way.rate(t + kSpan, kHalfWindow);
     if (!force || !before || !after) continue;
     rows.A.row(rows.count).head<2>() << *after - *before, kSpan;
     if (height != nullptr) {
@@ -97,14 +92,6 @@ ForceFit fit_leftwards(const WatchedSensor& imu, const Track& way, const Track& 
   const Fit fit = fit_rows(rows);
   if (!fit.valid) return {};
   return {true, fit.x(0), fit.sigma(0), false, {}, 0.0, fit.x(1), fit.sigma(1), static_cast<long>(rows.count)};
-}
-
-/// Heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
-bool has_heights(const Case& c, std::size_t i) {
-  const WatchedSensor& sensor = c.sensor(i);
-  const bool is_ignored =
-      c.robot.settings.motion != StateLayout::Motion::spatial && std::isfinite(sensor.usual.height_m);
-  return sensor.height.samples() >= kLeastSamples && !is_ignored && !c.is_concerned(i);
 }
 
 /// The axis of the sensor that lies closest to one of the base.
@@ -161,8 +148,8 @@ void check_lean(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit
       {"lean", sensor.name, "the vertical", angle / kDegree, sigma / kDegree, forwards.spans, "degrees between them"});
   const double sigmas = beyond(angle, kLean, sigma);
   if (sigmas < kSigmas) return;
-  const Eigen::Vector3d up(lean.x(), lean.y(), std::sqrt(kGravity * kGravity - lean.squaredNorm()));
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d axis(lean.y() / lean.norm(), -lean.x() / lean.norm(), 0.0);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, axis));
   // Adding 0 makes a 0 of a −0.
   const Eigen::Vector3d rpy = (so3::to_rpy(turn * sensor.T_base_sensor.q) / kDegree).array().round() + 0.0;
   c.add(Certainty::named, "mounting", {i},
@@ -186,7 +173,7 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
     ForceFit forwards = fit_forwards(sensor, *way->track, nullptr, newest);
     std::optional<std::size_t> with_heights;
     for (std::size_t k = 0; k < c.watch.sensors().size() && !with_heights; ++k) {
-      if (k == i || !has_heights(c, k)) continue;
+      if (k == i || !c.has_heights(k)) continue;
       const ForceFit climbing = fit_forwards(sensor, *way->track, &c.sensor(k).height, newest);
       if (!climbing.is_slope_known) continue;
       forwards = climbing;

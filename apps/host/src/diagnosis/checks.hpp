@@ -31,6 +31,8 @@ struct Case {
   bool is_concerned(std::size_t index) const;
   /// True if a finding of this kind names this sensor.
   bool is_blamed(std::size_t index, std::string_view check) const;
+  /// True for heights of a receiver, or of an altimeter where they count; not of one that a finding concerns.
+  bool has_heights(std::size_t index) const;
   /// Number of the YAML under `sensors.<name>.<key>`; NaN if it is not there.
   double setting(std::size_t index, std::string_view key) const;
   void add(Finding::Certainty certainty, std::string check, const std::vector<std::size_t>& suspects, std::string seen,

@@ -120,4 +120,9 @@ std::optional<double> Track::change(double from, double to) const {
   return *end - *begin;
 }
 
+std::optional<double> Track::rate(double t, double half_window) const {
+  const auto changed = change(t - half_window, t + half_window);
+  return changed ? std::optional(*changed / (2.0 * half_window)) : std::nullopt;
+}
+
 }  // namespace waymark::host::diagnosis

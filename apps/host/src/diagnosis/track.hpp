@@ -29,6 +29,8 @@ class Track {
 
   /// Change from one time to a later one; nothing if it is not known throughout.
   std::optional<double> change(double from, double to) const;
+  /// Mean change per second over so long before and after a time; nothing if it is not known throughout.
+  std::optional<double> rate(double t, double half_window) const;
   /// The total at a time; nothing if it is not known.
   std::optional<double> at(double t) const;
   bool is_known(double t) const { return at(t).has_value(); }
