@@ -117,6 +117,7 @@ class Dgps final : public Sensor {
     seen.p_map_point = position(fix, datum);
     seen.p_base_point = lever_arm_;
     seen.position_sigma_m = noise_.horizontal(fix);
+    seen.height_offset_sigma_m = std::max(offset_vertical_sigma_, noise_.vertical(fix));
     return seen;
   }
 

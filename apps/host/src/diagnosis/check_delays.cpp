@@ -111,8 +111,8 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
 }
 
 /// What of a receiver's delay is usual.
-double tolerance_of_fixes(const Lag& lag, double most = kFixTolerance) {
-  return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, most);
+double tolerance_of_fixes(const Lag& lag) {
+  return std::clamp(kFixSigmas * lag.sigma, kLeastFixTolerance, kFixTolerance);
 }
 
 /// The longest delay of a receiver that does not matter beside the noise of its positions [s].
@@ -143,7 +143,10 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
   const Observer* reference = motion.yaw.trusted_track();
   const Observer* way = motion.way.trusted_track();
   if (reference == nullptr || way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
-  const double bias = bias_of(motion.yaw, *reference);
+  if (c.is_blamed(reference->sensor, "clock")) return;  // it is late by another time at every fix
+  // A heading has no bias, and only what comes from wheels has a turn per way.
+  const Role role = c.sensor(reference->sensor).role();
+  const double bias = role == Role::heading ? 0.0 : bias_of(motion.yaw, *reference);
   const double speed = c.sensor(way->sensor).speeds.quantile(0.5);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).fixes.empty() || c.is_blamed(i) || i == reference->sensor) continue;
@@ -152,7 +155,8 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
     for (std::size_t a = 0; a < motion.yaw.observers.size(); ++a) {
       for (std::size_t b = 0; b < motion.yaw.observers.size(); ++b) {
         const Observer& fix = motion.yaw.observers[a];
-        if (fix.sensor == i && fix.kind == Observer::Kind::chord && &motion.yaw.observers[b] == reference)
+        if (role == Role::wheels && fix.sensor == i && fix.kind == Observer::Kind::chord &&
+            &motion.yaw.observers[b] == reference)
           per_way = -motion.yaw.ratios[a][b].per_way;
       }
     }
@@ -165,7 +169,7 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
       check_scatter(c, i, scatter, kSlipScatter);
       if (c.is_blamed(i)) continue;
     }
-    const double tolerance = tolerance_of_fixes(antenna.lag, least_delay_that_matters(c.sensor(i), speed));
+    const double tolerance = least_delay_that_matters(c.sensor(i), speed);
     const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
     // At one speed a delay looks like an antenna further back.

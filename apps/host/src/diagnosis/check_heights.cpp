@@ -29,7 +29,8 @@ struct HeightFit {
   double scale_low = 0.0;  ///< if all noise is the other one's, or the height's
   double scale_high = 0.0;
   double scale_sigma = 0.0;
-  double level = 0.0;  ///< median of the difference [m]
+  double spread = 0.0;  ///< root mean square of the height about its mean [m]
+  double level = 0.0;   ///< median of the difference [m]
   double level_scatter = 0.0;
   long count = 0;
 };
@@ -59,6 +60,8 @@ std::optional<HeightFit> fit_heights(const Track& height, const Track& other, do
   const Fit fit = fit_rows(rows);
   if (!fit.valid) return result;
   const SlopeBounds bounds = slope_bounds(rows, fit, 0);
+  const auto heights = rows.y.head(rows.count).array();
+  result.spread = std::sqrt((heights - heights.mean()).square().mean());
   result.is_scale_known = bounds.correlation2 > kLeastCorrelation2;
   result.scale_low = bounds.low;
   result.scale_high = bounds.high;
@@ -78,6 +81,11 @@ bool differs_in_scale(const HeightFit& fit) {
 
 bool is_altimeter(const WatchedSensor& sensor) { return std::isfinite(sensor.usual.height_m); }
 
+/// True if the heights wander as far by a receiver's own errors as by another scale.
+bool is_by_wander(const HeightFit& fit, const WatchedSensor& other) {
+  return !is_altimeter(other) && !exceeds_wander(other, (1.0 - 1.0 / scale_of(fit)) * fit.spread);
+}
+
 std::string change_of_scale(const WatchedSensor& altimeter, const std::string& other, double scale) {
   if (std::abs(scale / kFoot - 1.0) < kScaleTolerance)
     return fmt::format("source: height of {} times {:.4g} (feet)", other, kFoot);
@@ -95,6 +103,7 @@ void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
   if (fit->is_scale_known)
     c.comparisons.push_back({"height", sensor.name, name, scale_of(*fit), fit->scale_sigma, fit->count,
                              differs_in_scale(*fit) ? "differ" : "agree"});
+  if (differs_in_scale(*fit) && is_by_wander(*fit, c.sensor(other))) return;
   if (differs_in_scale(*fit)) {
     const double scale = scale_of(*fit);
     // Receivers do not turn heights over.
@@ -122,6 +131,11 @@ void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
 }
 
 }  // namespace
+
+bool exceeds_wander(const WatchedSensor& receiver, double difference) {
+  constexpr double kSigmasOfWander = 3.0;
+  return std::abs(difference) > kSigmasOfWander * receiver.usual.height_offset_sigma_m;
+}
 
 void check_heights(Case& c) {
   if (c.robot.settings.motion != StateLayout::Motion::spatial) return;  // heights are ignored

@@ -17,7 +17,7 @@ namespace {
 using Certainty = Finding::Certainty;
 
 constexpr double kSigmas = 4.0;
-constexpr double kHeadingTolerance = 12.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
+constexpr double kHeadingTolerance = 10.0 * kDegree;  // declination, iron, a vehicle that does not point where it goes
 constexpr double kLeastTolerance = 5.0 * kDegree;     // of a sensor that claims to have none of these
 constexpr double kToleranceSigmas = 3.0;
 constexpr double kScannerTolerance = 4.0 * kDegree;

@@ -119,6 +119,21 @@ void check_signs(Case& c, std::size_t i, const ForceFit& forwards, const ForceFi
         0.0);
 }
 
+/// Root mean square of the heights about their mean [m].
+double spread_of(const Track& height, double newest) {
+  double sum = 0.0;
+  double squares = 0.0;
+  double count = 0.0;
+  for (double t = 0.0; t <= newest; t += kSpan) {
+    const auto z = height.at(t);
+    if (!z) continue;
+    sum += *z;
+    squares += *z * *z;
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(std::max(0.0, squares / count - std::pow(sum / count, 2))) : 0.0;
+}
+
 /// Heights against the slopes that gravity shows.
 void check_climbs(Case& c, std::size_t i, std::size_t with_heights, const ForceFit& forwards) {
   if (!forwards.is_slope_known || !(forwards.slope.low > 0.0)) return;
@@ -126,10 +141,13 @@ void check_climbs(Case& c, std::size_t i, std::size_t with_heights, const ForceF
   const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
                        forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
   const double scale = std::sqrt(forwards.slope.low * forwards.slope.high);
-  const std::string& name = c.sensor(with_heights).name;
+  const WatchedSensor& heights = c.sensor(with_heights);
+  const std::string& name = heights.name;
   c.comparisons.push_back(
       {"slope", c.sensor(i).name, name, scale, forwards.slope_sigma, forwards.spans, differs ? "differ" : "agree"});
-  if (!differs) return;
+  const bool is_receiver = !std::isfinite(heights.usual.height_m);
+  const double difference = (1.0 - scale) * spread_of(heights.height, c.watch.newest());
+  if (!differs || (is_receiver && !exceeds_wander(heights, difference))) return;
   const bool is_feet = std::abs(scale / kFoot - 1.0) < kNearFoot;
   c.add(Certainty::named, "height", {with_heights},
         fmt::format("its heights climb {:.3g} ± {:.2g} times as much as gravity in {} shows", 1.0 / scale,
@@ -161,6 +179,14 @@ void check_lean(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit
 }
 
 }  // namespace
+
+bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest) {
+  const ForceFit forwards = fit_forwards(imu, way, nullptr, newest);
+  const ForceFit leftwards = fit_leftwards(imu, way, yaw, newest);
+  const bool feels_forwards =
+      forwards.is_known && forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
+  return feels_forwards && leftwards.is_known && std::abs(leftwards.acceleration) < kSign;
+}
 
 void check_slopes(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.way.trusted_track();

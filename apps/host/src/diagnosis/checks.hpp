@@ -45,7 +45,7 @@ struct Case {
 inline double beyond(double difference, double tolerance, double sigma) {
   const double size = std::abs(difference);
   if (size < tolerance + sigma) return 0.0;
-  const bool is_well_known = sigma < 0.5 * tolerance;
+  const bool is_well_known = sigma < 0.25 * tolerance;
   return (size - (is_well_known ? 0.5 : 1.0) * tolerance) / sigma;
 }
 
@@ -153,9 +153,15 @@ void check_scatters(Case& c, const MotionAgreement& motion);
 /// Heights of an altimeter against those of others, where the robot moves in space: scale, sign, level.
 void check_heights(Case& c);
 
+/// True if heights that differ by so much [m] do so by more than the receiver's errors, which wander.
+bool exceeds_wander(const WatchedSensor& receiver, double difference);
+
 /// The specific force in the plane against the accelerations of the motion: how an IMU is turned about its vertical
 /// axis.
 void check_accelerations(Case& c, const MotionAgreement& motion);
+
+/// True for a vehicle whose IMU feels its accelerations forwards and none in curves: it leans into them.
+bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest);
 
 /// The specific force along the way against accelerations, slopes and the vertical: signs of its axes, heights in
 /// another unit, an IMU that is tilted.

@@ -13,6 +13,8 @@ namespace waymark::host::diagnosis {
 
 namespace {
 
+constexpr double kStill = 0.2;          // [m/s], slower is no motion for an unsigned way
+constexpr double kMostSigmas = 1000.0;  // more says nothing
 constexpr double kSigmas = 3.0;
 constexpr double kRelative = 0.15;     // errors of a turn or a way that grow with it
 constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
@@ -128,7 +130,8 @@ void judge(Ratio& ratio, double tolerance) {
     beyond = (1.0 / std::max(ratio.high, 1e-9) - 1.0) - tolerance;
   }
   ratio.sigmas =
-      std::max(0.0, beyond) / std::max(ratio.value > 1.0 || ratio.value < 0.0 ? ratio.sigma : relative_sigma, 1e-6);
+      std::min(kMostSigmas, std::max(0.0, beyond) /
+                                std::max(ratio.value > 1.0 || ratio.value < 0.0 ? ratio.sigma : relative_sigma, 1e-6));
   if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma * kSigmas < 1.0) {
     ratio.verdict = Ratio::Verdict::differ;
   } else if (beyond <= 0.0 && (ratio.high - ratio.low) / size < kVague && relative_sigma < kVague / kSigmas) {
@@ -186,6 +189,9 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
       const auto change = denominator.change(span.from - options.shift, span.to - options.shift);
       const auto driven = way ? options.way->change(span.from, span.to) : std::optional<double>(0.0);
       if (!change || !driven) continue;
+      // The noise of a receiver's speed adds up, of a robot that stands still.
+      const double length = kStill * (span.to - span.from);
+      if (options.is_unsigned && std::abs(*change) < length && std::abs(span.value) < length) continue;
       rows.A(rows.count, 0) = options.is_unsigned ? std::abs(*change) : *change;
       if (time) rows.A(rows.count, 1) = span.to - span.from;
       if (way) rows.A(rows.count, rows.A.cols() - 1) = *driven;

@@ -21,6 +21,12 @@ bool contains(const std::vector<Finding>& findings, const Finding& finding) {
   return std::ranges::any_of(findings, [&](const Finding& other) { return is_same(other, finding); });
 }
 
+/// True for what a part of the window may show by its noise alone, and the whole of it does not.
+bool is_of_whole_window(const Finding& finding) {
+  return finding.check == "way" || finding.check == "height" || finding.check == "lever arm" ||
+         finding.check == "delay";
+}
+
 bool is_of_motion(const Finding& finding) {
   return finding.check == "yaw" || finding.check == "way" || finding.check == "axes";
 }
@@ -42,10 +48,11 @@ struct Diagnosis::Parts {
   /// The evaluation of a whole window withdraws what a part of it seemed to show, where it names another sensor.
   void withdraw(const std::vector<Finding>& of_window) {
     const auto is_withdrawn = [&](const Finding& early) {
-      return !contains(of_window, early) && std::ranges::any_of(of_window, [&](const Finding& other) {
-        const bool is_rival = other.check == early.check || (is_of_motion(other) && is_of_motion(early));
-        return is_rival && other.certainty == Finding::Certainty::named;
-      });
+      if (contains(of_window, early)) return false;
+      return is_of_whole_window(early) || std::ranges::any_of(of_window, [&](const Finding& other) {
+               const bool is_rival = other.check == early.check || (is_of_motion(other) && is_of_motion(early));
+               return is_rival && other.certainty == Finding::Certainty::named;
+             });
     };
     const auto begin = findings.begin() + static_cast<std::ptrdiff_t>(std::min(of_earlier_windows, findings.size()));
     findings.erase(std::remove_if(begin, findings.end(), is_withdrawn), findings.end());

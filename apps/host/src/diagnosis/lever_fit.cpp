@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <optional>
 
 #include "fit.hpp"
@@ -20,6 +21,7 @@ constexpr long kLeastRows = 8;    // of a block
 constexpr double kMostLag = 2.0;  // [s]
 constexpr double kLagStep = 0.1;
 constexpr int kLeastBlocks = 4;
+constexpr double kMostInflation = 10.0;
 constexpr double kLeastLeverSigma = 0.02;  // [m], of a block
 constexpr double kLikelier = 0.1;  // by which the log of the squared residuals must be less, as a mean over the blocks
 
@@ -127,8 +129,20 @@ std::optional<double> residual_with(const Rows& rows, const Eigen::Vector2d& lev
   return r.array().square().min(clip).mean();
 }
 
+/// By how much the free heading and scale of a block widen σ² of a lever arm: on one circle nothing tells them apart.
+double inflation(const Rows& rows) {
+  const auto A = rows.A.topRows(rows.count);
+  const Eigen::Matrix4d H = A.transpose() * A;
+  const double alone = H.trace() > 0.0 ? H(2, 2) : 0.0;
+  const Eigen::Matrix2d left = H.bottomRightCorner<2, 2>() - H.bottomLeftCorner<2, 2>() *
+                                                                 H.topLeftCorner<2, 2>().inverse() *
+                                                                 H.topRightCorner<2, 2>();
+  const double rest = 0.5 * left.trace();
+  return rest > 0.0 ? alone / rest : std::numeric_limits<double>::infinity();
+}
+
 std::optional<BlockFit> fit_block(const Rows& rows) {
-  if (rows.count < 2 * kLeastRows) return std::nullopt;
+  if (rows.count < 2 * kLeastRows || inflation(rows) > kMostInflation) return std::nullopt;
   const Fit fit = fit_rows(rows);
   if (!fit.valid) return std::nullopt;
   const Complex c(fit.x(0), fit.x(1));

@@ -43,6 +43,7 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
   const double r = ratio.value;
   const bool mirrored = is_near(r, -1.0);
   const bool is_absurd = ratio.verdict == Ratio::Verdict::unrelated || !is_within(std::abs(r), 0.2, 5.0, 1.0);
+  const bool is_degrees = is_within(std::abs(r), 1.0 / kDegree, 1.0 / kDegree, 1.35);
   switch (sensor.role()) {
     case Role::wheels:
       if (is_absurd && sensor.payload == WheelSpeeds::kType)
@@ -63,8 +64,8 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
       }
       return fmt::format("source: rotation of {} times {:.4g}", name, 1.0 / r);
     case Role::gyro:
-      if (ratio.verdict == Ratio::Verdict::unrelated)
-        return fmt::format("sensors.{}.base_T_sensor: another of its axes points up", name);
+      if (ratio.verdict == Ratio::Verdict::unrelated || (is_absurd && !is_degrees && !is_near(std::abs(r), kDegree)))
+        return fmt::format("sensors.{}.base_T_sensor: another of its axes points up, or its columns are swapped", name);
       if (mirrored) {
         const Eigen::Vector3d z_base = sensor.T_base_sensor.q * Eigen::Vector3d::UnitZ();
         if (std::abs(z_base.z()) < 0.9)
@@ -72,8 +73,7 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
         return fmt::format("sensors.{}.base_T_sensor.roll_deg: {} fits, or the opposite sign of its rates", name,
                            z_base.z() < 0.0 ? 0 : 180);
       }
-      if (is_near(std::abs(r), 1.0 / kDegree))
-        return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);
+      if (is_degrees) return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);
       return fmt::format("source: rates of {} times {:.4g}", name, 1.0 / r);
     case Role::heading:
       if (mirrored) return fmt::format("source: heading of {} times -1 (it is clockwise from north)", name);
@@ -114,6 +114,7 @@ std::string change_of_way(const Case& c, const Observer& observer, const Ratio& 
                              sensor.name)
                : fmt::format("sensors.{}.base_T_sensor.yaw_deg: 180 more fits", sensor.name);
   }
+  if (std::abs(r) < 0.01) return fmt::format("source: speeds of {}: another column, these hardly change", sensor.name);
   if (r < 0.0) return fmt::format("source: speeds of {} times -1", sensor.name);
   return fmt::format("source: speeds of {} times {:.4g}", sensor.name, 1.0 / r);
 }

@@ -22,7 +22,10 @@ std::optional<double> scale_of(const Agreement& agreement, std::size_t sensor, i
 }  // namespace
 
 bool is_one_scale(const WatchedSensor& sensor, const Scales& scales) {
-  return sensor.usual.yaw_scales_with_speed && scales.yaw && scales.way && is_near(*scales.yaw, *scales.way);
+  if (!sensor.usual.yaw_scales_with_speed || !scales.yaw || !scales.way || !is_near(*scales.yaw, *scales.way))
+    return false;
+  // Turns that are right have no scale in common with ways that are 10 % off.
+  return std::abs(std::log(*scales.yaw / *scales.way)) < 0.5 * std::abs(std::log(std::abs(*scales.way)));
 }
 
 Scales scales_of(const MotionAgreement& motion, std::size_t sensor, int yaw_group) {
