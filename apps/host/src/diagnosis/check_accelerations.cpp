@@ -129,8 +129,8 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
   const bool is_whole = std::abs(std::log(mirrored->scale)) < kWhole;  // an acceleration, not noise that looks like one
-  const bool is_leaning = leans_into_curves(sensor, *way.track, *yaw.track, c.watch.newest());
-  if (!is_leaning && is_known(*mirrored) && is_whole && mirrored->scale > straight->scale &&
+  if (leans_into_curves(sensor, *way.track, *yaw.track, c.watch.newest())) return;
+  if (is_known(*mirrored) && is_whole && mirrored->scale > straight->scale &&
       mirrored->residual < kClearlyBetter * straight->residual) {
     c.add(Certainty::named, "acceleration", {i},
           fmt::format("its specific force is that of a mirrored motion, as {} shows ({} spans)", name, mirrored->spans),

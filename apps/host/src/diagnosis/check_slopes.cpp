@@ -43,9 +43,7 @@ struct ForceFit {
   double lean_sigma = 0.0;
   long spans = 0;
 
-  bool has_opposite_sign() const {
-    return is_known && acceleration + kSigmas * acceleration_sigma < -kSign * (1.0 - kSign);
-  }
+  bool has_opposite_sign() const { return is_known && acceleration + kSigmas * acceleration_sigma < -kSign; }
 };
 
 /// `height`: null on level ground.
@@ -103,7 +101,7 @@ char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {
 
 void check_signs(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit& leftwards, const Observer& way) {
   const bool is_slope_opposite =
-      forwards.is_slope_known && forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign * (1.0 - kSign);
+      forwards.is_slope_known && forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign;
   const bool is_forwards = forwards.has_opposite_sign() || is_slope_opposite;
   if (!is_forwards && !leftwards.has_opposite_sign()) return;
   const ForceFit& shown = is_forwards ? forwards : leftwards;

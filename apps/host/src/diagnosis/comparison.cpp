@@ -13,6 +13,8 @@ namespace waymark::host::diagnosis {
 
 namespace {
 
+constexpr double kClearTurn = 0.25;  // [rad], more than the noise of a compass
+constexpr Eigen::Index kFewTurns = 5;
 constexpr double kStill = 0.2;          // [m/s], slower is no motion for an unsigned way
 constexpr double kMostSigmas = 1000.0;  // more says nothing
 constexpr double kSigmas = 3.0;
@@ -114,6 +116,14 @@ std::optional<Fit> share_of_turns(const Rows& rows, const Fit& fit) {
   if (large.count < kLeastUnrelated) return std::nullopt;
   const Fit share = fit_rows(large);
   return share.valid ? std::optional(share) : std::nullopt;
+}
+
+/// True if either changes by much now and then: what stands still is unrelated by its noise alone.
+bool has_turns(const Rows& rows) {
+  const auto x = rows.A.col(0).head(rows.count).array();
+  const auto y = rows.y.head(rows.count).array();
+  const auto turns = [](const auto& changes) { return ((changes - changes.mean()).abs() > kClearTurn).count(); };
+  return std::max(turns(x), turns(y)) >= kFewTurns;
 }
 
 /// Whether the bounds miss 1 by more than is usual.
@@ -236,7 +246,8 @@ Ratio compare(const std::vector<Span>& numerator, const Track& denominator, cons
     ratio.offset_sigma = fit.sigma(1);
   }
   if (!options.is_unsigned && bounds.correlation2 < kUnrelated) {
-    const bool is_clear = ratio.spans >= kLeastUnrelated && std::abs(fit.x(0)) + kSigmas * ratio.sigma < kMostShare;
+    const bool is_clear =
+        ratio.spans >= kLeastUnrelated && has_turns(rows) && std::abs(fit.x(0)) + kSigmas * ratio.sigma < kMostShare;
     if (is_clear) {
       ratio.verdict = Ratio::Verdict::unrelated;
       ratio.value = fit.x(0);

@@ -58,6 +58,7 @@ struct Drive {
   double compass_until_s = kLength;  ///< it delivers nothing from then on
   double imu_clock_fast = 0.0;       ///< seconds of its stamps in one of the others, less one
   double turns = 1.0;                ///< so many times as sharp
+  double stands_until_s = 0.0;       ///< it stands still before
 };
 
 /// Drives in curves of changing direction, and gives the diagnosis what the sensors measure.
@@ -72,16 +73,18 @@ inline Examined examine(const std::function<void(Readings&)>& mistake, const Dri
   MeasurementFeed feed(diagnosis);
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
-    const double speed = 1.0 + 0.4 * std::sin(0.31 * t);
-    const double rate = drive.turns * (0.4 * std::sin(0.23 * t + drive.chirp * t * t) + 0.3 * std::sin(0.9 * t));
+    const double moves = t < drive.stands_until_s ? 0.0 : 1.0;
+    const double speed = moves * (1.0 + 0.4 * std::sin(0.31 * t));
+    const double rate =
+        moves * drive.turns * (0.4 * std::sin(0.23 * t + drive.chirp * t * t) + 0.3 * std::sin(0.9 * t));
     x += 0.02 * speed * std::cos(yaw);
     y += 0.02 * speed * std::sin(yaw);
     yaw += 0.02 * rate;
     Readings readings{.t = t, .yaw = yaw, .speed = speed, .rate = rate};
-    readings.wheels.left_mps = speed - 0.25 * rate + 0.02 * noise(dice);
-    readings.wheels.right_mps = speed + 0.25 * rate + 0.02 * noise(dice);
+    readings.wheels.left_mps = speed - 0.25 * rate + moves * 0.02 * noise(dice);
+    readings.wheels.right_mps = speed + 0.25 * rate + moves * 0.02 * noise(dice);
     readings.imu.w_sensor = {0.0, 0.0, rate + 0.003 + 0.01 * noise(dice)};
-    readings.imu.f_sensor = {0.124 * std::cos(0.31 * t) + 0.05 * noise(dice), speed * rate, 9.81};
+    readings.imu.f_sensor = {moves * 0.124 * std::cos(0.31 * t) + 0.05 * noise(dice), speed * rate, 9.81};
     readings.gps.p_map_antenna = {x + 0.1 * noise(dice), y + 0.1 * noise(dice), 0.0};
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);

@@ -180,6 +180,18 @@ TEST(ReceiverDiagnosis, NamesOneThatRepeatsItsLastFixBesideALivingVelocity) {
               testing::Contains(testing::Field(&Finding::seen, HasSubstr("in which its velocity sums up to"))));
 }
 
+TEST(ReceiverDiagnosis, TheNoiseOfItsSpeedIsNoMotionOfARobotThatStands) {
+  std::mt19937 dice(3);
+  std::normal_distribution<double> noise(0.0, 0.06);
+  const Examined examined = examine(
+      [&](Readings& r) {
+        r.gps.speed_mps = std::hypot(r.speed + noise(dice), noise(dice));
+        r.gps.course_rad = std::remainder(0.5 * M_PI - r.yaw, 2.0 * M_PI);
+      },
+      {.stands_until_s = kLength});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 TEST(ReceiverDiagnosis, NamesOneWhosePositionsWereRounded) {
   constexpr double kDegreesPerMetre = 1.0 / 111e3;
   const auto rounded = [&](double decimals, const std::string& sigma_m) {
