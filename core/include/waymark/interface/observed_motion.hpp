@@ -31,7 +31,7 @@ struct ObservedMotion {
   bool yaw_scales_with_speed = false;  ///< one scale error (the wheels') makes both wrong
 
   double height_m = kUnknown;             ///< of the base in the map, by a sensor that measures nothing else
-  double height_offset_sigma_m = 0.0;     ///< σ of an offset that the filter estimates, or of the height's wander; 0: none
+  double height_offset_sigma_m = 0.0;     ///< σ of an offset that is estimated, or of its wander; 0: none
   double yaw_error_sigma_rad = kUnknown;  ///< σ of the constant error of `yaw_rad` that is usual and is no mistake
   double lateral_speed_mps = kUnknown;    ///< of the base, to its left; beside `speed_mps`
   double position_sigma_m = kUnknown;     ///< σ of `p_map_point` per axis of the plane, as the sensor takes it
