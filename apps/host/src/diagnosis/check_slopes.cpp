@@ -132,14 +132,31 @@ double spread_of(const Track& height, double newest) {
   return count > 0.0 ? std::sqrt(std::max(0.0, squares / count - std::pow(sum / count, 2))) : 0.0;
 }
 
+/// The forces of a way whose slopes some sensor's heights show.
+struct Climb {
+  std::size_t with_heights;
+  ForceFit fit;
+};
+
+/// With the heights of the first sensor that shows slopes; nothing if none does.
+std::optional<Climb> climb_of(const Case& c, std::size_t i, const Track& way) {
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    if (k == i || !c.has_heights(k)) continue;
+    const ForceFit fit = fit_forwards(c.sensor(i), way, &c.sensor(k).height, c.watch.newest());
+    if (fit.is_slope_known) return Climb{k, fit};
+  }
+  return std::nullopt;
+}
+
 /// Heights against the slopes that gravity shows.
-void check_climbs(Case& c, std::size_t i, std::size_t with_heights, const ForceFit& forwards) {
-  if (!forwards.is_slope_known || !(forwards.slope.low > 0.0)) return;
+void judge_climb(Case& c, std::size_t i, const Climb& climb) {
+  const ForceFit& forwards = climb.fit;
+  if (!(forwards.slope.low > 0.0)) return;
   const double margin = kSigmas * forwards.slope_sigma;
   const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
                        forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
   const double scale = std::sqrt(forwards.slope.low * forwards.slope.high);
-  const WatchedSensor& heights = c.sensor(with_heights);
+  const WatchedSensor& heights = c.sensor(climb.with_heights);
   const std::string& name = heights.name;
   c.comparisons.push_back(
       {"slope", c.sensor(i).name, name, scale, forwards.slope_sigma, forwards.spans, differs ? "differ" : "agree"});
@@ -147,7 +164,7 @@ void check_climbs(Case& c, std::size_t i, std::size_t with_heights, const ForceF
   const double difference = (1.0 - scale) * spread_of(heights.height, c.watch.newest());
   if (!differs || (is_receiver && !exceeds_wander(heights, difference))) return;
   const bool is_feet = std::abs(scale / kFoot - 1.0) < kNearFoot;
-  c.add(Certainty::named, "height", {with_heights},
+  c.add(Certainty::named, "height", {climb.with_heights},
         fmt::format("its heights climb {:.3g} ± {:.2g} times as much as gravity in {} shows", 1.0 / scale,
                     forwards.slope_sigma / (scale * scale), c.sensor(i).name),
         fmt::format("source: height of {} times {:.4g}{}", name, is_feet ? kFoot : scale, is_feet ? " (feet)" : ""),
@@ -186,6 +203,15 @@ bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& 
   return feels_forwards && leftwards.is_known && std::abs(leftwards.acceleration) < kSign;
 }
 
+void check_climbs(Case& c, const MotionAgreement& motion) {
+  const Observer* way = motion.way.trusted_track();
+  if (way == nullptr || c.is_blamed(way->sensor)) return;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (c.sensor(i).force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    if (const auto climb = climb_of(c, i, *way->track)) judge_climb(c, i, *climb);
+  }
+}
+
 void check_slopes(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.way.trusted_track();
   const Observer* yaw = motion.yaw.trusted_track();
@@ -193,20 +219,11 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& sensor = c.sensor(i);
     if (sensor.force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    const double newest = c.watch.newest();
-    ForceFit forwards = fit_forwards(sensor, *way->track, nullptr, newest);
-    std::optional<std::size_t> with_heights;
-    for (std::size_t k = 0; k < c.watch.sensors().size() && !with_heights; ++k) {
-      if (k == i || !c.has_heights(k)) continue;
-      const ForceFit climbing = fit_forwards(sensor, *way->track, &c.sensor(k).height, newest);
-      if (!climbing.is_slope_known) continue;
-      forwards = climbing;
-      with_heights = k;
-    }
-    const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, newest);
+    const auto climb = climb_of(c, i, *way->track);
+    const ForceFit forwards = climb ? climb->fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
+    const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, c.watch.newest());
     if (!forwards.is_known || !leftwards.is_known) continue;
     check_signs(c, i, forwards, leftwards, *way);
-    if (with_heights && !c.is_concerned(i)) check_climbs(c, i, *with_heights, forwards);
     if (!c.is_concerned(i)) check_lean(c, i, forwards, leftwards);
   }
 }

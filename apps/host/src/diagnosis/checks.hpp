@@ -163,8 +163,11 @@ void check_accelerations(Case& c, const MotionAgreement& motion);
 /// True for a vehicle whose IMU feels its accelerations forwards and none in curves: it leans into them.
 bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest);
 
-/// The specific force along the way against accelerations, slopes and the vertical: signs of its axes, heights in
-/// another unit, an IMU that is tilted.
+/// Heights against the slopes that gravity shows: in another unit.
+void check_climbs(Case& c, const MotionAgreement& motion);
+
+/// The specific force along the way against accelerations, slopes and the vertical: signs of its axes, an IMU that is
+/// tilted.
 void check_slopes(Case& c, const MotionAgreement& motion);
 
 /// Delays between the sensors.

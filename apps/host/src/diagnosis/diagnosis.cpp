@@ -50,7 +50,10 @@ struct Diagnosis::Parts {
     const auto is_withdrawn = [&](const Finding& early) {
       if (contains(of_window, early)) return false;
       return is_of_whole_window(early) || std::ranges::any_of(of_window, [&](const Finding& other) {
-               const bool is_rival = other.check == early.check || (is_of_motion(other) && is_of_motion(early));
+               // Heights that are wrong make slopes, and so accelerations, wrong.
+               const bool is_by_heights = other.check == "height" && early.check == "acceleration";
+               const bool is_rival =
+                   other.check == early.check || is_by_heights || (is_of_motion(other) && is_of_motion(early));
                return is_rival && other.certainty == Finding::Certainty::named;
              });
     };
@@ -75,6 +78,7 @@ struct Diagnosis::Parts {
     diagnosis::check_delays(c, motion);
     diagnosis::check_scatters(c, motion);
     diagnosis::check_heights(c);
+    diagnosis::check_climbs(c, motion);
     diagnosis::check_accelerations(c, motion);
     diagnosis::check_slopes(c, motion);
     if (at_end) diagnosis::check_clocks(c);
