@@ -124,12 +124,12 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
 
 void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw) {
   const WatchedSensor& sensor = c.sensor(i);
+  if (leans_into_curves(sensor, *way.track, *yaw.track, c.watch.newest())) return;
   const auto [straight, mirrored] = best_fits(c, sensor, *way.track, *yaw.track);
   if (!straight || !mirrored) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
   const bool is_whole = std::abs(std::log(mirrored->scale)) < kWhole;  // an acceleration, not noise that looks like one
-  if (leans_into_curves(sensor, *way.track, *yaw.track, c.watch.newest())) return;
   if (is_known(*mirrored) && is_whole && mirrored->scale > straight->scale &&
       mirrored->residual < kClearlyBetter * straight->residual) {
     c.add(Certainty::named, "acceleration", {i},

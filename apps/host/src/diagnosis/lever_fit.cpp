@@ -129,7 +129,7 @@ std::optional<double> residual_with(const Rows& rows, const Eigen::Vector2d& lev
   return r.array().square().min(clip).mean();
 }
 
-/// By how much the free heading and scale of a block widen σ² of a lever arm: on one circle nothing tells them apart.
+/// By how much the free heading and scale of a block widen σ² of a lever arm: on one circle they are the same.
 double inflation(const Rows& rows) {
   const auto A = rows.A.topRows(rows.count);
   const Eigen::Matrix4d H = A.transpose() * A;
