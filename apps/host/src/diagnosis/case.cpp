@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -30,8 +29,7 @@ bool Case::is_concerned(std::size_t index) const {
 
 bool Case::has_heights(std::size_t index) const {
   constexpr long kLeastSamples = 100;
-  const bool is_altimeter = std::isfinite(sensor(index).usual.height_m);
-  const bool is_ignored = is_altimeter && robot.settings.motion != StateLayout::Motion::spatial;
+  const bool is_ignored = sensor(index).is_altimeter() && robot.settings.motion != StateLayout::Motion::spatial;
   return sensor(index).height.samples() >= kLeastSamples && !is_ignored && !is_concerned(index);
 }
 

@@ -79,11 +79,9 @@ bool differs_in_scale(const HeightFit& fit) {
   return fit.scale_low - margin > 1.0 + kScaleTolerance || fit.scale_high + margin < 1.0 / (1.0 + kScaleTolerance);
 }
 
-bool is_altimeter(const WatchedSensor& sensor) { return std::isfinite(sensor.usual.height_m); }
-
 /// True if the heights wander as far by a receiver's own errors as by another scale.
 bool is_by_wander(const HeightFit& fit, const WatchedSensor& other) {
-  return !is_altimeter(other) && !exceeds_wander(other, (1.0 - 1.0 / scale_of(fit)) * fit.spread);
+  return !other.is_altimeter() && !exceeds_wander(other, (1.0 - 1.0 / scale_of(fit)) * fit.spread);
 }
 
 std::string change_of_scale(const WatchedSensor& altimeter, const std::string& other, double scale) {
@@ -98,7 +96,7 @@ void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
   const WatchedSensor& sensor = c.sensor(altimeter);
   const auto fit = fit_heights(sensor.height, c.sensor(other).height, c.watch.newest());
   if (!fit) return;
-  const bool is_other_fix = !is_altimeter(c.sensor(other));
+  const bool is_other_fix = !c.sensor(other).is_altimeter();
   const std::string& name = c.sensor(other).name;
   if (fit->is_scale_known)
     c.comparisons.push_back({"height", sensor.name, name, scale_of(*fit), fit->scale_sigma, fit->count,
@@ -140,9 +138,9 @@ bool exceeds_wander(const WatchedSensor& receiver, double difference) {
 void check_heights(Case& c) {
   if (c.robot.settings.motion != StateLayout::Motion::spatial) return;  // heights are ignored
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (!is_altimeter(c.sensor(i)) || c.sensor(i).height.samples() < kLeastSamples || c.is_blamed(i)) continue;
+    if (!c.sensor(i).is_altimeter() || c.sensor(i).height.samples() < kLeastSamples || c.is_blamed(i)) continue;
     for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
-      const bool is_pair = k != i && !(is_altimeter(c.sensor(k)) && k < i);  // of two altimeters once
+      const bool is_pair = k != i && !(c.sensor(k).is_altimeter() && k < i);  // of two altimeters once
       if (is_pair && c.sensor(k).height.samples() >= kLeastSamples && !c.is_blamed(k)) compare_heights(c, i, k);
     }
   }

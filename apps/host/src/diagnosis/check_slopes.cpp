@@ -160,9 +160,8 @@ void judge_climb(Case& c, std::size_t i, const Climb& climb) {
   const std::string& name = heights.name;
   c.comparisons.push_back(
       {"slope", c.sensor(i).name, name, scale, forwards.slope_sigma, forwards.spans, differs ? "differ" : "agree"});
-  const bool is_receiver = !std::isfinite(heights.usual.height_m);
   const double difference = (1.0 - scale) * spread_of(heights.height, c.watch.newest());
-  if (!differs || (is_receiver && !exceeds_wander(heights, difference))) return;
+  if (!differs || (!heights.is_altimeter() && !exceeds_wander(heights, difference))) return;
   const bool is_feet = std::abs(scale / kFoot - 1.0) < kNearFoot;
   c.add(Certainty::named, "height", {climb.with_heights},
         fmt::format("its heights climb {:.3g} ± {:.2g} times as much as gravity in {} shows", 1.0 / scale,

@@ -35,6 +35,8 @@ Role WatchedSensor::role() const {
   return Role::other;
 }
 
+bool WatchedSensor::is_altimeter() const { return std::isfinite(usual.height_m); }
+
 void WatchedSensor::clear_window() {
   yaw.clear();
   heading.clear();

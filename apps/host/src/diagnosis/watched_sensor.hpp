@@ -102,6 +102,8 @@ struct WatchedSensor {
   double pair_step = 0.3;    ///< [s] from one scan of a pair to the other; shorter after a failure
 
   Role role() const;
+  /// True if it measures its height and nothing else.
+  bool is_altimeter() const;
   void clear_window();
 };
 
