@@ -178,7 +178,8 @@ class Imu final : public Sensor {
   std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum* datum) const override {
     const auto& sample = measurement.as<ImuSample>();
     ObservedMotion seen;
-    seen.yaw_rate_radps = (q_base_sensor_ * sample.w_sensor).z();
+    seen.w_base = q_base_sensor_ * sample.w_sensor;
+    seen.yaw_rate_radps = seen.w_base.z();
     seen.f_base = q_base_sensor_ * sample.f_sensor;
     seen.m_base = q_base_sensor_ * sample.m_sensor;
     seen.yaw_rate_bias_sigma_radps = filter_.settings().bias_sigma;

@@ -66,6 +66,15 @@ std::optional<double> slope_change(const Track& way, const Track& height, double
   return kGravity * *climbed / *driven * kSpan;
 }
 
+std::optional<AccelerationFit> acceleration_fit(const Rows& rows) {
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid) return std::nullopt;
+  const double scale = std::hypot(fit.x(0), fit.x(1));
+  if (!(scale > 0.0)) return std::nullopt;
+  return AccelerationFit{std::atan2(fit.x(1), fit.x(0)), std::max(fit.sigma(0), fit.sigma(1)) / scale, scale,
+                         fit.residual, static_cast<long>(rows.count / 2)};
+}
+
 /// Two rows a span: f_x and f_y, of a turned and scaled acceleration, of a lever arm, and of a bias each. `height`:
 /// where the ground is not level; may be null.
 std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const Track& way, const Track& yaw,
@@ -84,12 +93,29 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
     rows.A.row(rows.count) << left, forward, 0.0, seen->turn_rate, 0.0, kSpan;
     rows.y(rows.count++) = *y;
   }
-  const Fit fit = fit_rows(rows);
-  if (!fit.valid) return std::nullopt;
-  const double scale = std::hypot(fit.x(0), fit.x(1));
-  if (!(scale > 0.0)) return std::nullopt;
-  return AccelerationFit{std::atan2(fit.x(1), fit.x(0)), std::max(fit.sigma(0), fit.sigma(1)) / scale, scale,
-                         fit.residual, static_cast<long>(rows.count / 2)};
+  return acceleration_fit(rows);
+}
+
+/// Two rows a span, as above, of how the specific force changes beyond what its gyro shows of gravity: on any ground.
+std::optional<AccelerationFit> fit_beside_gyro(const WatchedSensor& imu, const Track& way, const Track& yaw,
+                                               double newest) {
+  Rows rows(2 * (static_cast<Eigen::Index>(newest / kGravitySpan) + 1), 6);
+  for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest && !rows.full(); t += kGravitySpan) {
+    const auto change = gravity_change(imu, t, kHalfWindow);
+    const auto before = acceleration(way, yaw, t);
+    const auto after = acceleration(way, yaw, t + kGravitySpan);
+    const auto rate_before = yaw.rate(t, kHalfWindow);
+    const auto rate_after = yaw.rate(t + kGravitySpan, kHalfWindow);
+    if (!change || !before || !after || !rate_before || !rate_after) continue;
+    const Eigen::Vector2d seen = change->force - change->by_turn();
+    const Eigen::Vector2d a = *after - *before;
+    const double centripetal = *rate_before * *rate_before - *rate_after * *rate_after;  // of a lever arm
+    rows.A.row(rows.count) << a.x(), -a.y(), centripetal, 0.0, kGravitySpan, 0.0;
+    rows.y(rows.count++) = seen.x();
+    rows.A.row(rows.count) << a.y(), a.x(), 0.0, centripetal, 0.0, kGravitySpan;
+    rows.y(rows.count++) = seen.y();
+  }
+  return acceleration_fit(rows);
 }
 
 /// The same motion, as it is and mirrored.
@@ -119,6 +145,11 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
     const AccelerationFits other = fits_with(&c.sensor(k).height);
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }
+  if (imu.gravity_turns.x_z.samples() >= kLeastSamples) {
+    const auto beside_gyro = fit_beside_gyro(imu, way, yaw, c.watch.newest());
+    const AccelerationFits other{beside_gyro, std::nullopt};
+    if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
+  }
   return best;
 }
 
@@ -126,11 +157,12 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   const WatchedSensor& sensor = c.sensor(i);
   if (leans_into_curves(sensor, *way.track, *yaw.track, c.watch.newest())) return;
   const auto [straight, mirrored] = best_fits(c, sensor, *way.track, *yaw.track);
-  if (!straight || !mirrored) return;
+  if (!straight) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
-  const bool is_whole = std::abs(std::log(mirrored->scale)) < kWhole;  // an acceleration, not noise that looks like one
-  if (is_known(*mirrored) && is_whole && mirrored->scale > straight->scale &&
+  // An acceleration, not noise that looks like one.
+  const bool is_whole = mirrored && std::abs(std::log(mirrored->scale)) < kWhole;
+  if (is_whole && is_known(*mirrored) && mirrored->scale > straight->scale &&
       mirrored->residual < kClearlyBetter * straight->residual) {
     c.add(Certainty::named, "acceleration", {i},
           fmt::format("its specific force is that of a mirrored motion, as {} shows ({} spans)", name, mirrored->spans),
@@ -145,21 +177,31 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   if (sigmas < kSigmas) return;
   const double yaw_deg = so3::yaw(sensor.T_base_sensor.q) / kDegree;
   c.add(Certainty::named, "acceleration", {i},
-        fmt::format("its specific force points {:.0f} ± {:.0f} degrees beside the acceleration of {}",
+        fmt::format("its specific force points {:.1f} ± {:.1f} degrees beside the acceleration of {}",
                     straight->angle / kDegree, straight->sigma / kDegree, name),
         fmt::format("sensors.{}.base_T_sensor.yaw_deg: {:.0f} fits", sensor.name,
-                    std::remainder(yaw_deg - straight->angle / kDegree, 360.0)),
+                    std::round(std::remainder(yaw_deg - straight->angle / kDegree, 360.0)) + 0.0),  // not −0
         sigmas);
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector2d> acceleration(const Track& way, const Track& yaw, double t) {
+  constexpr double kHalfWindow = 0.2;  // [s]
+  const auto speed = way.rate(t, kHalfWindow);
+  const auto turn = yaw.rate(t, kHalfWindow);
+  const auto before = way.rate(t - kHalfWindow, kHalfWindow);
+  const auto after = way.rate(t + kHalfWindow, kHalfWindow);
+  if (!speed || !turn || !before || !after) return std::nullopt;
+  return Eigen::Vector2d((*after - *before) / (2.0 * kHalfWindow), *speed * *turn);
+}
 
 void check_accelerations(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.way.trusted_track();
   const Observer* yaw = motion.yaw.trusted_track();
   if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (c.sensor(i).force_x.samples() >= kLeastSamples && !c.is_blamed(i)) check_imu(c, i, *way, *yaw);
+    if (c.sensor(i).force_x.samples() >= kLeastSamples && !c.is_concerned(i)) check_imu(c, i, *way, *yaw);
   }
 }
 

@@ -90,6 +90,41 @@ void check_height(Case& c, std::size_t i) {
   }
 }
 
+/// True if the height changed in most steps before.
+bool changes_before(const Track& height, double end) {
+  constexpr long kLeastSteps = 40;
+  long changed = 0;
+  long known = 0;
+  for (double t = 0.0; t + kStep <= end; t += kStep) {
+    const auto change = height.change(t, t + kStep);
+    if (!change) continue;
+    ++known;
+    if (*change != 0.0) ++changed;
+  }
+  return known >= kLeastSteps && 2 * changed > known;
+}
+
+/// Heights that stay exactly the same while the robot drives, and changed from one to the next before.
+void check_height_is_alive(Case& c, std::size_t i, const Track& way) {
+  const WatchedSensor& sensor = c.sensor(i);
+  if (!sensor.is_altimeter() || c.is_blamed(i)) return;
+  for (double from = 0.0; from + kLongestHeight <= c.watch.newest(); from += kLongest) {
+    const double to = from + kLongestHeight;
+    const auto own = sensor.height.change(from, to);
+    const auto driven = way.change(from, to);
+    if (!own || *own != 0.0 || !driven || std::abs(*driven) < kFarther) continue;
+    if (!is_steady(sensor.height, from, to) || !changes_before(sensor.height, from)) continue;
+    c.add(
+        Certainty::named, "frozen", {i},
+        fmt::format("its height stays the same to the last digit for {:.0f} s, in which the wheels drive {:.0f} m, and "
+                    "changed all the time before",
+                    kLongestHeight, std::abs(*driven)),
+        fmt::format("source: {} repeats an old height; the device, its driver or a column of the log", sensor.name),
+        0.0);
+    return;
+  }
+}
+
 /// A heading is frozen if it stays, a rate if it stays at what is not zero: a robot that stands has no rate, whatever a
 /// raw gyro has beside it.
 bool is_frozen(const WatchedSensor& sensor, double from, double to, double turned) {
@@ -131,7 +166,9 @@ void check_frozen(Case& c) {
     if (!is_found && sensor.ground_way.samples() > 0)
       check_position(c, i, sensor.ground_way, "its velocity sums up to");
     check_turns_are_alive(c, i);
-    if (is_spatial) check_height(c, i);
+    if (!is_spatial) continue;
+    check_height(c, i);
+    if (way != nullptr) check_height_is_alive(c, i, *way);
   }
 }
 

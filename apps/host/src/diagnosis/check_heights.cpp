@@ -128,6 +128,34 @@ void compare_heights(Case& c, std::size_t altimeter, std::size_t other) {
         sigmas);
 }
 
+/// An altimeter in another unit, which climbs farther than the robot drives.
+void check_unit(Case& c, std::size_t i, const MotionAgreement& motion) {
+  constexpr double kSpan = 5.0;         // [s]
+  constexpr double kLeastWay = 1.0;     // [m] of a span
+  constexpr double kLeastWhole = 20.0;  // [m]
+  constexpr double kSteepest = 2.0;     // no vehicle climbs so far by the way that it drives
+  constexpr double kOrdinary = 0.2;
+  const Observer* way = motion.way.trusted_track();
+  if (way == nullptr || c.is_concerned(way->sensor)) return;
+  double climbed = 0.0;
+  double driven = 0.0;
+  for (double t = 0.0; t + kSpan <= c.watch.newest(); t += kSpan) {
+    const auto up = c.sensor(i).height.change(t, t + kSpan);
+    const auto along = way->track->change(t, t + kSpan);
+    if (!up || !along || std::abs(*along) < kLeastWay) continue;
+    climbed += std::abs(*up);
+    driven += std::abs(*along);
+  }
+  if (driven < kLeastWhole || climbed < kSteepest * driven) return;
+  const bool is_cm = 0.01 * climbed < kOrdinary * driven;
+  c.add(Certainty::named, "height", {i},
+        fmt::format("its height climbs and falls by {:.0f} m on {:.0f} m of way of {}", climbed, driven,
+                    c.sensor(way->sensor).name),
+        is_cm ? fmt::format("source: height of {} times 0.01 (cm) or 0.001 (mm)", c.sensor(i).name)
+              : fmt::format("source: the unit of the height of {}, mm: times 0.001", c.sensor(i).name),
+        0.0);
+}
+
 }  // namespace
 
 bool exceeds_wander(const WatchedSensor& receiver, double difference) {
@@ -135,10 +163,12 @@ bool exceeds_wander(const WatchedSensor& receiver, double difference) {
   return std::abs(difference) > kSigmasOfWander * receiver.usual.height_offset_sigma_m;
 }
 
-void check_heights(Case& c) {
+void check_heights(Case& c, const MotionAgreement& motion) {
   if (c.robot.settings.motion != StateLayout::Motion::spatial) return;  // heights are ignored
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (!c.sensor(i).is_altimeter() || c.sensor(i).height.samples() < kLeastSamples || c.is_blamed(i)) continue;
+    check_unit(c, i, motion);
+    if (c.is_blamed(i)) continue;
     for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
       const bool is_pair = k != i && !(c.sensor(k).is_altimeter() && k < i);  // of two altimeters once
       if (is_pair && c.sensor(k).height.samples() >= kLeastSamples && !c.is_blamed(k)) compare_heights(c, i, k);

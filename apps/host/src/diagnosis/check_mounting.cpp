@@ -130,7 +130,7 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
                              offset->sigma / kDegree, 0, "degrees between them"});
     const double sigmas = beyond(offset->value, heading_tolerance(sensor), offset->sigma);
     if (sigmas < kSigmas) continue;
-    const double fits = in_turn(yaw_deg(sensor) - offset->value / kDegree);
+    const double fits = std::round(in_turn(yaw_deg(sensor) - offset->value / kDegree)) + 0.0;  // not −0
     c.add(Certainty::named, "heading", {i},
           fmt::format("the robot drives {:.1f} ± {:.1f} degrees beside its heading, as {} shows",
                       offset->value / kDegree, offset->sigma / kDegree, fix.name),

@@ -92,13 +92,6 @@ ForceFit fit_leftwards(const WatchedSensor& imu, const Track& way, const Track& 
   return {true, fit.x(0), fit.sigma(0), false, {}, 0.0, fit.x(1), fit.sigma(1), static_cast<long>(rows.count)};
 }
 
-/// The axis of the sensor that lies closest to one of the base.
-char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {
-  Eigen::Index axis = 0;
-  (sensor.T_base_sensor.q.conjugate() * base_axis).cwiseAbs().maxCoeff(&axis);
-  return "xyz"[axis];
-}
-
 void check_signs(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit& leftwards, const Observer& way) {
   const bool is_slope_opposite =
       forwards.is_slope_known && forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -134,6 +136,9 @@ void check_motion(Case& c, MotionAgreement& motion);
 /// gives.
 void check_deviations(Case& c, const MotionAgreement& motion);
 
+/// The magnetic field against gravity: as the robot tilts, the angle between them stays.
+void check_dips(Case& c);
+
 /// Headings against the direction of the motion; where scanners and antennas stand.
 void check_mounting(Case& c, const MotionAgreement& motion);
 
@@ -150,11 +155,18 @@ void check_scatter(Case& c, std::size_t i, double scatter, double motion);
 /// The same for positions that no dead reckoning is there for.
 void check_scatters(Case& c, const MotionAgreement& motion);
 
-/// Heights of an altimeter against those of others, where the robot moves in space: scale, sign, level.
-void check_heights(Case& c);
+/// Heights of an altimeter against those of others, where the robot moves in space: scale, sign, level, unit.
+void check_heights(Case& c, const MotionAgreement& motion);
 
 /// True if heights that differ by so much [m] do so by more than the receiver's errors, which wander.
 bool exceeds_wander(const WatchedSensor& receiver, double difference);
+
+/// Acceleration of the base forwards and to the left at a time [m/s²]; nothing if it is not known.
+std::optional<Eigen::Vector2d> acceleration(const Track& way, const Track& yaw, double t);
+
+/// An IMU by itself: gravity in its specific force turns as its gyro does, or the axes of one of them are in another
+/// order or have other signs.
+void check_imu_axes(Case& c, const MotionAgreement& motion);
 
 /// The specific force in the plane against the accelerations of the motion: how an IMU is turned about its vertical
 /// axis.

@@ -77,10 +77,12 @@ struct Diagnosis::Parts {
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
     diagnosis::check_scatters(c, motion);
-    diagnosis::check_heights(c);
+    diagnosis::check_imu_axes(c, motion);
+    diagnosis::check_heights(c, motion);
     diagnosis::check_climbs(c, motion);
     diagnosis::check_accelerations(c, motion);
     diagnosis::check_slopes(c, motion);
+    diagnosis::check_dips(c);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;

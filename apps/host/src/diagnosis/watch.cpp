@@ -185,11 +185,23 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
   if (motion.f_base.allFinite()) {
     sensor.force_x.add_rate(t, motion.f_base.x());
     sensor.force_y.add_rate(t, motion.f_base.y());
+    if (motion.w_base.allFinite()) {
+      const Eigen::Vector3d& w = motion.w_base;
+      sensor.gravity_turns.x_z.add_rate(t, w.x() * motion.f_base.z());
+      sensor.gravity_turns.y_z.add_rate(t, w.y() * motion.f_base.z());
+      sensor.gravity_turns.z_x.add_rate(t, w.z() * motion.f_base.x());
+      sensor.gravity_turns.z_y.add_rate(t, w.z() * motion.f_base.y());
+    }
     sensor.forces.add(motion.f_base.norm());
     sensor.force_sum += motion.f_base;
     ++sensor.force_count;
   }
-  if (motion.m_base.allFinite()) sensor.fields.add(motion.m_base.norm());
+  if (motion.m_base.allFinite()) {
+    sensor.fields.add(motion.m_base.norm());
+    sensor.field_x.add_rate(t, motion.m_base.x());
+    sensor.field_y.add_rate(t, motion.m_base.y());
+    sensor.field_z.add_rate(t, motion.m_base.z());
+  }
 }
 
 /// Two scans make a pair; between the pairs scans are passed over, which bounds the cost.

@@ -37,6 +37,13 @@ Role WatchedSensor::role() const {
 
 bool WatchedSensor::is_altimeter() const { return std::isfinite(usual.height_m); }
 
+void GravityTurns::clear() {
+  x_z.clear();
+  y_z.clear();
+  z_x.clear();
+  z_y.clear();
+}
+
 void WatchedSensor::clear_window() {
   yaw.clear();
   heading.clear();
@@ -46,11 +53,35 @@ void WatchedSensor::clear_window() {
   ground_way.clear();
   force_x.clear();
   force_y.clear();
+  gravity_turns.clear();
+  field_x.clear();
+  field_y.clear();
+  field_z.clear();
   height.clear();
   fixes.clear();
   steps.clear();
   scan_t = -1.0;
   next_scan_t = 0.0;
+}
+
+std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, double half_window) {
+  const double end = t + kGravitySpan;
+  const auto x_before = imu.force_x.rate(t, half_window);
+  const auto y_before = imu.force_y.rate(t, half_window);
+  const auto x_after = imu.force_x.rate(end, half_window);
+  const auto y_after = imu.force_y.rate(end, half_window);
+  const auto x_z = imu.gravity_turns.x_z.change(t, end);
+  const auto y_z = imu.gravity_turns.y_z.change(t, end);
+  const auto z_x = imu.gravity_turns.z_x.change(t, end);
+  const auto z_y = imu.gravity_turns.z_y.change(t, end);
+  if (!x_before || !y_before || !x_after || !y_after || !x_z || !y_z || !z_x || !z_y) return std::nullopt;
+  return GravityChange{{*x_after - *x_before, *y_after - *y_before}, *x_z, *y_z, *z_x, *z_y};
+}
+
+char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {
+  Eigen::Index axis = 0;
+  (sensor.T_base_sensor.q.conjugate() * base_axis).cwiseAbs().maxCoeff(&axis);
+  return "xyz"[axis];
 }
 
 }  // namespace waymark::host::diagnosis

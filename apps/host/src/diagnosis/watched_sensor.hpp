@@ -49,6 +49,30 @@ struct ScanStep {
 /// What a sensor is for the comparisons: by what it measures, not by its plugin.
 enum class Role { wheels, gyro, heading, scanner, fix, other };
 
+/// Products of the angular rate and the specific force of an IMU in the axes of the base, summed up over time [m/s²]:
+/// with −ω × f the direction of gravity changes as the IMU turns.
+struct GravityTurns {
+  Track x_z;  ///< ω_x f_z
+  Track y_z;
+  Track z_x;
+  Track z_y;
+
+  void clear();
+};
+
+/// Over kGravitySpan: how the specific force in the plane changes, and the products whose difference is what it changes
+/// by where gravity alone acts, −ω × f.
+struct GravityChange {
+  Eigen::Vector2d force;  ///< [m/s²]
+  double x_z = 0.0;
+  double y_z = 0.0;
+  double z_x = 0.0;
+  double z_y = 0.0;
+
+  Eigen::Vector2d by_turn() const { return {z_y - y_z, x_z - z_x}; }
+};
+inline constexpr double kGravitySpan = 1.0;  ///< [s]; in a longer one the robot's own accelerations change more
+
 /// What is kept of one sensor's measurements.
 struct WatchedSensor {
   std::string name;
@@ -88,6 +112,10 @@ struct WatchedSensor {
   Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro
   Track force_x;             ///< specific force along the axes of the base, summed up over time [m/s]
   Track force_y;
+  GravityTurns gravity_turns;
+  Track field_x;  ///< magnetic field along the axes of the base, summed up over time [T s]
+  Track field_y;
+  Track field_z;
   Track height;  ///< of the base in the map
   std::vector<Fix> fixes;
   std::vector<ScanStep> steps;
@@ -106,5 +134,12 @@ struct WatchedSensor {
   bool is_altimeter() const;
   void clear_window();
 };
+
+/// From time t on, with the specific force averaged over so long before and after; nothing if it is not known
+/// throughout.
+std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, double half_window);
+
+/// The axis of the sensor that lies closest to one of the base: 'x', 'y' or 'z'.
+char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis);
 
 }  // namespace waymark::host::diagnosis

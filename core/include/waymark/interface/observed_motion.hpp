@@ -37,6 +37,7 @@ struct ObservedMotion {
   double position_sigma_m = kUnknown;     ///< σ of `p_map_point` per axis of the plane, as the sensor takes it
   /// σ of a constant error of `yaw_rate_radps` that the sensor's filter estimates.
   double yaw_rate_bias_sigma_radps = kUnknown;
+  Eigen::Vector3d w_base{kUnknown, kUnknown, kUnknown};  ///< angular rate, in the axes of the base [rad/s]
 };
 
 }  // namespace waymark

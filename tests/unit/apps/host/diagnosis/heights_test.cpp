@@ -95,6 +95,14 @@ TEST(HeightDiagnosis, OneOfBothIsInFeet) {
   EXPECT_THAT(findings.front().change, HasSubstr("height of baro times 0.3048 (feet)"));
 }
 
+TEST(HeightDiagnosis, NamesABarometerInCentimetres) {
+  const std::vector<Finding> findings = examine([](double height) { return 100.0 * height; });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().certainty, Finding::Certainty::named);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));
+  EXPECT_THAT(findings.front().change, HasSubstr("times 0.01 (cm)"));
+}
+
 TEST(HeightDiagnosis, NamesADepthThatIsTakenForAHeight) {
   const std::vector<Finding> findings = examine([](double height) { return -height; });
   ASSERT_EQ(findings.size(), 1U);
@@ -119,6 +127,17 @@ TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeight) {
     if (++count < 500) last = height;
     return last;
   });
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().check, "frozen");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));
+}
+
+TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeightWhereNobodyElseClimbs) {
+  const auto repeats = [last = 0.0, count = 0](double height) mutable {
+    if (++count < 500) last = height;
+    return last;
+  };
+  const std::vector<Finding> findings = examine(repeats, {.fix_height = 0.0});
   ASSERT_FALSE(findings.empty());
   EXPECT_EQ(findings.front().check, "frozen");
   EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs plugins: odometry, imu, compass
+// Mistakes in the axes of an IMU, and of a magnetometer, on a robot that drives over uneven ground.
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/unit/apps/host/diagnosis/measurement_feed.hpp"
+#include "waymark/host/diagnosis.hpp"
+#include "waymark/interface/payloads.hpp"
+
+namespace waymark::host {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kYaml = R"({ motion: { kind: spatial }, initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
+  datum: { latitude_deg: 49, longitude_deg: 8, height_m: 100 },
+  sensors: [{ name: wheels, plugin: odometry, model: differential, track_m: 0.5 },
+            { name: imu, plugin: imu, base_T_sensor: { xyz_m: [0, 0, 0] } },
+            { name: compass, plugin: compass, payload: MagneticField, declination: none,
+              base_T_sensor: { xyz_m: [0, 0, 0] } }] })";
+enum Sensor : std::uint32_t { kWheels, kImu, kCompass };
+
+/// What a mistake changes.
+struct Readings {
+  ImuSample imu = {};
+  MagneticField field = {};
+};
+
+/// Drives with changing speed over ground whose slopes change within seconds.
+std::vector<Finding> examine(const std::function<void(Readings&)>& mistake) {
+  constexpr double kStep = 0.02;
+  const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+  Diagnosis diagnosis(robot);
+  std::mt19937 dice(7);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  const auto noise3 = [&] { return Eigen::Vector3d(noise(dice), noise(dice), noise(dice)); };
+  const auto attitude = [](double t) {
+    return Eigen::AngleAxisd(0.3 + 2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t), Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
+  };
+  const auto speed = [](double t) { return 1.0 + 0.4 * std::sin(0.37 * t); };
+  MeasurementFeed feed(diagnosis);
+  for (int k = 0; k < 250 * 50; ++k) {
+    const double t = kStep * k;
+    const Eigen::Quaterniond q(attitude(t));
+    const Eigen::AngleAxisd turn(q.conjugate() * attitude(t + kStep));
+    const Eigen::Vector3d w = turn.axis() * turn.angle() / kStep;
+    WheelSpeeds wheels;
+    wheels.left_mps = speed(t) - 0.25 * w.z() + 0.01 * noise(dice);
+    wheels.right_mps = speed(t) + 0.25 * w.z() + 0.01 * noise(dice);
+    const Eigen::Vector3d acceleration(0.4 * 0.37 * std::cos(0.37 * t), speed(t) * w.z(), 0.0);
+    Readings readings;
+    readings.imu.w_sensor = w + Eigen::Vector3d(0.004, -0.003, 0.002) + 0.005 * noise3();
+    readings.imu.f_sensor = acceleration + q.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81) + 0.1 * noise3();
+    readings.field.m_sensor = q.conjugate() * Eigen::Vector3d(0.0, 20e-6, -44e-6) + 0.2e-6 * noise3();
+    mistake(readings);
+    feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(wheels));
+    feed.pass(kImu, t, std::make_shared<ImuSample>(readings.imu));
+    if (k % 5 == 0) feed.pass(kCompass, t, std::make_shared<MagneticField>(readings.field));
+  }
+  diagnosis.finish();
+  return diagnosis.findings();
+}
+
+TEST(ImuAxesDiagnosis, FindsNothingWithoutAMistake) {
+  EXPECT_THAT(examine([](Readings&) {}), IsEmpty());
+}
+
+TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometer) {
+  const auto findings = examine([](Readings& seen) { seen.imu.f_sensor.y() *= -1.0; });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the sign of f_y_mps2"));
+}
+
+TEST(ImuAxesDiagnosis, NamesAxesOfTheAccelerometerThatAreSwapped) {
+  const auto findings = examine([](Readings& seen) { std::swap(seen.imu.f_sensor.x(), seen.imu.f_sensor.y()); });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of f_x_mps2 and f_y_mps2"));
+}
+
+TEST(ImuAxesDiagnosis, NamesAxesOfTheGyroThatAreSwapped) {
+  const auto findings = examine([](Readings& seen) { std::swap(seen.imu.w_sensor.x(), seen.imu.w_sensor.y()); });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of w_x_radps and w_y_radps"));
+}
+
+TEST(ImuAxesDiagnosis, AGyroOfOneAxisIsNoMistake) {
+  EXPECT_THAT(examine([](Readings& seen) { seen.imu.w_sensor.head<2>().setZero(); }), IsEmpty());
+}
+
+TEST(ImuAxesDiagnosis, FitsTheYawOfAnImuOnUnevenGround) {
+  const auto findings = examine([](Readings& seen) {
+    const Eigen::AngleAxisd turned(-M_PI / 6.0, Eigen::Vector3d::UnitZ());
+    seen.imu.w_sensor = turned * seen.imu.w_sensor;
+    seen.imu.f_sensor = turned * seen.imu.f_sensor;
+  });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().check, "acceleration");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+}
+
+TEST(ImuAxesDiagnosis, NamesAFieldThatPointsUpInTheNorth) {
+  const auto findings = examine([](Readings& seen) { seen.field.m_sensor.z() *= -1.0; });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().check, "field");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the sign of m_z_t"));
+}
+
+}  // namespace
+}  // namespace waymark::host
