@@ -149,7 +149,7 @@ void CloudInsertion::insert(VoxelMap& map, const Pose& T_map_base, const CloudOb
   for (const Eigen::Vector3f& hit : cloud.hits) hits_.emplace_back(R * hit.cast<double>() + p);
   for (const Eigen::Vector3f& end : cloud.clear_to) clear_to_.emplace_back(R * end.cast<double>() + p);
   open(map, settings);
-  keeps_layers_ = !settings.is_spatial;
+  keeps_layers_ = !settings.has_surfels();
   const Voxels from = hits_.front();
   // Ends first: where two points share a voxel of a dense cloud, their beams are as good as one.
   std::size_t kept = 0;

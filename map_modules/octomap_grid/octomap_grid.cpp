@@ -21,7 +21,7 @@ class OctomapGrid final : public MapModule {
 
   std::unique_ptr<ParticleMap> create_map() const override { return std::make_unique<ParticleOctomap>(model_); }
 
-  bool is_spatial() const override { return model_->settings.is_spatial; }
+  bool is_spatial() const override { return model_->settings.is_spatial(); }
   bool has_prior_map() const override { return model_->settings.load.use != map_formats::MapUse::map; }
   std::optional<MapFrame> prior_frame() const override { return model_->settings.load.frame; }
 

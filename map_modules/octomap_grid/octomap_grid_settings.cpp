@@ -40,12 +40,15 @@ OctomapGridSettings OctomapGridSettings::read(const Config& config) {
       read_heights(match, {"height_m", "m", "[low, high] above the base: points that are matched", "all"});
   s.max_match_points = static_cast<int>(
       match.integer_in({"max_points", "points of a cloud that are matched, at most"}, 1, 1'000'000, 1000));
-  s.is_spatial = match.choice({"kind",
-                               "`planar`: x, y and yaw, on the likelihood field of each layer; `spatial`: height, roll "
-                               "and pitch, too, on small planes (`motion.kind: spatial`)"},
-                              {"planar", "spatial"}, "planar") == "spatial";
+  const std::string kind = match.choice(
+      {"kind",
+       "`planar`: x, y and yaw, on the likelihood field of each layer; `planes`: the same, on small planes; "
+       "`spatial`: height, roll and pitch, too, on small planes (`motion.kind: spatial`)"},
+      {"planar", "planes", "spatial"}, "planar");
+  s.match_kind = kind == "planar" ? MatchKind::planar : kind == "planes" ? MatchKind::planes : MatchKind::spatial;
   s.surfel_cell = match.number_in(
-      {"cell_m", "m", "with `kind: spatial`: side of the smallest cells that have a plane each", "4 * resolution_m"},
+      {"cell_m", "m", "with `kind: planes` or `spatial`: side of the smallest cells that have a plane each",
+       "4 * resolution_m"},
       s.resolution, 100.0, 4.0 * s.resolution);
   s.odds = scan_matching::OddsSettings::read(
       config.child_or_empty({"log_odds", "what hits and misses add, and bounds: natural logarithms, rounded to 1/20"}));

@@ -14,6 +14,10 @@ struct Heights {
   bool hold(double z) const { return z >= low && z <= high; }
 };
 
+/// What a match moves, and on what: x, y and yaw on the likelihood field of each layer; x, y and yaw on small planes
+/// (surfels); all six of the pose on small planes.
+enum class MatchKind { planar, planes, spatial };
+
 struct OctomapGridSettings {
   double resolution;  ///< side of a voxel [m]
   scan_matching::ScanSettings scan;
@@ -21,13 +25,16 @@ struct OctomapGridSettings {
   scan_matching::OddsSettings odds;
   Heights match_heights;  ///< above the base, along the map's z: points that are matched
   int max_match_points;   ///< of a cloud
-  bool is_spatial;        ///< all six of the pose are matched, to surfels
-  double surfel_cell;     ///< side of the smallest cells of surfels [m]
-  Heights slice;          ///< in the map: what is seen from above
+  MatchKind match_kind;
+  double surfel_cell;  ///< side of the smallest cells of surfels [m]
+  Heights slice;       ///< in the map: what is seen from above
   map_formats::LoadSettings load;
 
   /// Reads the map's node of the YAML. Throws ConfigError.
   static OctomapGridSettings read(const Config& config);
+
+  bool is_spatial() const { return match_kind == MatchKind::spatial; }
+  bool has_surfels() const { return match_kind != MatchKind::planar; }
 };
 
 }  // namespace waymark::octomap_grid

@@ -33,10 +33,11 @@ struct ThreadStorage {
 
 namespace {
 
-/// Without spatial motion height, roll and pitch are certain.
-SpatialMatrix spatial_covariance_of(const PoseGaussian& pose) {
-  if (pose.P_spatial) return *pose.P_spatial;
-  constexpr std::array<int, 3> kPlanar{0, 1, 5};
+constexpr std::array<int, 3> kPlanar{0, 1, 5};  // x, y and yaw among the six of a pose
+
+/// Where a match moves x, y and yaw alone, height, roll and pitch are certain.
+SpatialMatrix covariance_of(const PoseGaussian& pose, bool is_spatial) {
+  if (is_spatial && pose.P_spatial) return *pose.P_spatial;
   SpatialMatrix P = SpatialMatrix::Zero();
   P(kPlanar, kPlanar) = pose.P;
   return P;
@@ -59,7 +60,7 @@ OctomapModel::OctomapModel(OctomapGridSettings s)
     : settings(std::move(s)), matcher(settings.match, settings.resolution) {
   if (settings.load.use == map_formats::MapUse::map) return;
   initial = load_octomap(settings.load.file, settings);
-  if (settings.is_spatial)
+  if (settings.has_surfels())
     initial_surfels.add(surface_of(initial, settings.resolution), Pose{}, settings.surfel_cell,
                         storage().surfel_addition);
 }
@@ -70,8 +71,8 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   const auto& cloud = static_cast<const CloudObservation&>(observation);
   out.writes = writes(cloud);
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
-  if (model_->settings.is_spatial) {
-    refine_spatially(prior, start, cloud, association, out);
+  if (model_->settings.has_surfels()) {
+    refine_on_planes(prior, start, cloud, association, out);
     return;
   }
 
@@ -86,7 +87,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   out.gradient = R_map_tree * out.gradient;
 }
 
-void ParticleOctomap::refine_spatially(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
+void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
                                        scan_matching::MatchAssociation& association, Refinement& out) const {
   // Of positions and turns, both about the map's axes.
   SpatialMatrix R_map_tree = SpatialMatrix::Zero();
@@ -95,8 +96,9 @@ void ParticleOctomap::refine_spatially(const PoseGaussian& prior, const Pose& st
   const Pose begin = in_tree(start);
   SpatialVector to_start;
   to_start << begin.p - mean.p, so3::log(begin.q * mean.q.conjugate());
-  const SpatialPrior own{mean, R_map_tree.transpose() * spatial_covariance_of(prior) * R_map_tree, to_start};
   const OctomapGridSettings& settings = model_->settings;
+  const SpatialPrior own{mean, R_map_tree.transpose() * covariance_of(prior, settings.is_spatial()) * R_map_tree,
+                         to_start};
   const SpatialMatch match =
       storage().surfel_matcher.match(surfels_, settings.surfel_cell, cloud.matched, cloud.reach, own, settings.match);
   scan_matching::Match planar;
@@ -105,10 +107,16 @@ void ParticleOctomap::refine_spatially(const PoseGaussian& prior, const Pose& st
   planar.searched = match.searched;
   planar.failed = match.failed;
   if (!match.failed) {
-    out.spatial = {R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};
-    const SpatialInformation::Marginal marginal = out.spatial->planar();
-    planar.information = marginal.information;
-    planar.gradient = marginal.gradient;
+    const SpatialInformation all{R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};
+    if (settings.is_spatial()) {
+      const SpatialInformation::Marginal marginal = all.planar();
+      planar.information = marginal.information;
+      planar.gradient = marginal.gradient;
+      out.spatial = all;
+    } else {
+      planar.information = all.information(kPlanar, kPlanar);
+      planar.gradient = all.gradient(kPlanar);
+    }
   }
   association.report(planar, out);
 }
@@ -120,7 +128,7 @@ void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observ
   const OctomapGridSettings& settings = model_->settings;
   const Pose T_tree_base = in_tree(pose.T_map_base);
   storage().insertion.insert(voxels_, T_tree_base, cloud, settings);
-  if (settings.is_spatial) surfels_.add(cloud.hits, T_tree_base, settings.surfel_cell, storage().surfel_addition);
+  if (settings.has_surfels()) surfels_.add(cloud.hits, T_tree_base, settings.surfel_cell, storage().surfel_addition);
 }
 
 void ParticleOctomap::correspond(const Observation& observation, const Association* /*association*/,
@@ -141,7 +149,7 @@ void ParticleOctomap::describe(MapDescription& out) const {
                  {"tiles_shared", number(counts.tiles_shared)},
                  {"memory_bytes", number(VoxelMap::bytes_of(own))}};
   record_.describe(out.figures);
-  if (model_->settings.is_spatial) surfels_.describe(out.figures);
+  if (model_->settings.has_surfels()) surfels_.describe(out.figures);
 }
 
 std::optional<GridView> ParticleOctomap::grid() const {

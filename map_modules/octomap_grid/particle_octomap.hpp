@@ -21,7 +21,7 @@ struct OctomapModel {
   OctomapGridSettings settings;
   scan_matching::ScanMatcher matcher;
   VoxelMap initial;           ///< what every map begins with
-  SurfelMap initial_surfels;  ///< those of the same map, where all six of the pose are matched
+  SurfelMap initial_surfels;  ///< those of the same map, where planes are matched
 };
 
 /// One particle's map of voxels.
@@ -46,7 +46,7 @@ class ParticleOctomap final : public ParticleMap {
   const VoxelMap& voxels() const { return voxels_; }
 
  private:
-  void refine_spatially(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
+  void refine_on_planes(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
                         scan_matching::MatchAssociation& association, Refinement& out) const;
   /// Where the tree lies: not at the map's origin if it was loaded.
   const Pose& T_map_tree() const { return model_->settings.load.T_map_file; }
@@ -61,7 +61,7 @@ class ParticleOctomap final : public ParticleMap {
 
   std::shared_ptr<const OctomapModel> model_;
   VoxelMap voxels_;
-  SurfelMap surfels_;  // empty, unless all six of the pose are matched
+  SurfelMap surfels_;  // empty, unless planes are matched
   scan_matching::MatchRecord record_;
 };
 

@@ -107,6 +107,38 @@ TEST_F(InTheHall, AScannerThatLooksDownFindsItsPlace) {
   }
 }
 
+class OnPlanes : public InTheHall {
+ protected:
+  OnPlanes() { model_ = std::make_shared<OctomapModel>(settings("{ match: { kind: planes, height_m: [0, 2.4] } }")); }
+};
+
+TEST_F(OnPlanes, AMatchIsNotLimitedByTheVoxels) {
+  const ParticleOctomap map = mapped();
+  for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.15, -0.1, 0.04)}) {
+    for (const Eigen::Vector3d& truth : {Eigen::Vector3d(0.5, 0.2, 0.3), {1.2, -0.3, 2.0}, {-0.4, 0.9, -1.4}}) {
+      const Eigen::Vector3d at = truth - offset;
+      const Pose prior = Pose::planar(at.x(), at.y(), at.z());
+      Refinement refinement;
+      map.refine({prior, kPrior}, prior, seen_from(Pose::planar(truth.x(), truth.y(), truth.z()), 77), refinement);
+      const Eigen::Vector3d found = mean_of(refinement, kPrior);
+      EXPECT_LT((found - offset).head<2>().norm(), 0.01) << found.transpose() << " for " << offset.transpose();
+      EXPECT_LT(std::abs((found - offset).z()), 0.003);
+      EXPECT_FALSE(refinement.spatial);
+    }
+  }
+}
+
+/// Where the robot moves in space, height, roll and pitch stay as they are.
+TEST_F(OnPlanes, AMatchMovesXYAndYawAlone) {
+  const ParticleOctomap map = mapped();
+  const Pose truth = Pose::planar(0.5, 0.2, 0.3);
+  PoseGaussian prior{Pose::planar(0.45, 0.25, 0.28), kPrior};
+  prior.P_spatial = SpatialMatrix(0.01 * SpatialMatrix::Identity());
+  Refinement refinement;
+  map.refine(prior, prior.T_map_base, seen_from(truth, 77), refinement);
+  EXPECT_LT((mean_of(refinement, kPrior) - Eigen::Vector3d(0.05, -0.05, 0.02)).norm(), 0.015);
+}
+
 /// Roll, pitch and height of the robot count: a robot on a ramp sees the same walls in their places.
 TEST_F(InTheHall, ARobotOnARampFindsItsPlace) {
   const ParticleOctomap map = mapped();
