@@ -145,7 +145,7 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
     const AccelerationFits other = fits_with(&c.sensor(k).height);
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }
-  if (imu.gravity_turns.x_z.samples() >= kLeastSamples) {
+  if (imu.gravity_turns.samples() >= kLeastSamples) {
     const auto beside_gyro = fit_beside_gyro(imu, way, yaw, c.watch.newest());
     const AccelerationFits other{beside_gyro, std::nullopt};
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
@@ -197,7 +197,7 @@ std::optional<Eigen::Vector2d> acceleration(const Track& way, const Track& yaw, 
 }
 
 void check_accelerations(Case& c, const MotionAgreement& motion) {
-  const Observer* way = motion.way.trusted_track();
+  const Observer* way = motion.trusted_way(c);
   const Observer* yaw = motion.yaw.trusted_track();
   if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {

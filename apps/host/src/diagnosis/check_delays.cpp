@@ -24,6 +24,8 @@ constexpr double kTolerance = 0.08;    // [s]: half an interval of usual sensors
 constexpr double kFixTolerance = 0.3;  // [s], of positions: receivers filter; less where the delay is well known:
 constexpr double kLeastFixTolerance = 0.15;
 constexpr double kFixSigmas = 10.0;
+constexpr double kFreeTolerance = 0.2;   // [s] more
+constexpr double kTiltTolerance = 0.35;  // [s]
 constexpr double kUsualDelay = 0.1;      // [s], of a receiver whose positions are exact
 constexpr double kPositionSigmas = 2.0;  // as far as a robot drives in a delay that does not matter
 constexpr double kShareOfInterval = 0.6;
@@ -56,8 +58,17 @@ double interval_of(const WatchedSensor& sensor) { return sensor.intervals.quanti
 /// Of skid steering and the like, whose turns hardly follow their wheels [s].
 double uncertain_turns(const Observer& observer) { return kPerScale * std::max(0.0, observer.usual_sigma - 0.05); }
 
+/// A heading that turns as the robot tilts, early or late.
+bool is_tilting_field(const Case& c, const Observer& observer) {
+  return is_field(c, observer) && turns_by_tilt(c, c.sensor(observer.sensor)) > kTilts;
+}
+
 double tolerance_of(const Case& c, const Observer& a, const Observer& b) {
   const auto is_any = [&](Observer::Kind kind) { return a.kind == kind || b.kind == kind; };
+  // What has no wheels follows its bow, and what flies may turn it into the path afterwards.
+  const bool is_free = is_any(Observer::Kind::course) && measured_way(c.watch) == nullptr;
+  if (is_free) return kFixTolerance + kFreeTolerance;
+  if (is_tilting_field(c, a) || is_tilting_field(c, b)) return kTiltTolerance;
   if (is_any(Observer::Kind::chord)) return kFixTolerance;
   return kTolerance + uncertain_turns(a) + uncertain_turns(b) +
          kShareOfInterval * std::max(interval_of(c.sensor(a.sensor)), interval_of(c.sensor(b.sensor)));
@@ -91,6 +102,7 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
       const bool is_usable = yaw.is_trusted(i) || direct.verdict == Ratio::Verdict::unknown;
       const bool is_done = observer.track != nullptr && yaw.is_trusted(i) && i < j;
       if (observer.sensor == reference.sensor || !is_usable || is_done || c.is_blamed(observer.sensor)) continue;
+      if (direct.is_free) continue;
       Lag lag;
       if (observer.kind != Observer::Kind::chord) {
         const std::vector<Span> spans =

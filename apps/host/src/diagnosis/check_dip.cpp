@@ -17,7 +17,8 @@ constexpr double kStep = 1.0;        // [s]
 constexpr double kHalfWindow = 0.5;  // [s]
 constexpr long kLeastSamples = 100;
 constexpr Eigen::Index kLeastRows = 60;
-constexpr double kClearlyBetter = 0.75;  // σ of what is left
+constexpr double kClearlyBetter = 0.75;     // σ of what is left
+constexpr double kLeastExplained = 0.3e-6;  // [T], more than a robot on a level floor shows
 
 /// σ of the field along gravity [T], with the field's vertical axis as it is or the opposite one, beside what an IMU or
 /// a magnetometer that is tilted (columns m_x, m_y) and iron (u_x, u_y) make of it; nothing if too little is known.
@@ -48,6 +49,7 @@ void check_dip(Case& c, std::size_t i, const WatchedSensor& imu) {
   const auto as_it_is = wander_along_gravity(sensor, imu, 1.0, c.watch.newest());
   const auto turned_over = wander_along_gravity(sensor, imu, -1.0, c.watch.newest());
   if (!as_it_is || !turned_over || *turned_over > kClearlyBetter * *as_it_is) return;
+  if (*as_it_is * *as_it_is - *turned_over * *turned_over < kLeastExplained * kLeastExplained) return;
   c.add(Finding::Certainty::named, "field", {i},
         fmt::format("its magnetic field along gravity changes by {:.2g} µT as the robot tilts, by {:.2g} µT with the "
                     "vertical axis turned over",

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -21,44 +24,37 @@ using Certainty = Finding::Certainty;
 constexpr double kHalfWindow = 0.2;  // [s], over which the specific force is averaged
 constexpr long kLeastSamples = 100;
 constexpr Eigen::Index kLeastRows = 60;
-constexpr double kClearlyBetter = 0.75;  // σ of what is left
-constexpr double kAsGood = 1.1;          // likewise
-constexpr double kHardlyTurns = 0.08;    // [rad] over a span
+constexpr double kClearlyBetter = 0.75;   // σ of what is left
+constexpr double kAsGood = 1.1;           // likewise
+constexpr double kLeastExplained = 0.05;  // [m/s²], more than a robot on a level floor shows
+constexpr double kHardlyTurns = 0.08;     // [rad] over a span
 
-/// What is shown along x and y of the base by a part of an IMU whose axes are in another order, or have other signs.
-struct Order {
-  bool is_swapped = false;
-  double sign_x = 1.0;
-  double sign_y = 1.0;
-
-  bool is_right() const { return !is_swapped && sign_x > 0.0 && sign_y > 0.0; }
-  /// True if no axis is mirrored: so an IMU looks that is mounted in another direction.
-  bool is_turn() const { return (sign_x == sign_y) != is_swapped; }
-  Eigen::Vector2d inverted(double shown_x, double shown_y) const {
-    return is_swapped ? Eigen::Vector2d(sign_y * shown_y, sign_x * shown_x)
-                      : Eigen::Vector2d(sign_x * shown_x, sign_y * shown_y);
-  }
-};
+/// What a part of an IMU shows in the axes of the base, by what is there: another order of axes, or other signs.
+using Order = Eigen::Matrix3d;
 
 /// The orders of both parts.
 struct AxesOrder {
-  Order accelerometer;
-  Order gyro;
+  Order accelerometer = Order::Identity();
+  Order gyro = Order::Identity();
 };
 
+/// All orders and signs of three axes but the right one.
 std::vector<Order> wrong_orders() {
   std::vector<Order> orders;
-  orders.reserve(7);
-  for (const bool is_swapped : {false, true}) {
-    for (const double sign_x : {1.0, -1.0}) {
-      for (const double sign_y : {1.0, -1.0}) {
-        const Order order{is_swapped, sign_x, sign_y};
-        if (!order.is_right()) orders.push_back(order);
-      }
+  orders.reserve(47);
+  std::array<Eigen::Index, 3> axes{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Order order = Order::Zero();
+      for (Eigen::Index i = 0; i < 3; ++i)
+        order(i, axes[static_cast<std::size_t>(i)]) = ((signs >> i) & 1) != 0 ? -1.0 : 1.0;
+      if (!order.isIdentity()) orders.push_back(order);
     }
-  }
+  } while (std::ranges::next_permutation(axes).found);
   return orders;
 }
+
+bool is_about_vertical(const Order& order) { return order(2, 2) > 0.0; }
 
 /// What the robot's own motion adds to the specific force over a span: how it changes, and its product with the yaw
 /// rate, summed up [m/s²]. Without a way that is known: nothing, where the robot hardly turns.
@@ -67,30 +63,36 @@ struct OwnMotion {
   Eigen::Vector2d turned = Eigen::Vector2d::Zero();
 };
 
-std::optional<OwnMotion> own_motion(const WatchedSensor& imu, const Observer* way, double t) {
-  const auto turn = imu.yaw.change(t, t + kGravitySpan);
+std::optional<OwnMotion> own_motion(const Observer* way, const Track& yaw, double t) {
+  const auto turn = yaw.change(t, t + kGravitySpan);
   if (!turn) return std::nullopt;
   if (way == nullptr) return std::abs(*turn) < kHardlyTurns ? std::optional(OwnMotion{}) : std::nullopt;
-  const auto before = acceleration(*way->track, imu.yaw, t);
-  const auto middle = acceleration(*way->track, imu.yaw, t + 0.5 * kGravitySpan);
-  const auto after = acceleration(*way->track, imu.yaw, t + kGravitySpan);
+  const auto before = acceleration(*way->track, yaw, t);
+  const auto middle = acceleration(*way->track, yaw, t + 0.5 * kGravitySpan);
+  const auto after = acceleration(*way->track, yaw, t + kGravitySpan);
   if (!before || !middle || !after) return std::nullopt;
   return OwnMotion{*after - *before, *turn * (*before + 4.0 * *middle + *after) / 6.0};
 }
 
+/// Where the robot's own motion comes from: the way may be null.
+struct OwnSources {
+  const Observer* way;
+  const Track& yaw;
+};
+
 /// σ of the change of gravity over a span that the gyro does not explain [m/s²], with a rest value of each axis;
 /// nothing if too little is known.
-std::optional<double> unexplained(const WatchedSensor& imu, const AxesOrder& order, const Observer* way,
+std::optional<double> unexplained(const WatchedSensor& imu, const AxesOrder& order, const OwnSources& sources,
                                   double newest) {
   Rows rows(2 * (static_cast<Eigen::Index>(newest / kGravitySpan) + 1), 2);
   for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest && !rows.full(); t += kGravitySpan) {
-    const auto change = gravity_change(imu, t, kHalfWindow);
-    const auto own = change ? own_motion(imu, way, t) : std::nullopt;
+    auto change = gravity_change(imu, t, kHalfWindow);
+    const auto own = change ? own_motion(sources.way, sources.yaw, t) : std::nullopt;
     if (!own) continue;
-    const Eigen::Vector2d seen = order.accelerometer.inverted(change->force.x(), change->force.y()) - own->change;
-    const Eigen::Vector2d level = order.accelerometer.inverted(change->z_x, change->z_y) - own->turned;
-    const Eigen::Vector2d tilt = order.gyro.inverted(change->x_z, change->y_z);
-    const Eigen::Vector2d left = seen - Eigen::Vector2d(level.y() - tilt.y(), tilt.x() - level.x());
+    change->force = order.accelerometer.topLeftCorner<2, 2>().transpose() * change->force - own->change;
+    change->products = order.gyro.transpose() * change->products * order.accelerometer;
+    change->products.row(2).head<2>() -= own->turned.transpose();
+    const Eigen::Vector2d left = change->force - change->by_turn();
     for (Eigen::Index axis = 0; axis < 2; ++axis) {
       rows.A.row(rows.count).setZero();
       rows.A(rows.count, axis) = kGravitySpan;
@@ -103,45 +105,50 @@ std::optional<double> unexplained(const WatchedSensor& imu, const AxesOrder& ord
   return fit.residual;
 }
 
-/// Which columns an order concerns: "the sign of f_x_mps2".
+/// Which columns an order concerns: "the sign of f_x_mps2". `columns`: their names, for an axis.
 std::string columns_of(const WatchedSensor& sensor, const Order& order, const std::string& columns) {
-  const auto column = [&](const Eigen::Vector3d& axis) {
-    return fmt::format(fmt::runtime(columns), axis_along(sensor, axis));
-  };
-  const std::string x = column(Eigen::Vector3d::UnitX());
-  const std::string y = column(Eigen::Vector3d::UnitY());
-  if (order.is_swapped) return fmt::format("the order or the signs of {} and {}", std::min(x, y), std::max(x, y));
-  if (order.sign_x < 0.0 && order.sign_y < 0.0)
-    return fmt::format("the signs of {} and {}", std::min(x, y), std::max(x, y));
-  return "the sign of " + (order.sign_x < 0.0 ? x : y);
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (order(i, i) <= 0.0)
+      names.push_back(fmt::format(fmt::runtime(columns), axis_along(sensor, Order::Identity().col(i))));
+  }
+  std::ranges::sort(names);
+  const bool is_sign = order.cwiseAbs().isIdentity();
+  return fmt::format("{} of {}",
+                     !is_sign           ? "the order or the signs"
+                     : names.size() > 1 ? "the signs"
+                                        : "the sign",
+                     fmt::join(names, " and "));
 }
 
 /// The order of some part that leaves least.
 struct Best {
   double left = std::numeric_limits<double>::infinity();
-  Order order;
+  Order order = Order::Identity();
 
   void consider(const std::optional<double>& other, const Order& of) {
     if (other && *other < left) *this = {*other, of};
   }
 };
 
-void check_imu(Case& c, std::size_t i, const Observer* way) {
+void check_imu(Case& c, std::size_t i, const OwnSources& sources) {
   const WatchedSensor& imu = c.sensor(i);
-  const auto left = [&](const AxesOrder& order) { return unexplained(imu, order, way, c.watch.newest()); };
+  const auto left = [&](const AxesOrder& order) { return unexplained(imu, order, sources, c.watch.newest()); };
   const auto as_it_is = left({});
   if (!as_it_is) return;
   Best accelerometer;
   Best gyro;
   Best both;
   for (const Order& order : wrong_orders()) {
-    accelerometer.consider(left({order, {}}), order);
-    gyro.consider(left({{}, order}), order);
-    if (order.is_turn()) both.consider(left({order, order}), order);
+    gyro.consider(left({.gyro = order}), order);
+    if (!is_about_vertical(order)) continue;  // which way is up, gravity itself shows
+    accelerometer.consider(left({.accelerometer = order}), order);
+    if (order.determinant() > 0.0) both.consider(left({order, order}), order);
   }
   const double least = std::min(accelerometer.left, gyro.left);
   // One that is mounted in another direction shows it in its accelerations.
   if (least > kClearlyBetter * *as_it_is || both.left < kAsGood * least) return;
+  if (*as_it_is * *as_it_is - least * least < kLeastExplained * kLeastExplained) return;
   std::string change;
   if (accelerometer.left < kAsGood * least) change = columns_of(imu, accelerometer.order, "f_{}_mps2");
   if (gyro.left < kAsGood * least) {
@@ -158,10 +165,14 @@ void check_imu(Case& c, std::size_t i, const Observer* way) {
 }  // namespace
 
 void check_imu_axes(Case& c, const MotionAgreement& motion) {
-  const Observer* way = motion.way.trusted_track();
+  const Observer* way = motion.trusted_way(c);
   if (way != nullptr && c.is_concerned(way->sensor)) way = nullptr;
+  const Observer* yaw = motion.yaw.trusted_track();
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (c.sensor(i).gravity_turns.x_z.samples() >= kLeastSamples && !c.is_concerned(i)) check_imu(c, i, way);
+    const WatchedSensor& imu = c.sensor(i);
+    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
+    check_imu(c, i, {way, is_own ? imu.yaw : *yaw->track});
   }
 }
 

@@ -101,6 +101,8 @@ void check_speed(Case& c, std::size_t i) {
 }
 
 void check_force(Case& c, std::size_t i) {
+  constexpr double kLeastGravity = 0.93 * kGravity;
+  constexpr double kMostGravity = 1.07 * kGravity;
   const WatchedSensor& sensor = c.sensor(i);
   if (sensor.forces.size() < kLeastValues) return;
   const double force = sensor.forces.quantile(0.5);
@@ -111,8 +113,11 @@ void check_force(Case& c, std::size_t i) {
                                                {1e-3, "mm/s²"},
                                                {1.0 / kGravity, "m/s² that were taken for g"},
                                                {0.3048, "ft/s²"}}};
-  const auto unit = unit_of(force, 0.93 * kGravity, 1.07 * kGravity, kUnits);
-  if (!unit || unit->factor != 1.0) {
+  const auto unit = unit_of(force, kLeastGravity, kMostGravity, kUnits);
+  const Eigen::Vector3d up = sensor.force_sum / static_cast<double>(sensor.force_count);
+  // Where a machine shakes, single magnitudes are larger than that of the mean.
+  const bool is_shaken = up.norm() > kLeastGravity && up.norm() < kMostGravity;
+  if (!is_shaken && (!unit || unit->factor != 1.0)) {
     c.add(Certainty::named, "gravity", {i},
           fmt::format("a specific force of {:.4g} m/s² where gravity is {:.2f}{}", force, kGravity,
                       unit ? fmt::format(": it is in {}", unit->name) : ""),
@@ -125,7 +130,6 @@ void check_force(Case& c, std::size_t i) {
   const bool is_planar = c.robot.settings.motion == StateLayout::Motion::planar;
   const double most = is_planar ? kTilted : kOverturned;
   if (!is_planar && c.setting(i, "max_mounting_tilt_deg") * kDegree > kOverturned) return;
-  const Eigen::Vector3d up = sensor.force_sum / static_cast<double>(sensor.force_count);
   if (up.norm() < 0.5 * force) return;  // it is held in any way
   const double tilt = std::atan2(up.head<2>().norm(), up.z());
   if (tilt < most) return;

@@ -196,7 +196,7 @@ bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& 
 }
 
 void check_climbs(Case& c, const MotionAgreement& motion) {
-  const Observer* way = motion.way.trusted_track();
+  const Observer* way = motion.trusted_way(c);
   if (way == nullptr || c.is_blamed(way->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
@@ -205,7 +205,7 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
 }
 
 void check_slopes(Case& c, const MotionAgreement& motion) {
-  const Observer* way = motion.way.trusted_track();
+  const Observer* way = motion.trusted_way(c);
   const Observer* yaw = motion.yaw.trusted_track();
   if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {

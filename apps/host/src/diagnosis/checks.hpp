@@ -108,10 +108,19 @@ struct MotionAgreement {
   Agreement yaw;
   Agreement way;
   std::vector<MountingFit> mountings;  ///< of each sensor; known of scanners only
+
+  /// A trusted way along the x axis of the base; null if there is none. A receiver's is one only if its course turns as
+  /// all gyros do.
+  const Observer* trusted_way(const Case& c) const;
 };
 
 /// True for a heading out of a magnetic field, whose direction turns late and early as the robot rolls.
 bool is_field(const Case& c, const Observer& observer);
+
+/// How far a heading out of a field that is not levelled turns as the robot tilts, or as it accelerates, so that
+/// gravity seems to tilt (σ) [rad]: by the tilt times the tangent of the field's dip. 0 if nothing measures it.
+double turns_by_tilt(const Case& c, const WatchedSensor& magnetometer);
+inline constexpr double kTilts = 4.0 * kDegree;  // more, and such a heading proves little
 
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);

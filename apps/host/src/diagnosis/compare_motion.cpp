@@ -17,7 +17,8 @@ constexpr double kLeans = 0.5;      // of a sensor that is too noisy to agree, a
 constexpr double kAlike = 0.25;
 constexpr double kFarSigmas = 5.0;
 constexpr double kToleranceSigmas = 3.0;
-constexpr double kLeastScale = 0.3;  // of a heading out of a field; its inverse is the most
+constexpr double kMostOfField = 3.3;  // that a heading out of a field may turn as far, or as little
+constexpr double kMostOfPath = 2.0;   // likewise the path of a robot without wheels
 
 std::string label(const Case& c, const Observer& observer) {
   const std::string& name = c.sensor(observer.sensor).name;
@@ -119,6 +120,31 @@ bool is_sure_to_turn(const Case& c, const Observer& observer) {
   return is_wheels || observer.kind == Observer::Kind::matched;
 }
 
+bool is_beyond(const Ratio& ratio, double factor) { return ratio.value < 1.0 / factor || ratio.value > factor; }
+
+/// A field's direction that turns too far or too little is disturbed, by iron or as the robot rolls.
+bool is_disturbed(const Case& c, const Observer& observer, const Ratio& ratio) {
+  if (!is_field(c, observer)) return false;
+  const bool is_unrelated = ratio.verdict == Ratio::Verdict::unrelated;
+  return (!is_unrelated && !is_beyond(ratio, kMostOfField)) || turns_by_tilt(c, c.sensor(observer.sensor)) > kTilts;
+}
+
+/// What has no wheels may move sideways.
+bool is_free(const Case& c, const Observer& observer, const Ratio& ratio) {
+  const bool is_of_path = observer.kind == Observer::Kind::course || observer.kind == Observer::Kind::chord;
+  return is_of_path && measured_way(c.watch) == nullptr &&
+         (ratio.verdict == Ratio::Verdict::unrelated || !is_beyond(ratio, kMostOfPath));
+}
+
+/// Takes back a contradiction that needs no mistake.
+void forgive(const Case& c, const Observer& a, const Observer& b, Ratio& ratio) {
+  const bool contradicts =
+      ratio.verdict == Ratio::Verdict::unrelated || (ratio.verdict == Ratio::Verdict::differ && ratio.value > 0.0);
+  if (!contradicts) return;
+  ratio.is_free = is_free(c, a, ratio) || is_free(c, b, ratio);
+  if (ratio.is_free || is_disturbed(c, a, ratio) || is_disturbed(c, b, ratio)) ratio.verdict = Ratio::Verdict::unknown;
+}
+
 void compare_all(Case& c, const char* quantity, Agreement& agreement, const Track* way, bool is_angle) {
   const std::vector<Observer>& observers = agreement.observers;
   const std::size_t n = observers.size();
@@ -136,11 +162,7 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
       options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
       if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
       Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
-      // A field's direction that turns too far or too little is disturbed, by iron or as the robot rolls.
-      const bool is_of_field = is_field(c, observers[i]) || is_field(c, observers[j]);
-      if (is_angle && is_of_field && ratio.verdict == Ratio::Verdict::differ && ratio.value > kLeastScale &&
-          ratio.value < 1.0 / kLeastScale)
-        ratio.verdict = Ratio::Verdict::unknown;
+      if (is_angle) forgive(c, observers[i], observers[j], ratio);
       agreement.ratios[i][j] = ratio;
       agreement.ratios[j][i] = inverse(ratio);
       report(c, quantity, observers[i], observers[j], ratio);
@@ -205,6 +227,37 @@ bool is_field(const Case& c, const Observer& observer) {
   return observer.kind == Observer::Kind::measured && sensor.role() == Role::heading && sensor.usual.m_base.allFinite();
 }
 
+double turns_by_tilt(const Case& c, const WatchedSensor& magnetometer) {
+  constexpr double kStep = 1.0;         // [s]
+  constexpr double kHalfWindow = 0.25;  // [s]
+  double most = 0.0;
+  for (const WatchedSensor& imu : c.watch.sensors()) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double squares = 0.0;
+    double vertical = 0.0;
+    double horizontal = 0.0;
+    double count = 0.0;
+    for (double t = kHalfWindow; t + kHalfWindow < c.watch.newest(); t += kStep) {
+      const auto f_x = imu.force_x.rate(t, kHalfWindow);
+      const auto f_y = imu.force_y.rate(t, kHalfWindow);
+      const auto m_x = magnetometer.field_x.rate(t, kHalfWindow);
+      const auto m_y = magnetometer.field_y.rate(t, kHalfWindow);
+      const auto m_z = magnetometer.field_z.rate(t, kHalfWindow);
+      if (!f_x || !f_y || !m_x || !m_y || !m_z) continue;
+      const Eigen::Vector2d lean = Eigen::Vector2d(*f_x, *f_y) / kGravity;
+      sum += lean;
+      squares += lean.squaredNorm();
+      vertical += std::abs(*m_z);
+      horizontal += std::hypot(*m_x, *m_y);
+      count += 1.0;
+    }
+    if (!(horizontal > 0.0)) continue;
+    const double variance = std::max(0.0, squares / count - (sum / count).squaredNorm());
+    most = std::max(most, std::sqrt(0.5 * variance) * vertical / horizontal);
+  }
+  return most;
+}
+
 double Agreement::weight(int group) const {
   std::set<std::size_t> sensors;
   double sum = 0.0;
@@ -252,6 +305,18 @@ Ratio Agreement::against(std::size_t observer, int group) const {
     if (best.verdict == Ratio::Verdict::unknown || ratio.sigma < best.sigma) best = ratio;
   }
   return best;
+}
+
+const Observer* MotionAgreement::trusted_way(const Case& c) const {
+  const Observer* best = way.trusted_track();
+  if (best == nullptr || !best->is_unsigned) return best;
+  bool is_along = false;
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    const bool is_gyro = yaw.observers[i].kind == Observer::Kind::measured && !is_field(c, yaw.observers[i]);
+    if (is_gyro && !yaw.is_trusted(i)) return nullptr;
+    is_along = is_along || (yaw.observers[i].sensor == best->sensor && yaw.is_trusted(i));
+  }
+  return is_along ? best : nullptr;
 }
 
 MotionAgreement compare_motion(Case& c) {

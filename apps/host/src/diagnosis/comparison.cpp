@@ -20,6 +20,7 @@ constexpr double kMostSigmas = 1000.0;  // more says nothing
 constexpr double kSigmas = 3.0;
 constexpr double kRelative = 0.15;     // errors of a turn or a way that grow with it
 constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
+constexpr double kDefinite = 0.125;    // σ of a ratio that differs, as a share
 constexpr double kUnrelated = 0.1;     // squared correlation of two that have nothing to do with each other
 constexpr long kLeastUnrelated = 40;   // spans that show it
 constexpr double kMostShare = 0.3;     // of the changes of one that the other may have
@@ -142,7 +143,7 @@ void judge(Ratio& ratio, double tolerance) {
   ratio.sigmas =
       std::min(kMostSigmas, std::max(0.0, beyond) /
                                 std::max(ratio.value > 1.0 || ratio.value < 0.0 ? ratio.sigma : relative_sigma, 1e-6));
-  if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma * kSigmas < 1.0) {
+  if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma < kDefinite) {
     ratio.verdict = Ratio::Verdict::differ;
   } else if (beyond <= 0.0 && (ratio.high - ratio.low) / size < kVague && relative_sigma < kVague / kSigmas) {
     ratio.verdict = Ratio::Verdict::agree;

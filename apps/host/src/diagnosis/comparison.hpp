@@ -48,6 +48,7 @@ struct Ratio {
   double offset_sigma = 0.0;   ///< 0: not known
   double shift = 0.0;          ///< by which the numerator was taken for late [s]
   long spans = 0;
+  bool is_free = false;  ///< to the path of what has no wheels, which need not turn as the robot does
 };
 
 /// A delay of one observer against another [s].

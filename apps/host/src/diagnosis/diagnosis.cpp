@@ -45,11 +45,23 @@ struct Diagnosis::Parts {
   std::size_t taken = 0;
   std::vector<Comparison> comparisons;
 
+  /// True if all the turns of its sensor agree with those of others.
+  bool is_trusted(const Finding& finding, const diagnosis::Agreement& yaw) const {
+    bool is_there = false;
+    for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+      if (watch.sensors()[yaw.observers[i].sensor].name != finding.sensors.front()) continue;
+      if (!yaw.is_trusted(i)) return false;
+      is_there = true;
+    }
+    return is_there;
+  }
+
   /// The evaluation of a whole window withdraws what a part of it seemed to show, where it names another sensor.
-  void withdraw(const std::vector<Finding>& of_window) {
+  void withdraw(const std::vector<Finding>& of_window, const diagnosis::MotionAgreement& motion) {
     const auto is_withdrawn = [&](const Finding& early) {
       if (contains(of_window, early)) return false;
-      return is_of_whole_window(early) || std::ranges::any_of(of_window, [&](const Finding& other) {
+      return is_of_whole_window(early) || (early.check == "yaw" && is_trusted(early, motion.yaw)) ||
+             std::ranges::any_of(of_window, [&](const Finding& other) {
                // Heights that are wrong make slopes, and so accelerations, wrong.
                const bool is_by_heights = other.check == "height" && early.check == "acceleration";
                const bool is_rival =
@@ -103,7 +115,7 @@ struct Diagnosis::Parts {
         known->stamp = stamp;
       }
     }
-    if (is_last) withdraw(c.findings);
+    if (is_last) withdraw(c.findings, motion);
     last = std::move(c.findings);
     comparisons = std::move(c.comparisons);
   }

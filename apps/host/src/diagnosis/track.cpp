@@ -18,8 +18,6 @@ constexpr double kTouching = 0.02;  // [s], intervals that follow each other
 
 }  // namespace
 
-Track::Track() : sums_(kEdges, 0.0), stretches_(kEdges, 0) {}
-
 void Track::clear() {
   std::ranges::fill(stretches_, std::uint16_t{0});
   stretch_ = 0;
@@ -31,6 +29,10 @@ void Track::clear() {
 double Track::longest_gap() const { return std::clamp(kGapFactor * usual_, kLeastGap, kLongest); }
 
 void Track::begin_stretch(double t) {
+  if (sums_.empty()) {
+    sums_.assign(kEdges, 0.0);
+    stretches_.assign(kEdges, 0);
+  }
   ++stretch_;
   last_ = t;
   const auto edge = static_cast<std::size_t>(std::ceil(t / kStep));
@@ -102,7 +104,7 @@ void Track::add_total(double t, double total, bool is_angle) {
 }
 
 std::optional<double> Track::at(double t) const {
-  if (!(t >= 0.0) || t > kLength) return std::nullopt;
+  if (sums_.empty() || !(t >= 0.0) || t > kLength) return std::nullopt;
   const auto below = static_cast<std::size_t>(t / kStep);
   const std::size_t above = std::min<std::size_t>(below + 1, kEdges - 1);
   const double part = t / kStep - static_cast<double>(below);

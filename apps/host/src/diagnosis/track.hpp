@@ -9,14 +9,13 @@ namespace waymark::host::diagnosis {
 
 /// A quantity that sums up over time (an angle turned, a way driven), sampled on a grid, so that its change between any
 /// two times can be compared with that of another sensor. Stretches without measurements divide it: no change is known
-/// across them. Memory is taken once.
+/// across them. Memory is taken with the first sample.
 class Track {
  public:
   static constexpr double kStep = 0.05;  ///< of the grid [s]
   static constexpr int kEdges = 8192;
   static constexpr double kLength = kStep * (kEdges - 1);  ///< of what it holds [s]
 
-  Track();
   /// Forgets everything; times count from the next window's begin.
   void clear();
 

@@ -186,11 +186,11 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
     sensor.force_x.add_rate(t, motion.f_base.x());
     sensor.force_y.add_rate(t, motion.f_base.y());
     if (motion.w_base.allFinite()) {
-      const Eigen::Vector3d& w = motion.w_base;
-      sensor.gravity_turns.x_z.add_rate(t, w.x() * motion.f_base.z());
-      sensor.gravity_turns.y_z.add_rate(t, w.y() * motion.f_base.z());
-      sensor.gravity_turns.z_x.add_rate(t, w.z() * motion.f_base.x());
-      sensor.gravity_turns.z_y.add_rate(t, w.z() * motion.f_base.y());
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j)
+          sensor.gravity_turns.products[i][j].add_rate(
+              t, motion.w_base(static_cast<Eigen::Index>(i)) * motion.f_base(static_cast<Eigen::Index>(j)));
+      }
     }
     sensor.forces.add(motion.f_base.norm());
     sensor.force_sum += motion.f_base;

@@ -38,10 +38,9 @@ Role WatchedSensor::role() const {
 bool WatchedSensor::is_altimeter() const { return std::isfinite(usual.height_m); }
 
 void GravityTurns::clear() {
-  x_z.clear();
-  y_z.clear();
-  z_x.clear();
-  z_y.clear();
+  for (auto& row : products) {
+    for (Track& product : row) product.clear();
+  }
 }
 
 void WatchedSensor::clear_window() {
@@ -70,12 +69,16 @@ std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, 
   const auto y_before = imu.force_y.rate(t, half_window);
   const auto x_after = imu.force_x.rate(end, half_window);
   const auto y_after = imu.force_y.rate(end, half_window);
-  const auto x_z = imu.gravity_turns.x_z.change(t, end);
-  const auto y_z = imu.gravity_turns.y_z.change(t, end);
-  const auto z_x = imu.gravity_turns.z_x.change(t, end);
-  const auto z_y = imu.gravity_turns.z_y.change(t, end);
-  if (!x_before || !y_before || !x_after || !y_after || !x_z || !y_z || !z_x || !z_y) return std::nullopt;
-  return GravityChange{{*x_after - *x_before, *y_after - *y_before}, *x_z, *y_z, *z_x, *z_y};
+  if (!x_before || !y_before || !x_after || !y_after) return std::nullopt;
+  GravityChange result{{*x_after - *x_before, *y_after - *y_before}, Eigen::Matrix3d::Zero()};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto product = imu.gravity_turns.products[i][j].change(t, end);
+      if (!product) return std::nullopt;
+      result.products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = *product;
+    }
+  }
+  return result;
 }
 
 char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {

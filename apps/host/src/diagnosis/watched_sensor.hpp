@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,24 +53,19 @@ enum class Role { wheels, gyro, heading, scanner, fix, other };
 /// Products of the angular rate and the specific force of an IMU in the axes of the base, summed up over time [m/s²]:
 /// with −ω × f the direction of gravity changes as the IMU turns.
 struct GravityTurns {
-  Track x_z;  ///< ω_x f_z
-  Track y_z;
-  Track z_x;
-  Track z_y;
+  std::array<std::array<Track, 3>, 3> products;  ///< [i][j]: ω_i f_j
 
+  long samples() const { return products[0][0].samples(); }
   void clear();
 };
 
 /// Over kGravitySpan: how the specific force in the plane changes, and the products whose difference is what it changes
 /// by where gravity alone acts, −ω × f.
 struct GravityChange {
-  Eigen::Vector2d force;  ///< [m/s²]
-  double x_z = 0.0;
-  double y_z = 0.0;
-  double z_x = 0.0;
-  double z_y = 0.0;
+  Eigen::Vector2d force;     ///< [m/s²]
+  Eigen::Matrix3d products;  ///< ∫ ω fᵀ dt
 
-  Eigen::Vector2d by_turn() const { return {z_y - y_z, x_z - z_x}; }
+  Eigen::Vector2d by_turn() const { return {products(2, 1) - products(1, 2), products(0, 2) - products(2, 0)}; }
 };
 inline constexpr double kGravitySpan = 1.0;  ///< [s]; in a longer one the robot's own accelerations change more
 
