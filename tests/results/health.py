@@ -52,9 +52,10 @@ def main():
     of_sensors = [change for change in changes if change["of"] != "all" and change["state"] != "ok"]
     named = {change["of"] for change in of_sensors}
     print("; ".join(sorted({f"{change['of']} {change['state']}: {change['reason']}" for change in of_sensors})))
+    yaw = scored["trajectory"]["yaw_rms_rad"]  # none if the reference has no yaw
     print_scores({
         "rms_m": scored["trajectory"]["ate_rms_m"], "max_m": scored["trajectory"]["ate_max_m"],
-        "yaw_rms_deg": math.degrees(scored["trajectory"]["yaw_rms_rad"]), "nees": scored["consistency"]["nees_mean"],
+        "yaw_rms_deg": None if yaw is None else math.degrees(yaw), "nees": scored["consistency"]["nees_mean"],
         "outside_percent": percent(outside, found),
         "time_percent": {state: percent([s for s, _ in found if s == state], found) for state in STATES},
         "outside_while_percent": {state: percent([s for s in outside if s == state], [s for s, _ in found if s == state]) for state in STATES},
