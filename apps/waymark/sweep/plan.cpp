@@ -160,6 +160,9 @@ Plan Plan::read(const std::filesystem::path& file) {
   plan.variants = read_variants(yaml);
   plan.seeds = read_seeds(yaml);
   plan.evaluate = yaml.texts({"evaluate", "options of `waymark evaluate`; {out} stands for the folder of the run"}, {});
+  const auto is_command = [](const Variant& variant) { return !variant.command.empty(); };
+  if (!plan.evaluate.empty() && std::ranges::all_of(plan.variants, is_command))
+    yaml.fail("evaluate", "every row is a command: options of `waymark evaluate` need a row with a `config`");
   plan.scores = read_scores(yaml);
   plan.threads = static_cast<int>(yaml.integer_in({"threads", "threads of each run"}, 1, 1024, 1));
   yaml.reject_unread();
