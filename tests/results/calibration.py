@@ -1,23 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""How well `waymark calibrate` finds what is wrong: simulated drives of five minutes, each with errors of its own, as a table.
+"""How well `waymark calibrate` finds what is wrong: a simulated drive of five minutes with errors of its own.
 
-The robot of config/calibration.yaml, whose drive is written as a log first, since the simulator reads the mountings from the same YAML; drawn for each seed: wheel scales, track, lever arm, the GPS's delay, the compass's mounting. For each
-parameter: how often the truth lies within 2σ, error / σ, σ and |error| (min / median / max).
+The robot of config/calibration.yaml, whose drive is written as a log first, since the simulator reads the mountings from the same YAML;
+drawn for each seed: wheel scales, track, lever arm, the GPS's delay, the compass's mounting. For each parameter: whether the truth lies
+within 2σ, error / σ, σ and |error|.
 
 Example:
-  tests/results/calibration.py --waymark build/release/bin/waymark --seeds 50
+  tests/results/calibration.py --seed 3 --out out/calibration
 """
-import argparse
 import json
-import pathlib
 import random
-import statistics
+import re
 import subprocess
 import sys
-import tempfile
 
-CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config/calibration.yaml"
+from one_run import ROOT, parser_of, print_scores, run
 
 
 def drive(seed):
@@ -31,7 +29,7 @@ def drive(seed):
     overrides = [
         f"source.seed={seed}", f"source.wheels.track_m={track}", f"source.wheels.scale_error_left={left}",
         f"source.wheels.scale_error_right={right}", f"source.gps.base_p_antenna_m={antenna}", f"source.gps.stamp_offset_s={delay}",
-        f"source.compass.offset_deg={compass}",
+        f"source.compass.offset_deg={compass}", "sinks=[{plugin: log}]",
     ]
     # What the wheels give is v_l (1 + left), v_r (1 + right): v = (v_l + v_r) / 2, w = (v_r - v_l) / track.
     mean = 0.5 * (1 / (1 + left) + 1 / (1 + right))
@@ -47,63 +45,24 @@ def drive(seed):
     return overrides, truth
 
 
-def spread(values, digits):
-    return " / ".join(f"{v:.{digits}g}" for v in (min(values), statistics.median(values), max(values)))
-
-
-def calibrate(seed, waymark, folder):
-    """The truth of one drive, and what was found."""
-    overrides, truth = drive(seed)
-    found = folder / "found.json"
-    drive_out = folder / str(seed)
-    record = [waymark, "run", CONFIG, "--quiet", "--out", drive_out, "--set", "sinks=[{plugin: log}]"]
-    for one in overrides:
-        record += ["--set", one]
-    run = subprocess.run(record, capture_output=True, text=True)
-    if run.returncode == 1:
-        sys.exit(f"seed {seed}: {run.stderr}")
-    run = subprocess.run([waymark, "calibrate", drive_out / "log/replay.yaml", "--json", found, "--out", folder / "found.yaml"],
-                         capture_output=True, text=True)
-    converged = "not converged" not in run.stderr  # its figures are written all the same
-    if run.returncode != 0 and converged:
-        sys.exit(f"seed {seed}: {run.stderr}")
-    return {"truth": truth, "found": json.loads(found.read_text()), "converged": converged}
-
-
-def table(drives):
-    """One row for each parameter whose truth is known."""
-    lines = ["| parameter | within 2σ | error / σ, min / median / max | σ, min / median / max | unsigned error, min / median / max | unit | not determined |",
-             "|---|---|---|---|---|---|---|"]
-    for name in drives[0]["truth"]:
-        rows = [(row, one["truth"][name]) for one in drives for row in one["found"] if row["name"] == name]
-        known = [(row["estimated"] - truth, row["sigma"]) for row, truth in rows if row["determined"]]
-        ratios = [error / sigma for error, sigma in known]
-        lines.append(f"| {name} | {sum(abs(r) < 2 for r in ratios)} of {len(known)} | {spread(ratios, 2)} | {spread([s for _, s in known], 2)} | "
-                     f"{spread([abs(e) for e, _ in known], 2)} | {rows[0][0]['unit']} | {len(rows) - len(known)} |")
-    return "\n".join(lines)
+def scores_of(row, truth):
+    error, sigma = row["estimated"] - truth, row["sigma"]
+    return {"within_2_sigma": abs(error) < 2 * sigma, "error_in_sigma": error / sigma, "sigma": sigma, "error": abs(error)}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--seeds", type=int, default=50)
-    parser.add_argument("--first", type=int, default=1)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for what calibrate found in each drive, as JSON; a drive that is there is not repeated")
-    arguments = parser.parse_args()
-    drives = []
-    with tempfile.TemporaryDirectory() as temporary:
-        for seed in range(arguments.first, arguments.first + arguments.seeds):
-            kept = arguments.keep / f"{seed}.json" if arguments.keep else None
-            if kept and kept.exists():
-                drives.append(json.loads(kept.read_text()))
-                continue
-            drives.append(calibrate(seed, arguments.waymark, pathlib.Path(temporary)))
-            if kept:
-                kept.parent.mkdir(parents=True, exist_ok=True)
-                kept.write_text(json.dumps(drives[-1]))
-            print(f"seed {seed}: done", file=sys.stderr, flush=True)
-    print(table(drives))
-    print(f"\nConverged: {sum(one['converged'] for one in drives)} of {len(drives)}.")
+    options = parser_of(__doc__).parse_args()
+    overrides, truth = drive(options.seed)
+    run(options, ROOT / "config/calibration.yaml", options.out / "drive", *overrides)
+    found = options.out / "found.json"
+    ended = subprocess.run([options.waymark, "calibrate", options.out / "drive/log/replay.yaml", "--json", found, "--out", options.out / "found.yaml"],
+                           capture_output=True, text=True)
+    converged = "not converged" not in ended.stderr  # its figures are written all the same
+    if ended.returncode != 0 and converged:
+        sys.exit(ended.stderr)
+    rows = {row["name"]: row for row in json.loads(found.read_text())}
+    scores = {re.sub(r"\W+", "_", name).strip("_"): scores_of(rows[name], true) for name, true in truth.items() if rows[name]["determined"]}
+    print_scores({"converged": converged, "determined": len(scores), **scores})
 
 
 if __name__ == "__main__":

@@ -1,33 +1,30 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a GPS does to a dense map: the experiment of `waymark paper --experiment sawtooth` on an occupancy grid, over seeds.
+"""What a GPS does to a dense map: the experiment of `waymark paper --experiment sawtooth` on an occupancy grid.
 
-The robot of config/dense_gps.yaml, without compass and with a start that is known to a centimetre. Every GPS (rate, σ of its slowly varying
-error) goes to the filter of the paper, to one with that error as states, and to one with the map's place on the Earth as states. A map is
+The robot of config/dense_gps.yaml, without compass and with a start that is known to a centimetre. A GPS (rate, σ of its slowly varying
+error) goes to the filter of the paper, to one with that error as states, or to one with the map's place on the Earth as states. A map is
 right in itself if 95 % of its occupied cells lie within 0.15 m of a true wall after the best fit of the path to the truth.
 
-Example:
-  tests/results/dense_sawtooth.py --waymark build/release/bin/waymark --seeds 10
+Examples:
+  tests/results/dense_sawtooth.py --filter paper --rate 1 --error 0.5 --seed 3 --out out/sawtooth
+  tests/results/dense_sawtooth.py --filter none --out out/sawtooth
 """
-import argparse
 import csv
 import json
 import math
-import statistics
-import subprocess
-import tempfile
-from concurrent.futures import ThreadPoolExecutor
 
-from faults import cell
+from one_run import ROOT, evaluate, parser_of, print_scores, run
 
-CONFIG = "config/dense_gps.yaml"
+CONFIG = ROOT / "config/dense_gps.yaml"
 START = ["initial.x_m=0", "initial.y_m=0", "initial.position_sigma_m=0.01", "initial.yaw_deg=0", "initial.yaw_sigma_deg=0.1",
          "sensors.compass.enabled=false", "source.gps.outages_s=[]", "health.max_lost_share=1"]
-FILTERS = (
-    ("The paper's filter", lambda error: ["georeference.enabled=false", "sensors.gps.offset_sigma_m=0", "sensors.gps.adaptive_noise=false"]),
-    ("With the slowly varying error as states", lambda error: ["georeference.enabled=false", f"sensors.gps.offset_sigma_m={error}"]),
-    ("With the map's place on the Earth as states", lambda error: ["sensors.gps.offset_sigma_m=0", "sensors.gps.adaptive_noise=false"]),
-)
+FILTERS = {
+    "none": lambda error: ["sensors.gps.enabled=false"],
+    "paper": lambda error: ["georeference.enabled=false", "sensors.gps.offset_sigma_m=0", "sensors.gps.adaptive_noise=false"],
+    "error_as_states": lambda error: ["georeference.enabled=false", f"sensors.gps.offset_sigma_m={error}"],
+    "place_as_states": lambda error: ["sensors.gps.offset_sigma_m=0", "sensors.gps.adaptive_noise=false"],
+}
 TOLERANCE_M = 0.15
 RIGHT = 0.95
 
@@ -74,68 +71,22 @@ def share_right(cells, boxes, pose):
     return right / len(cells)
 
 
-def evaluate(waymark, estimate, out, align):
-    command = [waymark, "evaluate", "--json", "--estimate", estimate, "--reference", f"{out}/reference.txt", "--align", align]
-    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)["trajectory"]
-
-
-def run(arguments, boxes, overrides, seed):
-    """One run: shares of right cells and RMS of the pose."""
-    with tempfile.TemporaryDirectory() as out:
-        command = [arguments.waymark, "run", CONFIG, "--out", out, "--seed", str(seed), "--quiet"]
-        for override in [f"source.seed={seed}", *START, *overrides, *arguments.set]:
-            command += ["--set", override]
-        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
-        aligned = evaluate(arguments.waymark, f"{out}/path.txt", out, "se2")
-        fit = aligned["reference_T_estimate"]
-        cells = occupied_cells(f"{out}/campus.yaml")
-        return {"itself": share_right(cells, boxes, (fit["x_m"], fit["y_m"], fit["yaw_rad"])),
-                "rms": evaluate(arguments.waymark, f"{out}/trajectory.txt", out, "none")["ate_rms_m"], "path": aligned["ate_rms_m"]}
-
-
-TABLES = (
-    ("Map right in itself", lambda results: f"{100 * sum(one['itself'] >= RIGHT for one in results) / len(results):.0f} %"),
-    ("Cells within 0.15 m of a wall, in itself [%], median (least)",
-     lambda r: f"{100 * statistics.median(o['itself'] for o in r):.0f} ({100 * min(o['itself'] for o in r):.0f})"),
-    ("Pose, RMS [m], median (largest)", lambda r: f"{statistics.median(o['rms'] for o in r):.2f} ({max(o['rms'] for o in r):.2f})"),
-)
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
-    parser.add_argument("--rates", default="0.2,1,5", help="of the GPS [Hz], comma-separated")
-    parser.add_argument("--errors", default="0,0.5,1,2", help="σ of its slowly varying error [m], comma-separated")
-    parser.add_argument("--filters", default="1,2,3", help="of the three, comma-separated")
-    parser.add_argument("--particles", default="25", help="numbers, comma-separated; one after the other in each cell")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--set", action="append", default=[], help="override of the YAML")
-    arguments = parser.parse_args()
-    rates = arguments.rates.split(",")
-    errors = arguments.errors.split(",")
-    with tempfile.TemporaryDirectory() as world:
-        subprocess.run([arguments.waymark, "run", CONFIG, "--until", "1", "--out", world + "/out", "--quiet", "--allow-outside",
-                        "--set", f"source.surfaces_file={world}/surfaces.csv"], check=True, stderr=subprocess.DEVNULL)
-        boxes = outlines(world + "/surfaces.csv")
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        def seeds(overrides):
-            return list(pool.map(lambda seed: run(arguments, boxes, overrides, seed), range(1, arguments.seeds + 1)))
-
-        def both(overrides):
-            return [seeds([f"filter.particles={particles}", *overrides]) for particles in arguments.particles.split(",")]
-
-        without = both(["sensors.gps.enabled=false"])
-        print("Without GPS: " + "; ".join(f"{title}: {', '.join(text(one) for one in without)}" for title, text in TABLES))
-        print(f"path of the best particle, aligned, RMS [m]: {', '.join(cell([o['path'] for o in one]) for one in without)}", flush=True)
-        for title, overrides in (FILTERS[int(number) - 1] for number in arguments.filters.split(",")):
-            results = {(rate, error): both([f"source.gps.rate_hz={rate}", f"source.gps.correlated_sigma_m={error}", *overrides(error)])
-                       for rate in rates for error in errors}
-            print(f"\n## {title}")
-            for name, text in TABLES:
-                print(f"\n{name}:\n\n| GPS | " + " | ".join(f"{error} m" for error in errors) + " |\n|---|" + "---|" * len(errors))
-                for rate in rates:
-                    print(f"| {rate} Hz | " + " | ".join(", ".join(text(one) for one in results[rate, error]) for error in errors) + " |", flush=True)
+    parser = parser_of(__doc__)
+    parser.add_argument("--filter", choices=FILTERS, default="paper")
+    parser.add_argument("--rate", type=float, default=1, help="of the GPS [Hz]")
+    parser.add_argument("--error", type=float, default=0.5, help="σ of its slowly varying error [m]")
+    options = parser.parse_args()
+    surfaces = options.out.resolve() / "surfaces.csv"
+    of_gps = [] if options.filter == "none" else [f"source.gps.rate_hz={options.rate}", f"source.gps.correlated_sigma_m={options.error}"]
+    run(options, CONFIG, options.out / "run", f"source.seed={options.seed}", f"source.surfaces_file={surfaces}", *START, *of_gps,
+        *FILTERS[options.filter](options.error), more=["--seed", str(options.seed), "--allow-outside"])
+    of_run = ["--reference", options.out / "run/reference.txt", "--align"]
+    aligned = evaluate(options, "--estimate", options.out / "run/path.txt", *of_run, "se2")["trajectory"]
+    online = evaluate(options, "--estimate", options.out / "run/trajectory.txt", *of_run, "none")["trajectory"]
+    fit = aligned["reference_T_estimate"]
+    share = share_right(occupied_cells(f"{options.out}/run/campus.yaml"), outlines(surfaces), (fit["x_m"], fit["y_m"], fit["yaw_rad"]))
+    print_scores({"is_right": share >= RIGHT, "right_percent": 100 * share, "rms_m": online["ate_rms_m"], "path_rms_m": aligned["ate_rms_m"]})
 
 
 if __name__ == "__main__":

@@ -1,26 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of the attitude that `waymark run` gives on the trials of BROAD and RepoIMU, as a table for docs/results/imu.md.
+"""Errors of the attitude that `waymark run` gives on a trial of BROAD or RepoIMU.
 
-    WAYMARK_DATA=... tests/results/imu.py --waymark build/release/bin/waymark
-
-Every trial is a run of the shipped config/broad.yaml or config/repoimu.yaml with another `variables.trial`. Scored is the online
+A trial is a run of the shipped config/broad.yaml or config/repoimu.yaml with another `variables.trial`. Scored is the online
 estimate (trajectory.txt) at the stamps of the truth: r.m.s. of the total error, its heading and its inclination, in degrees, over
 the movement phases, as BROAD defines them. The truth of RepoIMU is relative to its first sample: there estimate and truth are
 aligned at the first sample that counts, and a trial at rest has the truth "nothing turns".
+
+Example:
+  tests/results/imu.py broad 02_undisturbed_slow_rotation_B --out out/broad
 """
-import argparse
 import csv
 import gzip
 import math
 import os
 import pathlib
-import subprocess
-import sys
-import tempfile
 from decimal import Decimal
 
-CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "config"
+from one_run import ROOT, parser_of, print_scores, run
 
 
 def product(a, b):
@@ -92,39 +89,17 @@ def errors(truth, estimate, align):
     return [math.degrees(math.sqrt(s / count)) for s in sums], count, missing
 
 
-def table(arguments, name, read_truth, align):
-    print(f"| {name} by `waymark run` | total / heading / inclination | samples | without estimate |\n|---|---|---|---|")
-    total = [0.0, 0.0, 0.0]
-    files = sorted((arguments.data / name).glob("*.csv.gz"))
-    if not files:
-        sys.exit(f"there are no trials in {arguments.data / name}")
-    for file in files:
-        trial = file.name.removesuffix(".csv.gz")
-        with tempfile.TemporaryDirectory() as out:
-            command = [arguments.waymark, "run", str(arguments.configs / f"{name}.yaml"), "--out", out, "--quiet",
-                       "--set", f"variables.trial={trial}", "--set", "sinks=[{plugin: tum}]"]
-            for override in arguments.set:
-                command += ["--set", override]
-            run = subprocess.run(command, env={**os.environ, "WAYMARK_DATA": str(arguments.data)}, stderr=subprocess.PIPE, text=True)
-            if run.returncode != 0:
-                sys.exit(f"{trial}: {run.stderr.strip()}")
-            error, count, missing = errors(read_truth(file), trajectory(pathlib.Path(out) / "trajectory.txt"), align)
-        print(f"| {trial} | {' / '.join(f'{e:.2f}' for e in error)} | {count} | {missing} |", flush=True)
-        total = [t + e for t, e in zip(total, error)]
-    print(f"| mean | {' / '.join(f'{t / len(files):.2f}' for t in total)} | | |\n")
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--data", type=pathlib.Path, default=os.environ.get("WAYMARK_DATA"), help="folder with broad/ and repoimu/; default: WAYMARK_DATA")
-    parser.add_argument("--configs", type=pathlib.Path, default=CONFIGS, help="folder of broad.yaml and repoimu.yaml")
-    parser.add_argument("--set", action="append", default=[], help="override of the YAML")
-    arguments = parser.parse_args()
-    if not arguments.data:
-        parser.error("WAYMARK_DATA is not set")
-    table(arguments, "broad", broad_truth, False)
-    table(arguments, "repoimu", repoimu_truth, True)
+    parser = parser_of(__doc__)
+    parser.add_argument("set_of_trials", choices=("broad", "repoimu"))
+    parser.add_argument("trial", help="the name of its file without .csv.gz")
+    options = parser.parse_args()
+    name = options.set_of_trials
+    file = pathlib.Path(os.environ["WAYMARK_DATA"]) / name / f"{options.trial}.csv.gz"
+    run(options, ROOT / f"config/{name}.yaml", options.out, f"variables.trial={options.trial}", "sinks=[{plugin: tum}]")
+    truth = broad_truth(file) if name == "broad" else repoimu_truth(file)
+    error, count, missing = errors(truth, trajectory(options.out / "trajectory.txt"), align=name == "repoimu")
+    print_scores({"total_deg": error[0], "heading_deg": error[1], "inclination_deg": error[2], "samples": count, "without_estimate": missing})
 
 
 if __name__ == "__main__":

@@ -1,31 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """How much farther, and by how much more, a robot moved than its wheels say: slopes of the motion of an estimate that a map corrected
-against that of the wheels alone, over seeds.
-
-    tests/results/odometry_scale.py --waymark build/release/bin/waymark config/mines_hokuyo.yaml --seeds 10 --map building
+against that of the wheels alone.
 
 The wheels alone are the same run with the map disabled. Both trajectories are cut into windows of --window seconds; of each the way
 forward (in the frame of its begin) and the rotation are taken. The slope is that of least squares through zero, of the estimate
 on the wheels: wheels have little noise over a second, the matching has. A slope of 1: the wheels are right.
+
+Example:
+  tests/results/odometry_scale.py config/mines_hokuyo.yaml --map building --seed 3 --out out/scale
 """
-import argparse
 import math
-import pathlib
-import statistics
-import subprocess
-import tempfile
-from concurrent.futures import ThreadPoolExecutor
+
+from one_run import ROOT, heading_of, parser_of, print_scores, rows_of, run
 
 
 def trajectory(file):
-    poses = []
-    with open(file) as lines:
-        for line in lines:
-            if not line.startswith("#"):
-                t, x, y, _, qx, qy, qz, qw = map(float, line.split())
-                poses.append((t, x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))))
-    return poses
+    return [(*row[:3], heading_of(row)) for row in rows_of(file)]
 
 
 def motions(poses, window):
@@ -46,36 +37,25 @@ def slope(pairs):
     return sum(a * b for a, b in pairs) / sum(b * b for _, b in pairs)
 
 
-def run(arguments, seed, extra):
-    with tempfile.TemporaryDirectory() as out:
-        command = [arguments.waymark, "run", arguments.config, "--out", out, "--seed", str(seed), "--quiet", "--set", "sinks=[{plugin: tum}]"]
-        for override in arguments.set + extra:
-            command += ["--set", override]
-        subprocess.run(command, check=True, stderr=subprocess.PIPE)
-        return trajectory(pathlib.Path(out) / arguments.trajectory)
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("config")
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
+    parser = parser_of(__doc__)
+    parser.add_argument("config", help="relative to the repository")
     parser.add_argument("--map", required=True, help="the map whose matches correct the wheels")
-    parser.add_argument("--seeds", type=int, default=10, help="seeds 1..N (default 10)")
-    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--window", type=float, default=1.0, help="s (default 1)")
     parser.add_argument("--trajectory", default="path.txt", help="path.txt (one particle, all of its scans; default) or trajectory.txt")
-    parser.add_argument("--set", action="append", default=[], help="override of the YAML")
-    arguments = parser.parse_args()
-    wheels = motions(run(arguments, 1, [f"maps.{arguments.map}.enabled=false"]), arguments.window)
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        estimates = list(pool.map(lambda seed: motions(run(arguments, seed, []), arguments.window), range(1, arguments.seeds + 1)))
-    least = (0.05, math.radians(3.0))  # less is no motion
-    for name, part in (("forward", 0), ("rotation", 1)):
-        slopes = []
-        for estimate in estimates:
-            pairs = [(estimate[n][part], wheels[n][part]) for n in estimate.keys() & wheels.keys() if abs(wheels[n][part]) > least[part]]
-            slopes.append(slope(pairs))
-        print(f"{name:8}  slope {min(slopes):.4f} / {statistics.median(slopes):.4f} / {max(slopes):.4f}  (min / median / max of {len(slopes)} seeds, {len(pairs)} windows)")
+    options = parser.parse_args()
+
+    def motions_of(name, seed, *settings):
+        run(options, ROOT / options.config, options.out / name, "sinks=[{plugin: tum}]", *settings, more=["--seed", str(seed)])
+        return motions(trajectory(options.out / name / options.trajectory), options.window)
+
+    wheels = motions_of("wheels", 1, f"maps.{options.map}.enabled=false")
+    estimate = motions_of("estimate", options.seed)
+    scores = {}
+    for part, (name, least) in enumerate((("forward", 0.05), ("rotation", math.radians(3.0)))):  # less is no motion
+        pairs = [(estimate[n][part], wheels[n][part]) for n in estimate.keys() & wheels.keys() if abs(wheels[n][part]) > least]
+        scores |= {f"{name}_slope": slope(pairs), f"{name}_windows": len(pairs)}
+    print_scores(scores)
 
 
 if __name__ == "__main__":

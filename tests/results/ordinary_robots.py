@@ -4,22 +4,18 @@
 
 Each robot has wheels with scale errors of up to 3 % each, a track that is up to 5 % wrong, an antenna off the axle, a
 receiver of some class with white and slowly varying errors, and wheels that slip now and then. It drives legs, curves and
-turns in place, some of them in reverse, and stands in between. The script prints a line for each robot, and the marks.
+turns in place, some of them in reverse, and stands in between. The robot is that of the seed, or so many after it (--after).
 
 Example:
-  tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20
-  tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20 --first 101 --csv robots.csv
-  tests/results/ordinary_robots.py --waymark build/release/bin/waymark --robots 20 --oracle --no-slips
+  tests/results/ordinary_robots.py --seed 3 --after 100 --out out/robot_103
+  tests/results/ordinary_robots.py --seed 2819 --oracle --no-slips --out out/robot_2819
 """
-import argparse
 import csv
 import math
-import pathlib
 import random
 import statistics
-import subprocess
-import sys
-import tempfile
+
+from one_run import parser_of, print_scores, run
 
 STEP = 0.02  # s, of the truth
 RATES = (10, 25, 50)  # Hz, of the wheels: whole numbers of steps
@@ -197,50 +193,25 @@ def score(folder, truth, origin):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--robots", type=int, default=20)
-    parser.add_argument("--first", type=int, default=1, help="seed of the first robot")
+    parser = parser_of(__doc__)
+    parser.add_argument("--after", type=int, default=0, metavar="N", help="the robot of seed + N")
     parser.add_argument("--plain", action="store_true", help="straight legs, one wheel 2 %% off, a receiver of 0.4 m white and 0.8 m slow")
     parser.add_argument("--sigma", action="store_true", help="the YAML gives the receiver's whole error as sigma_m, and no class")
     parser.add_argument("--oracle", action="store_true", help="all values and noises are given, as they are; what is left are the slips")
     parser.add_argument("--no-slips", action="store_true", help="the same robots and drives, and wheels that do not slip")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to waymark run")
-    parser.add_argument("--csv", help="writes the figures of each robot there")
-    parser.add_argument("--keep", help="folder in which logs and results stay")
-    arguments = parser.parse_args()
-    figures = []
-    print("robot receiver      GPS alone [m]  RMS [m]  ratio   NEES  first heading [deg]")
-    for seed in range(arguments.first, arguments.first + arguments.robots):
-        with tempfile.TemporaryDirectory() as temporary:
-            folder = pathlib.Path(arguments.keep) / str(seed) if arguments.keep else pathlib.Path(temporary)
-            folder.mkdir(parents=True, exist_ok=True)
-            robot = Robot(seed)
-            if arguments.plain:
-                robot.be_plain()
-            if arguments.no_slips:
-                robot.slips = []
-            truth, fixes, errors = write(robot, folder, arguments.sigma, arguments.oracle)
-            command = [arguments.waymark, "run", str(folder / "robot.yaml"), "--quiet", "--out", str(folder / "out")]
-            for setting in arguments.set:
-                command += ["--set", setting]
-            ended = subprocess.run(command, stderr=subprocess.PIPE, text=True)
-            if ended.returncode not in (0, 4):
-                sys.exit(f"robot {seed}: exit code {ended.returncode}\n{ended.stderr}")
-            rms, nees, heading = score(folder, truth, fixes[0][1:])
-            alone = math.sqrt(statistics.fmean(error * error for error in errors))
-            figures.append((seed, robot.receiver, alone, rms, rms / alone, nees, heading, ended.returncode))
-            print(f"{seed:5d} {robot.receiver:13s} {alone:13.3f} {rms:8.3f} {rms / alone:6.2f} {nees:6.2f} {heading:8.1f}"
-                  + ("  lost" if ended.returncode == 4 else ""), flush=True)
-    if arguments.csv:
-        with open(arguments.csv, "w", newline="") as out:
-            writer = csv.writer(out)
-            writer.writerow("robot,receiver,gps_rms_m,rms_m,ratio,nees,first_heading_deg,exit_code".split(","))
-            writer.writerows(figures)
-    alone, rms, ratio, nees = ([row[k] for row in figures] for k in (2, 3, 4, 5))
-    print(f"median RMS {statistics.median(rms):.3f} m, of GPS alone {statistics.median(alone):.3f} m; "
-          f"ratio min {min(ratio):.2f}, median {statistics.median(ratio):.2f}, max {max(ratio):.2f} (mark: 1.5)")
-    print(f"NEES mean {statistics.fmean(nees):.2f} (mark: 1 to 4), min {min(nees):.2f}, median {statistics.median(nees):.2f}, max {max(nees):.2f}")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    robot = Robot(options.after + options.seed)
+    if options.plain:
+        robot.be_plain()
+    if options.no_slips:
+        robot.slips = []
+    truth, fixes, errors = write(robot, options.out, options.sigma, options.oracle)
+    code = run(options, options.out / "robot.yaml", options.out / "out")
+    rms, nees, heading = score(options.out, truth, fixes[0][1:])
+    alone = math.sqrt(statistics.fmean(error * error for error in errors))
+    print_scores({"gps_alone_m": alone, "rms_m": rms, "ratio": rms / alone, "is_above_mark": rms > 1.5 * alone, "nees": nees,
+                  "first_heading_deg": heading, "lost": code == 4})
 
 
 if __name__ == "__main__":

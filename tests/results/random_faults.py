@@ -1,35 +1,33 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Random faults in the log of a simulated robot, one or two at a time, and how the filter copes with them, as a table.
+"""Random faults in the log of a simulated robot, one or two at a time, and how the filter copes with them.
 
-The robot of config/faults.yaml drives for 120 s. Its log is recorded once per world, and every run replays it with faults
-between 20 s and 80 s: clocks, loss, duplicates, reordering, NaN, jumps, dead and frozen sensors. A run
+The robot of config/faults.yaml drives for 120 s, in one of ten worlds. Its log is recorded, and replayed with faults between
+20 s and 80 s: clocks, loss, duplicates, reordering, NaN, jumps, dead and frozen sensors. A run
 
   diverges      if the position is more than 2 m and 5 sigma from the truth for 2 s,
   is reported   if an event, or a health that is not ok, comes before the end of the first such 2 s,
   locks out     if faults that are over leave the robot more than 3 m from the truth, or without a pose, in the log's last second,
   is lost       if that is so at the end, whatever the faults, with exit code 0 and a health that is not "lost".
 
+The scores are under `all`, and under the name of each fault that the run has.
+
 Example:
-  tests/results/random_faults.py --waymark build/release/bin/waymark --runs 1000
-  tests/results/random_faults.py --waymark build/release/bin/waymark --only 17 --keep /tmp/run_17
+  tests/results/random_faults.py --seed 18 --out out/run_18
 """
-import argparse
 import bisect
-import collections
 import json
 import math
 import random
 import shutil
 import subprocess
-import sys
-import tempfile
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
+
+from one_run import ROOT, parser_of, print_scores, rows_of, run, states_of
 
 SECOND = 10**9
 DAY = 86400 * SECOND
 LENGTH_S, FIRST_S, LAST_S = 120, 20, 80
+WORLDS = 10
 SENSORS = ("wheels", "imu", "gps", "compass")
 NUMBERS = {"wheels": (2, 3), "imu": (2, 3, 4, 5, 6, 7), "gps": (2, 3), "compass": (2,)}  # columns of its readings
 STAMP, ARRIVAL = 0, 1
@@ -212,17 +210,12 @@ def spoil(log, number):
     return texts, [kind.__name__ for kind in kinds], all(ends)
 
 
-def rows_of(file, separator):
-    with open(file) as lines:
-        return [[float(field) for field in line.split(separator)] for line in lines if line[0] in "-0123456789"]
-
-
 def errors(out, truth, log):
     """(stamp, true time, error [m], larger sigma [m]) of the estimates, in the order of the file."""
     times = [row[0] for row in truth]
-    estimate = {row[0]: row for row in rows_of(out / "trajectory.txt", " ")}
+    estimate = {row[0]: row for row in rows_of(out / "trajectory.txt")}
     result = []
-    for t, xx, xy, _, yy, *_ in rows_of(out / "covariance.csv", ","):
+    for t, xx, xy, _, yy, *_ in rows_of(out / "covariance.csv"):
         if t not in estimate:
             continue
         true_t = log.true_time(t)
@@ -253,105 +246,42 @@ def first_divergence(samples):
 
 
 def judge(code, out, truth, log, ends):
-    verdict = {"code": code, "diverged": False, "reported": False, "locked_out": False, "lost": False}
+    scores = {"diverged": False, "unreported": False, "locked_out": False, "lost_with_0": False, "exit_4": code == 4, "other_exit": code not in (0, 4)}
     if not (out / "diagnostics.json").exists():
-        return {**verdict, "locked_out": ends, "lost": code == 0}
+        return {**scores, "locked_out": ends, "lost_with_0": code == 0}
     diagnostics = json.loads((out / "diagnostics.json").read_text())
     samples = errors(out, truth, log)
-    changes = [change for change in diagnostics["health"]["changes"] if change["of"] == "all"]
-    events = diagnostics["run"]["events"]
-    verdict["events"] = len(events)
-    health_at_end = changes[-1]["state"] if changes else "ok"
-    verdict["health"] = health_at_end
+    times, states = states_of(diagnostics["health"]["changes"])
     at = first_divergence(samples)
     if at is not None:
-        verdict["diverged"] = True
-        warnings = [event["t_s"] for event in events] + [c["t_s"] for c in changes if c["state"] != "ok"]
-        verdict["reported"] = any(t <= at for t in warnings)
+        warnings = [event["t_s"] for event in diagnostics["run"]["events"]] + [t for t, state in zip(times, states) if state != "ok"]
+        scores["diverged"] = True
+        scores["unreported"] = not any(t <= at for t in warnings)
     last_second = log.end() - 1
     end = [sample for sample in samples if sample[1] > last_second]
     error = end[-1][2] if end else math.inf
-    verdict["error"] = error
-    verdict["worst"] = max((sample[2] for sample in samples), default=math.inf)
-    verdict["locked_out"] = ends and error > 3
-    verdict["lost"] = error > 3 and code == 0 and health_at_end != "lost"
-    return verdict
-
-
-def run(arguments, logs, number, keep=None):
-    recorded = logs[number % len(logs)]
-    log = Log(recorded / "log")
-    texts, kinds, ends = spoil(log, number)
-    with tempfile.TemporaryDirectory() as folder:
-        folder = Path(keep or folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        log.write(folder)
-        shutil.copy(recorded / "log" / "replay.yaml", folder)
-        shutil.copy(recorded / "log" / "reference_trajectory.csv", folder)
-        settings = ["source.max_bad_rows=1000000", "source.max_time_jump_s=9e9", "source.max_ahead_s=9e9",
-                    "sinks=[plugin: tum, plugin: diagnostics]", *arguments.set]
-        command = [arguments.waymark, "run", str(folder / "replay.yaml"), "--quiet", "--out", str(folder / "out")]
-        for setting in settings:
-            command += ["--set", setting]
-        done = subprocess.run(command, stderr=subprocess.PIPE, text=True)
-        if keep:
-            print(done.stderr, end="")
-        truth = rows_of(recorded / "reference.txt", " ")
-        verdict = judge(done.returncode, folder / "out", truth, log, ends)
-        verdict["said"] = done.stderr.strip().splitlines()[-1:] if done.returncode not in (0, 3) else []
-    return {**verdict, "number": number, "faults": texts, "kinds": kinds}
-
-
-def record(arguments, world, folder):
-    command = [arguments.waymark, "run", arguments.config, "--quiet", "--out", str(folder), "--seed", str(world)]
-    for setting in (f"source.duration_s={LENGTH_S}", f"source.seed={world}", "sinks=[plugin: tum, plugin: log]"):
-        command += ["--set", setting]
-    subprocess.run(command, check=True)
-    return folder
-
-
-def is_bad(result):
-    return (result["diverged"] and not result["reported"]) or result["locked_out"] or result["lost"] or result["code"] not in (0, 3)
-
-
-def table(results):
-    print("| fault | runs | diverged | of these reported | locked out | lost with exit code 0 | other exit codes |")
-    print("|---|---|---|---|---|---|---|")
-    of_kind = collections.defaultdict(list)
-    for result in results:
-        for kind in result["kinds"]:
-            of_kind[kind].append(result)
-    for name, some_results in [*((kind.__name__.replace("_", " "), of_kind[kind.__name__]) for kind in FAULTS), ("all", results)]:
-        diverged = [result for result in some_results if result["diverged"]]
-        codes = collections.Counter(result["code"] for result in some_results if result["code"] not in (0,))
-        cells = [len(some_results), len(diverged), sum(result["reported"] for result in diverged),
-                 sum(result["locked_out"] for result in some_results), sum(result["lost"] for result in some_results),
-                 ", ".join(f"{code} ({count})" for code, count in sorted(codes.items())) or "–"]
-        print(f"| {name} | " + " | ".join(map(str, cells)) + " |")
+    return {**scores, "locked_out": ends and error > 3, "lost_with_0": error > 3 and code == 0 and states[-1] != "lost"}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--config", default="config/faults.yaml")
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--runs", type=int, default=1000)
-    parser.add_argument("--worlds", type=int, default=10)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", type=int, help="number of a single run, reported in full")
-    parser.add_argument("--keep", help="with --only: the folder for its log and results")
-    parser.add_argument("--set", action="append", default=[], help="a key of the robot, as for waymark run")
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(arguments.jobs) as pool:
-        worlds = range(arguments.worlds) if arguments.only is None else [arguments.only % arguments.worlds]
-        recorded = dict(zip(worlds, pool.map(lambda world: record(arguments, world + 1, Path(folder) / str(world)), worlds)))
-        logs = [recorded.get(world) for world in range(arguments.worlds)]
-        if arguments.only is not None:
-            print(json.dumps(run(arguments, logs, arguments.only, arguments.keep), indent=1))
-            return
-        results = list(pool.map(lambda number: run(arguments, logs, number), range(arguments.runs)))
-    table(results)
-    for result in filter(is_bad, results):
-        print(json.dumps(result), file=sys.stderr)
+    options = parser_of(__doc__).parse_args()
+    number = options.seed - 1
+    world, recorded, spoiled = number % WORLDS + 1, options.out / "recorded", options.out / "spoiled"
+    run(options, ROOT / "config/faults.yaml", recorded, f"source.duration_s={LENGTH_S}", f"source.seed={world}",
+        "sinks=[plugin: tum, plugin: log]", more=["--seed", str(world)])
+    log = Log(recorded / "log")
+    texts, kinds, ends = spoil(log, number)
+    spoiled.mkdir(parents=True, exist_ok=True)
+    log.write(spoiled)
+    for name in ("replay.yaml", "reference_trajectory.csv"):
+        shutil.copy(recorded / "log" / name, spoiled)
+    command = [options.waymark, "run", spoiled / "replay.yaml", "--quiet", "--out", spoiled / "out"]
+    for setting in ("source.max_bad_rows=1000000", "source.max_time_jump_s=9e9", "source.max_ahead_s=9e9", "sinks=[plugin: tum, plugin: diagnostics]"):
+        command += ["--set", setting]
+    code = subprocess.run(command, stderr=subprocess.DEVNULL).returncode  # whatever it is: it is judged
+    scores = judge(code, spoiled / "out", rows_of(recorded / "reference.txt"), log, ends)
+    print("; ".join(texts))
+    print_scores({"all": scores, **{kind: scores for kind in kinds}})
 
 
 if __name__ == "__main__":

@@ -4,15 +4,15 @@
 in Berlin (WAYMARK_DATA/tuc_smartloc_berlin), and the car's odometry, against its true positions.
 
 Example:
-  tests/results/smartloc.py --waymark build/release/bin/waymark --data $WAYMARK_DATA/tuc_smartloc_berlin
+  tests/results/smartloc.py --gps "sigma_m: 5" --out out/smartloc
 """
-import argparse
 import gzip
 import math
+import os
 import pathlib
 import statistics
-import subprocess
-import tempfile
+
+from one_run import parser_of, print_scores, rows_of, run
 
 A, E2 = 6378137.0, 6.69437999014e-3  # WGS-84
 OMEGA, C = 7.2921151467e-5, 299792458.0
@@ -84,15 +84,17 @@ def read(folder):
     return truth, odometry, epochs
 
 
+def spread(values):
+    values = sorted(values)
+    return {"rms_m": math.sqrt(statistics.fmean(v * v for v in values)), "median_m": statistics.median(values),
+            "within_95_m": values[int(0.95 * len(values))], "max_m": values[-1], "count": len(values)}
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--waymark", default="build/release/bin/waymark")
-    parser.add_argument("--data", required=True, type=pathlib.Path)
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to waymark run")
+    parser = parser_of(__doc__)
     parser.add_argument("--gps", default="", help="more keys of the receiver, as in: sigma_m: 5")
-    parser.add_argument("--keep", help="folder in which logs and results stay")
-    arguments = parser.parse_args()
-    truth, odometry, epochs = read(arguments.data)
+    options = parser.parse_args()
+    truth, odometry, epochs = read(pathlib.Path(os.environ["WAYMARK_DATA"]) / "tuc_smartloc_berlin")
     latitude0, longitude0, _ = geodetic(*truth[0][1:])
     sin_lat, cos_lat, sin_lon, cos_lon = math.sin(latitude0), math.cos(latitude0), math.sin(longitude0), math.cos(longitude0)
 
@@ -113,19 +115,16 @@ def main():
         if position is not None and math.dist(position, guess) < 5000.0:
             fixes.append((t, position))
     errors = [math.dist(enu(p), true_place(t)) for t, p in fixes if true_place(t)]
-
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = pathlib.Path(arguments.keep or temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        with open(folder / "gps.csv", "w") as out:
-            out.write("t,lat,lon\n")
-            for t, p in fixes:
-                latitude, longitude, _ = geodetic(*p)
-                out.write(f"{t:.3f},{math.degrees(latitude):.10f},{math.degrees(longitude):.10f}\n")
-        with open(folder / "odometry.csv", "w") as out:
-            out.write("t,v,w\n" + "".join(f"{t:.3f},{v},{w}\n" for t, v, w in odometry))
-        keys = f", {arguments.gps}" if arguments.gps else ""
-        (folder / "robot.yaml").write_text(f"""source:
+    folder = options.out
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / "gps.csv", "w") as out:
+        out.write("t,lat,lon\n")
+        for t, p in fixes:
+            latitude, longitude, _ = geodetic(*p)
+            out.write(f"{t:.3f},{math.degrees(latitude):.10f},{math.degrees(longitude):.10f}\n")
+    (folder / "odometry.csv").write_text("t,v,w\n" + "".join(f"{t:.3f},{v},{w}\n" for t, v, w in odometry))
+    keys = f", {options.gps}" if options.gps else ""
+    (folder / "robot.yaml").write_text(f"""source:
   plugin: csv
   files:
     - {{ path: odometry.csv, sensor: odometry, payload: BodyTwist, time: t, columns: {{ v_x_mps: v, w_z_radps: w }} }}
@@ -136,31 +135,19 @@ sensors:
   - {{ name: gps, plugin: dgps, base_p_antenna_m: none{keys} }}
 sinks: [{{ plugin: tum }}, {{ plugin: diagnostics }}]
 """)
-        command = [arguments.waymark, "run", str(folder / "robot.yaml"), "--out", str(folder / "out")]
-        for setting in arguments.set:
-            command += ["--set", setting]
-        ended = subprocess.run(command, stderr=subprocess.PIPE, text=True)
-        print("\n".join(line for line in ended.stderr.splitlines() if line.startswith("waymark")))
-        covariance = {row.split(",")[0]: tuple(map(float, row.split(",")[1:]))
-                      for row in (folder / "out/covariance.csv").read_text().splitlines() if row[:1].isdigit()}
-        own, nees = [], []
-        for line in (folder / "out/trajectory.txt").read_text().splitlines():
-            if line.startswith("#"):
-                continue
-            stamp, x, y = line.split()[:3]
-            place = true_place(float(stamp))
-            if place is None:
-                continue
-            ex, ey = float(x) - place[0], float(y) - place[1]
-            own.append(math.hypot(ex, ey))
-            if stamp in covariance:
-                xx, xy, _, yy = covariance[stamp][:4]
-                nees.append((yy * ex * ex - 2 * xy * ex * ey + xx * ey * ey) / (xx * yy - xy * xy))
-    for name, values in (("fixes alone", errors), ("waymark", own)):
-        values.sort()
-        print(f"{name}: {len(values)}, RMS {math.sqrt(statistics.fmean(v * v for v in values)):.2f} m, median "
-              f"{statistics.median(values):.2f} m, 95 % {values[int(0.95 * len(values))]:.2f} m, max {values[-1]:.2f} m")
-    print(f"NEES mean {statistics.fmean(nees):.2f}, median {statistics.median(nees):.2f}; exit code {ended.returncode}")
+    code = run(options, folder / "robot.yaml", folder / "out")
+    covariance = {t: parts for t, *parts in rows_of(folder / "out/covariance.csv")}
+    own, nees = [], []
+    for t, x, y, *_ in rows_of(folder / "out/trajectory.txt"):
+        place = true_place(t)
+        if place is None:
+            continue
+        ex, ey = x - place[0], y - place[1]
+        own.append(math.hypot(ex, ey))
+        if t in covariance:
+            xx, xy, _, yy = covariance[t][:4]
+            nees.append((yy * ex * ex - 2 * xy * ex * ey + xx * ey * ey) / (xx * yy - xy * xy))
+    print_scores({"fixes": spread(errors), "estimate": spread(own), "nees": statistics.fmean(nees), "exit_code": code})
 
 
 if __name__ == "__main__":

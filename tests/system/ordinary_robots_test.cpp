@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // needs plugins: csv, dgps, diagnostics, odometry, tum
 // README's "log of your own, in ten lines": wheels and GPS, and nothing given but geometry. The robots have ordinary
-// errors, and drive curves, in reverse, and on straight legs. tests/results/ordinary_robots.py does it with more of
+// errors, and drive curves, in reverse, and on straight legs. tests/results/plans/ordinary_robots.yaml has more of
 // them.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

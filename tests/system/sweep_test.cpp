@@ -84,6 +84,39 @@ TEST(Sweep, ListsWhatFailed) {
   EXPECT_THAT(outcome.err, HasSubstr("2 of 4 runs ended, 2 failed, 0 open"));
 }
 
+TEST(Sweep, RunsACommandForEachSeed) {
+  const SmallStudy study;
+  const auto write_command = [&](const std::string& body) {
+    write_text(study.robot.file("score.sh"), "#!/bin/sh\n" + body);
+    std::filesystem::permissions(study.robot.file("score.sh"), std::filesystem::perms::owner_all);
+  };
+  // The command runs the robot by itself, and prints how many rows its trajectory has.
+  write_command(
+      "\"$2\" run \"$(dirname \"$0\")/robot.yaml\" --quiet --out \"$3/it\" --set filter.particles=\"$4\" --seed \"$1\" "
+      "&&\n"
+      "echo \"{\\\"rows\\\": $(grep -vc '^#' \"$3/it/trajectory.txt\"), \\\"seed\\\": $1}\"\n");
+  write_text(study.plan(),
+             "title: A command\n"
+             "runs: [{ name: rows, command: [./score.sh, '{seed}', '{waymark}', '{out}', '{particles}'] }]\n"
+             "vary: { particles: [1, 2] }\n"
+             "seeds: [3, 5]\n"
+             "scores:\n"
+             "  - { path: command.rows, at_least: 2, judged_by: worst }\n"
+             "  - { path: command.seed, judged_by: mean }\n"
+             "  - { path: run.cpu_s }\n");
+  const std::string page = study.robot.file("page.md").string();
+  const Outcome outcome = study.sweep({"--page", page});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
+  EXPECT_THAT(read_text(page), HasSubstr("command.rows, at least 2 by every seed: reached by 2 of 2 rows"));
+  EXPECT_THAT(read_text(page), HasSubstr("| rows, particles 2 | 2 | "));
+  EXPECT_THAT(read_text(page), HasSubstr(" | 4 | "));  // the mean of the seeds
+  const Outcome same = study.sweep({"--check", page.substr(0, page.size() - 2) + "json"});
+  EXPECT_EQ(same.out, "2 of 2 rows tried; 0 values have changed\n") << same.err;
+  write_command("echo no luck >&2\nexit 7\n");
+  const Outcome failed = study.sweep({"--task", "1"});
+  EXPECT_TRUE(reports_error(failed, 1, {"task 1", "score.sh: exit code 7: no luck"}));
+}
+
 TEST(Sweep, RefusesAPageThatAPersonWrote) {
   const SmallStudy study;
   write_text(study.robot.file("page.md"), "# My own\n");

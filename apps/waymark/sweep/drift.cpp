@@ -33,7 +33,7 @@ bool is_same(const std::optional<double>& a, const std::optional<double>& b) {
   return std::abs(*a - *b) <= 1e-9 * std::max(std::abs(*a), std::abs(*b));
 }
 
-bool is_time(const std::string& path) { return path == "run.cpu_s" || path == "run.wall_s"; }
+bool is_time(const std::string& path) { return path.ends_with(".cpu_s") || path.ends_with(".wall_s"); }
 
 }  // namespace
 

@@ -12,21 +12,24 @@ namespace waymark::sweep {
 
 /// A figure of every run, and what is expected of it.
 struct Score {
-  enum class Judged { by_median, by_worst };
+  enum class Judged { by_median, by_worst, by_mean };
 
   std::string name;  ///< with its unit, as the head of a column
-  std::string path;  ///< in the result of a task: "evaluate.trajectory.ate_rms_m", "run.cpu_s"
+  std::string path;  ///< in the result of a task: "evaluate.trajectory.ate_rms_m", "command.found", "run.cpu_s"
   std::optional<double> at_most;
   std::optional<double> at_least;
   Judged judged = Judged::by_median;
 };
 
-/// A configuration with some values: a row of the table, run with every seed.
+/// A row of the table, run with every seed: a configuration with some values, or a command.
 struct Variant {
   std::string name;
-  std::filesystem::path config;
+  std::filesystem::path config;        ///< empty: a command instead
   std::vector<std::string> overrides;  ///< as of `waymark run --set`; {seed} and {out}: the seed, the run's folder
   std::vector<std::string> evaluate;   ///< options of `waymark evaluate`, behind those of the plan
+  /// A program and its arguments, {seed}, {out} and {waymark} in them; its last line of output is a JSON object. A
+  /// program with a slash is relative to the directory of the process, as `config`; another one is looked up in PATH.
+  std::vector<std::string> command = {};
 };
 
 /// One run of a study. Tasks are numbered from 0 on in the order of variants, then seeds.

@@ -79,8 +79,9 @@ std::string strip_plot(const Score& score, const Summary& summary, std::size_t i
     for (const double value : cell.values)
       svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"#1f6feb\" fill-opacity=\"0.5\"/>\n",
                          axis.at(value), y);
+    const double middle = cell.shows_mean ? cell.mean : cell.median;
     if (!cell.values.empty())
-      svg += line(axis.at(cell.median), y - 9.0, axis.at(cell.median), y + 9.0, "stroke=\"#111\" stroke-width=\"2\"");
+      svg += line(axis.at(middle), y - 9.0, axis.at(middle), y + 9.0, "stroke=\"#111\" stroke-width=\"2\"");
   }
   return svg + "</svg>\n";
 }

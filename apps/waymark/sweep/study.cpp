@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "apps/waymark/sweep/child_process.hpp"
+#include "apps/waymark/sweep/placeholder.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/io/output_file.hpp"
 
@@ -30,12 +31,17 @@ std::string last_line(const std::string& text) {
                      end - (begin == std::string::npos ? 0 : begin + 1) + 1);
 }
 
-/// The text with a value in place of each "{seed}".
-std::string filled(std::string text, std::string_view name, std::string_view value) {
-  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + value.size()))
-    text.replace(at, name.size(), value);
-  return text;
+std::uint32_t sum_of(const std::filesystem::path& file) {
+  const std::string bytes = read_all(file);
+  boost::crc_32_type sum;
+  sum.process_bytes(bytes.data(), bytes.size());
+  return sum.checksum();
 }
+
+/// Whether a command names a file, not a program of PATH.
+bool is_file(const std::string& program) { return program.find('/') != std::string::npos; }
+
+Json run_part(const Ended& run) { return {{"cpu_s", run.cpu_s}, {"wall_s", run.wall_s}, {"exit_code", run.exit_code}}; }
 
 /// Removes a folder when it goes out of scope.
 class Removed {
@@ -91,14 +97,19 @@ Study::Study(Plan plan, std::filesystem::path folder, std::filesystem::path prog
 
 std::string Study::identity(const Task& task) const {
   const Variant& variant = plan_.variants[task.variant];
-  const std::string yaml = read_all(variant.config);
-  boost::crc_32_type sum;
-  sum.process_bytes(yaml.data(), yaml.size());
   Json paths = Json::array();
   for (const Score& score : plan_.scores) paths.push_back(score.path);
+  if (!variant.command.empty()) {
+    const std::filesystem::path program = variant.command.front();
+    std::vector<std::string> command = variant.command;
+    command.front() = program.filename().string();
+    Json identity{{"version", version_}, {"command", command}, {"seed", task.seed}, {"scores", paths}};
+    if (is_file(program.string())) identity["command_crc32"] = sum_of(program);
+    return identity.dump();
+  }
   return Json{{"version", version_},
               {"config", variant.config.filename().string()},
-              {"config_crc32", sum.checksum()},
+              {"config_crc32", sum_of(variant.config)},
               {"set", variant.overrides},
               {"seed", task.seed},
               {"evaluate", evaluate_options(variant)},
@@ -116,8 +127,45 @@ std::filesystem::path Study::result_file(const Task& task) const {
   return folder_ / "results" / fmt::format("{:06}.json", task.number);
 }
 
+TaskResult Study::score_command(const Task& task, const std::filesystem::path& out) const {
+  const Variant& variant = plan_.variants[task.variant];
+  const std::string& name = variant.command.front();
+  const std::filesystem::path run_folder = out / "run";
+  create_folder(run_folder);
+  std::vector<std::string> words;
+  words.reserve(variant.command.size());
+  for (const std::string& one : variant.command) {
+    const std::string with_seed = filled(one, "{seed}", std::to_string(task.seed));
+    words.push_back(filled(filled(with_seed, "{out}", run_folder.string()), "{waymark}", program_.string()));
+  }
+  std::filesystem::path program = "/usr/bin/env";  // it looks up the first word in PATH
+  if (is_file(name)) {
+    program = words.front();
+    words.erase(words.begin());
+  }
+  TaskResult result;
+  const Ended run = run_program(program, words, out / "command.out", out / "command.err");
+  result.wall_s = run.wall_s;
+  const std::string file_name = std::filesystem::path(name).filename().string();
+  if (run.exit_code != kSuccess) {
+    result.error =
+        fmt::format("{}: exit code {}: {}", file_name, run.exit_code, last_line(read_all(out / "command.err")));
+    return result;
+  }
+  const std::string line = last_line(read_all(out / "command.out"));
+  const Json scores = Json::parse(line, nullptr, false);
+  if (!scores.is_object()) {
+    result.error = fmt::format("{}: the last line of its output is \"{}\": a JSON object is expected", file_name, line);
+    return result;
+  }
+  const Json document{{"run", run_part(run)}, {"command", scores}};
+  for (const Score& one : plan_.scores) result.values.push_back(number_at(document, one.path));
+  return result;
+}
+
 TaskResult Study::score(const Task& task, const std::filesystem::path& out) const {
   const Variant& variant = plan_.variants[task.variant];
+  if (!variant.command.empty()) return score_command(task, out);
   const std::string seed = std::to_string(task.seed);
   const std::filesystem::path run_folder = out / "run";
   std::vector<std::string> arguments{
@@ -136,7 +184,7 @@ TaskResult Study::score(const Task& task, const std::filesystem::path& out) cons
     result.error = fmt::format("waymark run: exit code {}: {}", run.exit_code, last_line(read_all(out / "run.err")));
     return result;
   }
-  Json document{{"run", {{"cpu_s", run.cpu_s}, {"wall_s", run.wall_s}, {"exit_code", run.exit_code}}}};
+  Json document{{"run", run_part(run)}};
   const auto is_asked = [&](std::string_view part) {
     return std::ranges::any_of(plan_.scores, [&](const Score& score) { return score.path.starts_with(part); });
   };

@@ -20,8 +20,8 @@ struct TaskResult {
 };
 
 /// The folder of a study: a result for each task that has ended. A result counts as long as the task is the same: its
-/// configuration, values, seed, options, scores and version of waymark. So a study can be interrupted and continued,
-/// and after a change of the plan only what changed is run.
+/// configuration or command (the text and the program's file), values, seed, options, scores and version of waymark. So
+/// a study can be interrupted and continued, and after a change of the plan only what changed is run.
 class Study {
  public:
   /// `program`: the waymark command. Throws Error if the folder cannot be made.
@@ -44,6 +44,7 @@ class Study {
   std::vector<std::string> evaluate_options(const Variant& variant) const;
   std::filesystem::path result_file(const Task& task) const;
   TaskResult score(const Task& task, const std::filesystem::path& out) const;
+  TaskResult score_command(const Task& task, const std::filesystem::path& out) const;
 
   Plan plan_;
   std::filesystem::path folder_;

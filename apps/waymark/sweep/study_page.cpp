@@ -14,8 +14,16 @@ namespace waymark::sweep {
 
 namespace {
 
+constexpr std::size_t kManyScores = 9;  // do not fit beside each other
+
+/// The head of its column.
+std::string head_of(const Score& score) {
+  return score.judged == Score::Judged::by_mean ? score.name + ", mean" : score.name;
+}
+
 std::string text_of(const Cell& cell) {
   if (cell.values.empty()) return "–";
+  if (cell.shows_mean) return fmt::format("{:.3g}", cell.mean);
   if (cell.min == cell.max) return fmt::format("{:.3g}", cell.median);
   return fmt::format("{:.3g} / {:.3g} / {:.3g}", cell.min, cell.median, cell.max);
 }
@@ -25,8 +33,9 @@ std::string mark_of(const Score& score) {
   std::string text;
   if (score.at_least) text = fmt::format("at least {:g}", *score.at_least);
   if (score.at_most) text += fmt::format("{}at most {:g}", text.empty() ? "" : ", ", *score.at_most);
-  if (!text.empty()) text += score.judged == Score::Judged::by_worst ? " by every seed" : " by the median";
-  return text;
+  if (text.empty()) return text;
+  if (score.judged == Score::Judged::by_worst) return text + " by every seed";
+  return text + (score.judged == Score::Judged::by_mean ? " by the mean" : " by the median");
 }
 
 /// One sentence for every score with a mark.
@@ -67,20 +76,35 @@ std::string in_cell(const std::string& text) {
   return cell;
 }
 
+/// The table with its head. A single row with many scores stands upright: a score in each line.
+std::vector<std::vector<std::string>> cells_of(const Plan& plan, const Summary& summary) {
+  std::vector<std::vector<std::string>> rows{{"run", "seeds"}};
+  for (const Score& score : plan.scores) rows.front().push_back(head_of(score));
+  for (const Line& line : summary.lines) {
+    std::vector<std::string>& row = rows.emplace_back(std::vector{line.name, seeds_of(line, plan)});
+    for (const Cell& cell : line.cells) row.push_back(text_of(cell));
+  }
+  if (rows.size() != 2 || plan.scores.size() < kManyScores) return rows;
+  std::vector<std::vector<std::string>> upright;
+  upright.reserve(rows.front().size());
+  for (std::size_t i = 0; i < rows.front().size(); ++i) upright.push_back({rows[0][i], rows[1][i]});
+  return upright;
+}
+
 /// Command, table, marks and failures.
 std::string tables(const Study& study, const Summary& summary, const std::string& command) {
   const Plan& plan = study.plan();
   std::string page = fmt::format(
-      "Made by\n\n    waymark sweep {}\n\nby version {}; {} of {} runs. Over the seeds: min / median / max.\n\n| run | "
-      "seeds |",
+      "Made by\n\n    waymark sweep {}\n\nby version {}; {} of {} runs. Over the seeds: min / median / max.\n\n",
       command, study.version(), summary.ended, summary.tasks);
-  for (const Score& score : plan.scores) page += fmt::format(" {} |", in_cell(score.name));
-  page += "\n|---|---|";
-  for (std::size_t i = 0; i < plan.scores.size(); ++i) page += "---|";
-  page += '\n';
-  for (const Line& line : summary.lines) {
-    page += fmt::format("| {} | {} |", in_cell(line.name), seeds_of(line, plan));
-    for (const Cell& cell : line.cells) page += fmt::format(" {} |", text_of(cell));
+  const std::vector<std::vector<std::string>> cells = cells_of(plan, summary);
+  for (std::size_t row = 0; row < cells.size(); ++row) {
+    page += '|';
+    for (const std::string& cell : cells[row]) page += fmt::format(" {} |", in_cell(cell));
+    page += '\n';
+    if (row > 0) continue;
+    page += '|';
+    for (std::size_t i = 0; i < cells[row].size(); ++i) page += "---|";
     page += '\n';
   }
   const std::vector<std::string> sentences = marks(plan, summary);
@@ -128,7 +152,7 @@ std::string to_html(const Study& study, const Summary& summary, const std::strin
       "<pre>waymark sweep {}</pre>\n<p>Version {}; {} of {} runs. Over the seeds: min / median / max.</p>\n"
       "<table>\n<tr><th>run</th><th>seeds</th>",
       xml_text(command), study.version(), summary.ended, summary.tasks);
-  for (const Score& score : plan.scores) page += fmt::format("<th>{}</th>", xml_text(score.name));
+  for (const Score& score : plan.scores) page += fmt::format("<th>{}</th>", xml_text(head_of(score)));
   page += "</tr>\n";
   for (const Line& line : summary.lines) {
     page += fmt::format("<tr><td>{}</td><td>{}</td>", xml_text(line.name), seeds_of(line, plan));
@@ -150,12 +174,7 @@ std::string to_html(const Study& study, const Summary& summary, const std::strin
 
 std::string to_text(const Study& study, const Summary& summary) {
   const Plan& plan = study.plan();
-  std::vector<std::vector<std::string>> rows{{"run", "seeds"}};
-  for (const Score& score : plan.scores) rows.front().push_back(score.name);
-  for (const Line& line : summary.lines) {
-    std::vector<std::string>& row = rows.emplace_back(std::vector{line.name, seeds_of(line, plan)});
-    for (const Cell& cell : line.cells) row.push_back(cell.values.empty() ? "-" : text_of(cell));
-  }
+  const std::vector<std::vector<std::string>> rows = cells_of(plan, summary);
   std::vector<std::size_t> widths(rows.front().size(), 0);
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());

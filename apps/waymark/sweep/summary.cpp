@@ -2,6 +2,7 @@
 #include "apps/waymark/sweep/summary.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 
@@ -14,10 +15,13 @@ void conclude(Cell& cell, const Score& score) {
   cell.min = *std::ranges::min_element(cell.values);
   cell.max = *std::ranges::max_element(cell.values);
   cell.median = evaluation::median_of(cell.values);
+  cell.mean = std::accumulate(cell.values.begin(), cell.values.end(), 0.0) / static_cast<double>(cell.values.size());
+  cell.shows_mean = score.judged == Score::Judged::by_mean;
   if (!score.at_most && !score.at_least) return;
   const bool by_worst = score.judged == Score::Judged::by_worst;
-  cell.reached = (!score.at_most || (by_worst ? cell.max : cell.median) <= *score.at_most) &&
-                 (!score.at_least || (by_worst ? cell.min : cell.median) >= *score.at_least);
+  const double middle = cell.shows_mean ? cell.mean : cell.median;
+  cell.reached = (!score.at_most || (by_worst ? cell.max : middle) <= *score.at_most) &&
+                 (!score.at_least || (by_worst ? cell.min : middle) >= *score.at_least);
 }
 
 }  // namespace

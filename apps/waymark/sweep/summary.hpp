@@ -18,6 +18,8 @@ struct Cell {
   double max = 0.0;
   /// Whether the score reaches its mark; nothing if it has none, or no value.
   std::optional<bool> reached;
+  double mean = 0.0;
+  bool shows_mean = false;  ///< the mean alone, instead of min / median / max
 };
 
 /// A variant in the table.

@@ -80,6 +80,39 @@ TEST_F(PlanFile, ARowHasOptionsOfItsOwn) {
   EXPECT_THAT(plan.variants[0].evaluate, ElementsAre("--min-sightings", "5"));
 }
 
+TEST_F(PlanFile, ARowCanBeACommand) {
+  write("score.py", "");
+  const Plan plan = read(
+      "title: t\nruns: [{ command: [./score.py, --seed, '{seed}', '--set=filter.particles={filter.particles}'] },\n"
+      "  { name: from the path, command: [echo, '{filter.particles}'] }, { config: robot.yaml }]\n"
+      "vary: { filter.particles: [1, 5] }\nscores: [{ path: command.found, judged_by: mean }]\n");
+  ASSERT_EQ(plan.variants.size(), 6U);
+  EXPECT_EQ(plan.variants[1].name, "score, particles 5");
+  EXPECT_THAT(plan.variants[1].command,
+              ElementsAre((folder_ / "score.py").string(), "--seed", "{seed}", "--set=filter.particles=5"));
+  EXPECT_THAT(plan.variants[1].overrides, testing::IsEmpty());
+  EXPECT_THAT(plan.variants[2].command, ElementsAre("echo", "1"));  // looked up in PATH
+  EXPECT_THAT(plan.variants[5].command, testing::IsEmpty());
+  EXPECT_THAT(plan.variants[5].overrides, ElementsAre("filter.particles=5"));
+  EXPECT_EQ(plan.scores[0].judged, Score::Judged::by_mean);
+}
+
+TEST_F(PlanFile, MistakesOfCommandsAreErrorsWithTheirPlace) {
+  const auto fails = [&](const std::string& row, const std::string& message) {
+    const std::string text = "title: t\nscores: [{ path: command.found }]\nruns:\n  - " + row + "\n";
+    EXPECT_THAT([&] { read(text); },
+                ThrowsMessage<ConfigError>(testing::AllOf(HasSubstr("plan.yaml:"), HasSubstr(message))))
+        << text;
+  };
+  fails("{ command: [echo], config: robot.yaml }", "or a `command`, not both");
+  fails("{ command: [echo], set: [a=1] }", "plan.yaml:4:29: runs[0].set: a row has a `config`");
+  fails("{ command: [echo], evaluate: [--align, se2] }", "or a `command`, not both");
+  fails("{ command: [] }", "a program and its arguments are expected");
+  fails("{ command: [./nothing.py] }", "nothing.py\" is no file: a program is expected");
+  fails("{ command: [echo] }\nevaluate: [--align, se2]", "plan.yaml:5:11: evaluate: every row is a command");
+  fails("{ command: [echo, 1] }\nvary: { p: [1, 2] }", "plan.yaml:5:12: vary.p: the command of \"echo\" has no {p}");
+}
+
 /// A page cites its plan, and a plan names its page: the plans of the repository can be read, and their pages have room
 /// for the table.
 TEST(Plans, OfTheResultsAreReadAndHaveAPage) {
@@ -100,7 +133,7 @@ TEST(Plans, OfTheResultsAreReadAndHaveAPage) {
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
     EXPECT_THAT(text, HasSubstr(command.substr(2))) << "the page has no table by this command";
   }
-  EXPECT_GE(plans, 18U);
+  EXPECT_GE(plans, 38U);
 }
 
 }  // namespace

@@ -192,6 +192,102 @@ TEST_F(ScriptedStudy, FindsWhatHasDrifted) {
   EXPECT_THROW(find_drift(study(), folder_ / "nothing.json", [](std::size_t) {}), Error);
 }
 
+/// A study whose only row is a command: a script beside the program.
+class CommandStudy : public ScriptedStudy {
+ protected:
+  CommandStudy() {
+    command_of(
+        "echo 'first line'\necho \"{\\\"found\\\": $1, \\\"named\\\": [{\\\"name\\\": \\\"gps\\\", \\\"count\\\": "
+        "2}]}\"\n");
+    plan_.variants = {{"a command", {}, {}, {}, {command(), "{seed}", "{out}", "{waymark}"}}};
+    plan_.scores = {{"found", "command.found", std::nullopt, 2.5, Score::Judged::by_mean},
+                    {"named", "command.named.gps.count", std::nullopt, std::nullopt, Score::Judged::by_median},
+                    {"missing", "command.missing", std::nullopt, std::nullopt, Score::Judged::by_median},
+                    {"exit code", "run.exit_code", std::nullopt, std::nullopt, Score::Judged::by_median}};
+  }
+  std::string command() const { return (folder_ / "score.sh").string(); }
+  void command_of(const std::string& body) const {
+    std::ofstream(command()) << "#!/bin/sh\n" << body;
+    std::filesystem::permissions(command(), std::filesystem::perms::owner_all);
+  }
+};
+
+TEST_F(CommandStudy, TakesScoresFromTheLastLineOfACommand) {
+  const Study study = this->study();
+  run_open(study);
+  const Summary summary = summarize(study);
+  ASSERT_TRUE(summary.failures.empty()) << summary.failures[0].error;
+  const Line& line = summary.lines.at(0);
+  EXPECT_THAT(line.cells[0].values, testing::ElementsAre(1.0, 2.0, 6.0));
+  EXPECT_EQ(line.cells[1].median, 2.0);
+  EXPECT_TRUE(line.cells[2].values.empty());
+  EXPECT_EQ(line.cells[3].max, 0.0);
+  // Judged by the mean: 3, where the median is 2.
+  EXPECT_EQ(line.cells[0].reached, true);
+  const std::string page = to_markdown(study, summary, "plan.yaml");
+  EXPECT_THAT(page, HasSubstr("| run | seeds | found, mean | named |"));
+  EXPECT_THAT(page, HasSubstr("| a command | 3 | 3 | 2 | – | 0 |\n"));
+  EXPECT_THAT(page, HasSubstr("found, at least 2.5 by the mean: reached by 1 of 1 rows\n"));
+}
+
+TEST_F(CommandStudy, ASingleRowWithManyScoresStandsUpright) {
+  for (int i = 0; i < 5; ++i) plan_.scores.push_back(plan_.scores.front());
+  const Study study = this->study();
+  run_open(study);
+  const std::string upright = "| run | a command |\n|---|---|\n| seeds | 3 |\n| found, mean | 3 |\n";
+  EXPECT_THAT(to_markdown(study, summarize(study), "plan.yaml"), HasSubstr(upright));
+  plan_.variants.push_back(plan_.variants.front());
+  plan_.variants.back().name = "the same";
+  EXPECT_THAT(to_markdown(this->study(), summarize(this->study()), "plan.yaml"), HasSubstr("| run | seeds | found,"));
+}
+
+TEST_F(CommandStudy, GivesACommandSeedFolderAndProgram) {
+  command_of("[ -d \"$2\" ] && echo kept > \"$2/file\" && [ -x \"$3\" ] && echo \"{\\\"found\\\": 4}\"\n");
+  const Study study = this->study();
+  EXPECT_EQ(study.run(plan_.tasks()[0]).values.at(0), 4.0);
+  EXPECT_FALSE(std::filesystem::exists(study.folder() / "running/000000"));
+}
+
+TEST_F(CommandStudy, FailsWithAReason) {
+  const auto error = [&] { return study().run(plan_.tasks()[0]).error; };
+  command_of("echo '{\"found\": 1}'\necho first >&2\necho 'no such log' >&2\nexit 3\n");
+  EXPECT_EQ(error(), "score.sh: exit code 3: no such log");
+  command_of("echo '{\"found\": 1}'\necho done\n");
+  EXPECT_EQ(error(), "score.sh: the last line of its output is \"done\": a JSON object is expected");
+  command_of("echo 4\n");
+  EXPECT_THAT(error(), HasSubstr("a JSON object is expected"));
+  plan_.variants[0].command = {"no-such-program-anywhere"};
+  EXPECT_THAT(error(), HasSubstr("no-such-program-anywhere: exit code 127"));
+}
+
+TEST_F(CommandStudy, LooksUpAProgramInThePath) {
+  plan_.variants[0].command = {"echo", "{\"found\": {seed}}"};
+  plan_.scores.resize(1);
+  const Study study = this->study();
+  run_open(study);
+  EXPECT_THAT(summarize(study).lines[0].cells[0].values, testing::ElementsAre(1.0, 2.0, 6.0));
+}
+
+TEST_F(CommandStudy, AnotherCommandOrProgramFileIsRunAgain) {
+  run_open(study());
+  EXPECT_TRUE(study().open_tasks().empty());
+  plan_.variants[0].command.emplace_back("--more");
+  EXPECT_EQ(study().open_tasks().size(), 3U);
+  plan_.variants[0].command.pop_back();
+  EXPECT_TRUE(study().open_tasks().empty());
+  command_of("echo '{\"found\": 1}'\n");
+  EXPECT_EQ(study().open_tasks().size(), 3U);
+}
+
+TEST_F(CommandStudy, DriftLeavesOutTimes) {
+  command_of("echo '{\"found\": 1, \"cpu_s\": 2}'\n");
+  plan_.scores.push_back({"CPU [s]", "command.cpu_s", std::nullopt, std::nullopt, Score::Judged::by_median});
+  run_open(study());
+  std::ofstream(folder_ / "earlier.json") << to_json(study(), "plan.yaml");
+  command_of("echo '{\"found\": 1, \"cpu_s\": 3}'\n");
+  EXPECT_TRUE(find_drift(study(), folder_ / "earlier.json", [](std::size_t) {}).empty());
+}
+
 TEST_F(ScriptedStudy, TheArrayScriptNamesPlanFolderAndTasks) {
   plan_.threads = 2;
   const Study study = this->study();
