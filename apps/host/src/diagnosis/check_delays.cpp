@@ -66,8 +66,7 @@ bool is_tilting_field(const Case& c, const Observer& observer) {
 double tolerance_of(const Case& c, const Observer& a, const Observer& b) {
   const auto is_any = [&](Observer::Kind kind) { return a.kind == kind || b.kind == kind; };
   // What has no wheels follows its bow, and what flies may turn it into the path afterwards.
-  const bool is_free = is_any(Observer::Kind::course) && measured_way(c.watch) == nullptr;
-  if (is_free) return kFixTolerance + kFreeTolerance;
+  if (is_any(Observer::Kind::course) && measured_way(c.watch) == nullptr) return kFixTolerance + kFreeTolerance;
   if (is_tilting_field(c, a) || is_tilting_field(c, b)) return kTiltTolerance;
   if (is_any(Observer::Kind::chord)) return kFixTolerance;
   return kTolerance + uncertain_turns(a) + uncertain_turns(b) +
@@ -102,7 +101,7 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
       const bool is_usable = yaw.is_trusted(i) || direct.verdict == Ratio::Verdict::unknown;
       const bool is_done = observer.track != nullptr && yaw.is_trusted(i) && i < j;
       if (observer.sensor == reference.sensor || !is_usable || is_done || c.is_blamed(observer.sensor)) continue;
-      if (direct.is_free) continue;
+      if (direct.is_forgiven && (is_of_path(observer) || is_of_path(reference))) continue;
       Lag lag;
       if (observer.kind != Observer::Kind::chord) {
         const std::vector<Span> spans =

@@ -80,6 +80,19 @@ struct OwnSources {
   const Track& yaw;
 };
 
+/// True if the gyro measures its yaw rate alone.
+bool has_one_axis(const WatchedSensor& imu, double newest) {
+  long spans = 0;
+  long still = 0;
+  for (double t = kHalfWindow; t + kGravitySpan + kHalfWindow < newest; t += kGravitySpan) {
+    const auto change = gravity_change(imu, t, kHalfWindow);
+    if (!change) continue;
+    ++spans;
+    if (change->products(0, 2) == 0.0 && change->products(1, 2) == 0.0) ++still;
+  }
+  return 2 * still > spans;
+}
+
 /// σ of the change of gravity over a span that the gyro does not explain [m/s²], with a rest value of each axis;
 /// nothing if too little is known.
 std::optional<double> unexplained(const WatchedSensor& imu, const AxesOrder& order, const OwnSources& sources,
@@ -170,7 +183,8 @@ void check_imu_axes(Case& c, const MotionAgreement& motion) {
   const Observer* yaw = motion.yaw.trusted_track();
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& imu = c.sensor(i);
-    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i) || has_one_axis(imu, c.watch.newest()))
+      continue;
     const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
     check_imu(c, i, {way, is_own ? imu.yaw : *yaw->track});
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -18,7 +19,6 @@ constexpr double kAlike = 0.25;
 constexpr double kFarSigmas = 5.0;
 constexpr double kToleranceSigmas = 3.0;
 constexpr double kMostOfField = 3.3;  // that a heading out of a field may turn as far, or as little
-constexpr double kMostOfPath = 2.0;   // likewise the path of a robot without wheels
 
 std::string label(const Case& c, const Observer& observer) {
   const std::string& name = c.sensor(observer.sensor).name;
@@ -120,35 +120,42 @@ bool is_sure_to_turn(const Case& c, const Observer& observer) {
   return is_wheels || observer.kind == Observer::Kind::matched;
 }
 
-bool is_beyond(const Ratio& ratio, double factor) { return ratio.value < 1.0 / factor || ratio.value > factor; }
-
 /// A field's direction that turns too far or too little is disturbed, by iron or as the robot rolls.
 bool is_disturbed(const Case& c, const Observer& observer, const Ratio& ratio) {
   if (!is_field(c, observer)) return false;
   const bool is_unrelated = ratio.verdict == Ratio::Verdict::unrelated;
-  return (!is_unrelated && !is_beyond(ratio, kMostOfField)) || turns_by_tilt(c, c.sensor(observer.sensor)) > kTilts;
+  return (!is_unrelated && ratio.value < kMostOfField && ratio.value > 1.0 / kMostOfField) ||
+         turns_by_tilt(c, c.sensor(observer.sensor)) > kTilts;
 }
 
-/// What has no wheels may move sideways.
-bool is_free(const Case& c, const Observer& observer, const Ratio& ratio) {
-  const bool is_of_path = observer.kind == Observer::Kind::course || observer.kind == Observer::Kind::chord;
-  return is_of_path && measured_way(c.watch) == nullptr &&
-         (ratio.verdict == Ratio::Verdict::unrelated || !is_beyond(ratio, kMostOfPath));
+/// What has no wheels may move sideways: the path of a receiver, its course or its positions, then has nothing to do
+/// with the turns of another observer.
+bool is_free(const Case& c, const Agreement& agreement, std::size_t path, std::size_t other) {
+  if (!is_of_path(agreement.observers[path]) || measured_way(c.watch) != nullptr) return false;
+  for (std::size_t k = 0; k < agreement.observers.size(); ++k) {
+    const Observer& observer = agreement.observers[k];
+    if (is_of_path(observer) && observer.sensor == agreement.observers[path].sensor &&
+        agreement.ratios[k][other].verdict == Ratio::Verdict::unrelated)
+      return true;
+  }
+  return false;
 }
 
-/// Takes back a contradiction that needs no mistake.
-void forgive(const Case& c, const Observer& a, const Observer& b, Ratio& ratio) {
+/// True for a contradiction that needs no mistake.
+bool is_forgiven(const Case& c, const Agreement& agreement, std::size_t i, std::size_t j) {
+  const Ratio& ratio = agreement.ratios[i][j];
   const bool contradicts =
       ratio.verdict == Ratio::Verdict::unrelated || (ratio.verdict == Ratio::Verdict::differ && ratio.value > 0.0);
-  if (!contradicts) return;
-  ratio.is_free = is_free(c, a, ratio) || is_free(c, b, ratio);
-  if (ratio.is_free || is_disturbed(c, a, ratio) || is_disturbed(c, b, ratio)) ratio.verdict = Ratio::Verdict::unknown;
+  return contradicts &&
+         (is_free(c, agreement, i, j) || is_free(c, agreement, j, i) ||
+          is_disturbed(c, agreement.observers[i], ratio) || is_disturbed(c, agreement.observers[j], ratio));
 }
 
 void compare_all(Case& c, const char* quantity, Agreement& agreement, const Track* way, bool is_angle) {
   const std::vector<Observer>& observers = agreement.observers;
   const std::size_t n = observers.size();
   agreement.ratios.assign(n, std::vector<Ratio>(n));
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
       // Of two tracks once; what is known over spans only is the numerator.
@@ -161,13 +168,22 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
       options.is_sure = is_angle && is_sure_to_turn(c, observers[i]);
       options.tolerance = kToleranceSigmas * std::hypot(observers[i].usual_sigma, observers[j].usual_sigma);
       if (is_angle) options.shift = best_shift(observers[i].spans, *observers[j].track);
-      Ratio ratio = compare(observers[i].spans, *observers[j].track, options);
-      if (is_angle) forgive(c, observers[i], observers[j], ratio);
-      agreement.ratios[i][j] = ratio;
-      agreement.ratios[j][i] = inverse(ratio);
-      report(c, quantity, observers[i], observers[j], ratio);
+      agreement.ratios[i][j] = compare(observers[i].spans, *observers[j].track, options);
+      agreement.ratios[j][i] = inverse(agreement.ratios[i][j]);
+      pairs.emplace_back(i, j);
     }
   }
+  std::vector<std::pair<std::size_t, std::size_t>> forgiven;
+  std::ranges::copy_if(pairs, std::back_inserter(forgiven), [&](const auto& pair) {
+    return is_angle && is_forgiven(c, agreement, pair.first, pair.second);
+  });
+  for (const auto& [i, j] : forgiven) {
+    for (Ratio* ratio : {&agreement.ratios[i][j], &agreement.ratios[j][i]}) {
+      ratio->verdict = Ratio::Verdict::unknown;
+      ratio->is_forgiven = true;
+    }
+  }
+  for (const auto& [i, j] : pairs) report(c, quantity, observers[i], observers[j], agreement.ratios[i][j]);
 }
 
 /// A scanner's way, along the direction in which it moves, as an observer of the way.

@@ -33,6 +33,11 @@ struct Observer {
   bool is_unsigned = false;            ///< of a way: forwards and backwards are the same
 };
 
+/// True for the path of a receiver: its course, or its positions.
+inline bool is_of_path(const Observer& observer) {
+  return observer.kind == Observer::Kind::course || observer.kind == Observer::Kind::chord;
+}
+
 /// How many times as large one observer's changes are as another's.
 struct Ratio {
   enum class Verdict { unknown, agree, differ, unrelated };
@@ -48,7 +53,7 @@ struct Ratio {
   double offset_sigma = 0.0;   ///< 0: not known
   double shift = 0.0;          ///< by which the numerator was taken for late [s]
   long spans = 0;
-  bool is_free = false;  ///< to the path of what has no wheels, which need not turn as the robot does
+  bool is_forgiven = false;  ///< a contradiction that needs no mistake
 };
 
 /// A delay of one observer against another [s].

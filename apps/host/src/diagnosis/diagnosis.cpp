@@ -45,22 +45,24 @@ struct Diagnosis::Parts {
   std::size_t taken = 0;
   std::vector<Comparison> comparisons;
 
-  /// True if all the turns of its sensor agree with those of others.
-  bool is_trusted(const Finding& finding, const diagnosis::Agreement& yaw) const {
-    bool is_there = false;
+  /// True if the turns of its sensor contradict those of any other one.
+  bool is_contradicted(const Finding& finding, const diagnosis::Agreement& yaw) const {
     for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
       if (watch.sensors()[yaw.observers[i].sensor].name != finding.sensors.front()) continue;
-      if (!yaw.is_trusted(i)) return false;
-      is_there = true;
+      const bool differs = std::ranges::any_of(yaw.ratios[i], [](const diagnosis::Ratio& ratio) {
+        return ratio.verdict == diagnosis::Ratio::Verdict::differ ||
+               ratio.verdict == diagnosis::Ratio::Verdict::unrelated;
+      });
+      if (differs) return true;
     }
-    return is_there;
+    return false;
   }
 
   /// The evaluation of a whole window withdraws what a part of it seemed to show, where it names another sensor.
   void withdraw(const std::vector<Finding>& of_window, const diagnosis::MotionAgreement& motion) {
     const auto is_withdrawn = [&](const Finding& early) {
       if (contains(of_window, early)) return false;
-      return is_of_whole_window(early) || (early.check == "yaw" && is_trusted(early, motion.yaw)) ||
+      return is_of_whole_window(early) || (early.check == "yaw" && !is_contradicted(early, motion.yaw)) ||
              std::ranges::any_of(of_window, [&](const Finding& other) {
                // Heights that are wrong make slopes, and so accelerations, wrong.
                const bool is_by_heights = other.check == "height" && early.check == "acceleration";
