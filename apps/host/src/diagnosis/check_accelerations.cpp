@@ -187,7 +187,6 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
 }  // namespace
 
 std::optional<Eigen::Vector2d> acceleration(const Track& way, const Track& yaw, double t) {
-  constexpr double kHalfWindow = 0.2;  // [s]
   const auto speed = way.rate(t, kHalfWindow);
   const auto turn = yaw.rate(t, kHalfWindow);
   const auto before = way.rate(t - kHalfWindow, kHalfWindow);

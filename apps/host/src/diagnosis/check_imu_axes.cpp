@@ -23,7 +23,8 @@ using Certainty = Finding::Certainty;
 
 constexpr double kHalfWindow = 0.2;  // [s], over which the specific force is averaged
 constexpr long kLeastSamples = 100;
-constexpr Eigen::Index kLeastRows = 60;
+constexpr std::size_t kLeastSpans = 30;
+constexpr double kMadToSigma = 1.4826;
 constexpr double kClearlyBetter = 0.75;   // σ of what is left
 constexpr double kAsGood = 1.1;           // likewise
 constexpr double kLeastExplained = 0.05;  // [m/s²], more than a robot on a level floor shows
@@ -74,48 +75,47 @@ std::optional<OwnMotion> own_motion(const Observer* way, const Track& yaw, doubl
   return OwnMotion{*after - *before, *turn * (*before + 4.0 * *middle + *after) / 6.0};
 }
 
-/// Where the robot's own motion comes from: the way may be null.
-struct OwnSources {
-  const Observer* way;
-  const Track& yaw;
+/// Changes over the spans in which all is known, and what the robot's own motion has of them.
+struct Spans {
+  std::vector<GravityChange> changes;
+  std::vector<OwnMotion> own;
 };
 
-/// True if the gyro measures its yaw rate alone.
-bool has_one_axis(const WatchedSensor& imu, double newest) {
-  long spans = 0;
-  long still = 0;
-  for (double t = kHalfWindow; t + kGravitySpan + kHalfWindow < newest; t += kGravitySpan) {
+/// `way` may be null. Nothing of a gyro that measures its yaw rate alone.
+Spans gravity_spans(const WatchedSensor& imu, const Observer* way, const Track& yaw, double newest) {
+  Spans spans;
+  std::size_t still = 0;
+  for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest; t += kGravitySpan) {
     const auto change = gravity_change(imu, t, kHalfWindow);
-    if (!change) continue;
-    ++spans;
+    const auto own = change ? own_motion(way, yaw, t) : std::nullopt;
+    if (!own) continue;
+    spans.changes.push_back(*change);
+    spans.own.push_back(*own);
     if (change->products(0, 2) == 0.0 && change->products(1, 2) == 0.0) ++still;
   }
-  return 2 * still > spans;
+  return 2 * still > spans.changes.size() ? Spans{} : spans;
 }
 
-/// σ of the change of gravity over a span that the gyro does not explain [m/s²], with a rest value of each axis;
-/// nothing if too little is known.
-std::optional<double> unexplained(const WatchedSensor& imu, const AxesOrder& order, const OwnSources& sources,
-                                  double newest) {
-  Rows rows(2 * (static_cast<Eigen::Index>(newest / kGravitySpan) + 1), 2);
-  for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest && !rows.full(); t += kGravitySpan) {
-    auto change = gravity_change(imu, t, kHalfWindow);
-    const auto own = change ? own_motion(sources.way, sources.yaw, t) : std::nullopt;
-    if (!own) continue;
-    change->force = order.accelerometer.topLeftCorner<2, 2>().transpose() * change->force - own->change;
-    change->products = order.gyro.transpose() * change->products * order.accelerometer;
-    change->products.row(2).head<2>() -= own->turned.transpose();
-    const Eigen::Vector2d left = change->force - change->by_turn();
-    for (Eigen::Index axis = 0; axis < 2; ++axis) {
-      rows.A.row(rows.count).setZero();
-      rows.A(rows.count, axis) = kGravitySpan;
-      rows.y(rows.count++) = left(axis);
-    }
+/// σ of the change of gravity over a span that the gyro does not explain [m/s²], beside a rest value of each axis.
+double unexplained(const Spans& spans, const AxesOrder& order) {
+  std::array<std::vector<double>, 2> left;
+  for (std::vector<double>& axis : left) axis.reserve(spans.changes.size());
+  for (std::size_t k = 0; k < spans.changes.size(); ++k) {
+    const GravityChange& shown = spans.changes[k];
+    GravityChange change{order.accelerometer.topLeftCorner<2, 2>().transpose() * shown.force - spans.own[k].change,
+                         order.gyro.transpose() * shown.products * order.accelerometer};
+    change.products.row(2).head<2>() -= spans.own[k].turned.transpose();
+    const Eigen::Vector2d rest = change.force - change.by_turn();
+    left[0].push_back(rest.x());
+    left[1].push_back(rest.y());
   }
-  if (rows.count < kLeastRows) return std::nullopt;
-  const Fit fit = fit_rows(rows);
-  if (!fit.valid || !(fit.residual > 0.0)) return std::nullopt;
-  return fit.residual;
+  std::vector<double> sizes;
+  sizes.reserve(2 * spans.changes.size());
+  for (std::vector<double>& axis : left) {
+    const double bias = median(axis);
+    for (const double value : axis) sizes.push_back(std::abs(value - bias));
+  }
+  return kMadToSigma * median(sizes);
 }
 
 /// Which columns an order concerns: "the sign of f_x_mps2". `columns`: their names, for an axis.
@@ -139,16 +139,15 @@ struct Best {
   double left = std::numeric_limits<double>::infinity();
   Order order = Order::Identity();
 
-  void consider(const std::optional<double>& other, const Order& of) {
-    if (other && *other < left) *this = {*other, of};
+  void consider(double other, const Order& of) {
+    if (other < left) *this = {other, of};
   }
 };
 
-void check_imu(Case& c, std::size_t i, const OwnSources& sources) {
+void check_imu(Case& c, std::size_t i, const Spans& spans) {
   const WatchedSensor& imu = c.sensor(i);
-  const auto left = [&](const AxesOrder& order) { return unexplained(imu, order, sources, c.watch.newest()); };
-  const auto as_it_is = left({});
-  if (!as_it_is) return;
+  const auto left = [&](const AxesOrder& order) { return unexplained(spans, order); };
+  const double as_it_is = left({});
   Best accelerometer;
   Best gyro;
   Best both;
@@ -160,8 +159,8 @@ void check_imu(Case& c, std::size_t i, const OwnSources& sources) {
   }
   const double least = std::min(accelerometer.left, gyro.left);
   // One that is mounted in another direction shows it in its accelerations.
-  if (least > kClearlyBetter * *as_it_is || both.left < kAsGood * least) return;
-  if (*as_it_is * *as_it_is - least * least < kLeastExplained * kLeastExplained) return;
+  if (least > kClearlyBetter * as_it_is || both.left < kAsGood * least) return;
+  if (as_it_is * as_it_is - least * least < kLeastExplained * kLeastExplained) return;
   std::string change;
   if (accelerometer.left < kAsGood * least) change = columns_of(imu, accelerometer.order, "f_{}_mps2");
   if (gyro.left < kAsGood * least) {
@@ -171,7 +170,7 @@ void check_imu(Case& c, std::size_t i, const OwnSources& sources) {
   c.add(Certainty::named, "gravity", {i},
         fmt::format("gravity in its specific force does not turn as its gyro does: {:.2g} m/s² beside it each second, "
                     "{:.2g} with other axes",
-                    *as_it_is, least),
+                    as_it_is, least),
         fmt::format("source: {} of {}", change, imu.name), 0.0);
 }
 
@@ -183,10 +182,10 @@ void check_imu_axes(Case& c, const MotionAgreement& motion) {
   const Observer* yaw = motion.yaw.trusted_track();
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& imu = c.sensor(i);
-    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i) || has_one_axis(imu, c.watch.newest()))
-      continue;
+    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
-    check_imu(c, i, {way, is_own ? imu.yaw : *yaw->track});
+    const Spans spans = gravity_spans(imu, way, is_own ? imu.yaw : *yaw->track, c.watch.newest());
+    if (spans.changes.size() >= kLeastSpans) check_imu(c, i, spans);
   }
 }
 
