@@ -18,18 +18,19 @@ constexpr Eigen::Index kFewTurns = 5;
 constexpr double kStill = 0.2;          // [m/s], slower is no motion for an unsigned way
 constexpr double kMostSigmas = 1000.0;  // more says nothing
 constexpr double kSigmas = 3.0;
-constexpr double kRelative = 0.15;     // errors of a turn or a way that grow with it
-constexpr double kVague = 0.35;        // a ratio whose bounds are farther apart, as a share, is not known
-constexpr double kDefinite = 0.125;    // σ of a ratio that differs, as a share
-constexpr double kUnrelated = 0.1;     // squared correlation of two that have nothing to do with each other
-constexpr long kLeastUnrelated = 40;   // spans that show it
-constexpr double kMostShare = 0.3;     // of the changes of one that the other may have
-constexpr double kLargeTurn = 0.05;    // [rad]
-constexpr double kVaguePerWay = 0.03;  // [rad/m]
-constexpr double kShiftStep = 0.1;     // [s]
-constexpr double kWild = 1.0;          // [rad]
-constexpr double kBetter = 0.7;        // of what two do not have in common, that a shift must leave at most
-constexpr double kMostLag = 2.0;       // [s]
+constexpr double kRelative = 0.15;           // errors of a turn or a way that grow with it
+constexpr double kVague = 0.35;              // a ratio whose bounds are farther apart, as a share, is not known
+constexpr double kDefinite = 0.125;          // σ of a ratio that differs, as a share
+constexpr double kDefiniteSign = 1.0 / 6.0;  // likewise of one that is wrong by little but its sign
+constexpr double kUnrelated = 0.1;           // squared correlation of two that have nothing to do with each other
+constexpr long kLeastUnrelated = 40;         // spans that show it
+constexpr double kMostShare = 0.3;           // of the changes of one that the other may have
+constexpr double kLargeTurn = 0.05;          // [rad]
+constexpr double kVaguePerWay = 0.03;        // [rad/m]
+constexpr double kShiftStep = 0.1;           // [s]
+constexpr double kWild = 1.0;                // [rad]
+constexpr double kBetter = 0.7;              // of what two do not have in common, that a shift must leave at most
+constexpr double kMostLag = 2.0;             // [s]
 constexpr double kLagStep = 0.05;
 constexpr std::size_t kParts = 8;
 constexpr std::size_t kLeastParts = 4;
@@ -143,7 +144,8 @@ void judge(Ratio& ratio, double tolerance) {
   ratio.sigmas =
       std::min(kMostSigmas, std::max(0.0, beyond) /
                                 std::max(ratio.value > 1.0 || ratio.value < 0.0 ? ratio.sigma : relative_sigma, 1e-6));
-  if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma < kDefinite) {
+  const bool is_sign = ratio.value < -0.5 && ratio.value > -2.0;
+  if (beyond > 0.0 && ratio.sigmas > kSigmas && relative_sigma < (is_sign ? kDefiniteSign : kDefinite)) {
     ratio.verdict = Ratio::Verdict::differ;
   } else if (beyond <= 0.0 && (ratio.high - ratio.low) / size < kVague && relative_sigma < kVague / kSigmas) {
     ratio.verdict = Ratio::Verdict::agree;
