@@ -37,18 +37,25 @@ struct Readings {
   MagneticField field = {};
 };
 
+/// How much the course turns, and how steep the ground is.
+struct Course {
+  double turns = 1.0;
+  double slopes = 1.0;
+};
+
 /// Drives with changing speed over ground whose slopes change within seconds.
-std::vector<Finding> examine(const std::function<void(Readings&)>& mistake) {
+std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, const Course& course = {}) {
   constexpr double kStep = 0.02;
   const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
   std::normal_distribution<double> noise(0.0, 1.0);
   const auto noise3 = [&] { return Eigen::Vector3d(noise(dice), noise(dice), noise(dice)); };
-  const auto attitude = [](double t) {
-    return Eigen::AngleAxisd(0.3 + 2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t), Eigen::Vector3d::UnitZ()) *
-           Eigen::AngleAxisd(0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
-           Eigen::AngleAxisd(0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
+  const auto attitude = [&](double t) {
+    const double yaw = course.turns * (2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
+    return Eigen::AngleAxisd(0.3 + yaw, Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(course.slopes * 0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(course.slopes * 0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
   };
   const auto speed = [](double t) { return 1.0 + 0.4 * std::sin(0.37 * t); };
   MeasurementFeed feed(diagnosis);
@@ -76,6 +83,10 @@ std::vector<Finding> examine(const std::function<void(Readings&)>& mistake) {
 
 TEST(ImuAxesDiagnosis, FindsNothingWithoutAMistake) {
   EXPECT_THAT(examine([](Readings&) {}), IsEmpty());
+}
+
+TEST(ImuAxesDiagnosis, AHeadingThatTurnsAsTheRobotTiltsContradictsNobody) {
+  EXPECT_THAT(examine([](Readings&) {}, {.turns = 0.05, .slopes = 2.0}), IsEmpty());
 }
 
 TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometer) {
