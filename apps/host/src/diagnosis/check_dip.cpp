@@ -26,17 +26,12 @@ std::optional<double> wander_along_gravity(const WatchedSensor& magnetometer, co
                                            double newest) {
   Rows rows(static_cast<Eigen::Index>(newest / kStep) + 1, 6);
   for (double t = kHalfWindow; t + kHalfWindow < newest && !rows.full(); t += kStep) {
-    const auto f_x = imu.force_x.rate(t, kHalfWindow);
-    const auto f_y = imu.force_y.rate(t, kHalfWindow);
-    const auto m_x = magnetometer.field_x.rate(t, kHalfWindow);
-    const auto m_y = magnetometer.field_y.rate(t, kHalfWindow);
-    const auto m_z = magnetometer.field_z.rate(t, kHalfWindow);
-    if (!f_x || !f_y || !m_x || !m_y || !m_z) continue;
-    const double up_x = *f_x / kGravity;
-    const double up_y = *f_y / kGravity;
-    const double up_z = std::sqrt(std::max(0.0, 1.0 - up_x * up_x - up_y * up_y));
-    rows.A.row(rows.count) << 1.0, t, *m_x, *m_y, up_x, up_y;
-    rows.y(rows.count++) = up_x * *m_x + up_y * *m_y + vertical * up_z * *m_z;
+    const auto seen = tilted_field(magnetometer, imu, t, kHalfWindow);
+    if (!seen) continue;
+    const auto& [up, m] = *seen;
+    const double up_z = std::sqrt(std::max(0.0, 1.0 - up.squaredNorm()));
+    rows.A.row(rows.count) << 1.0, t, m.x(), m.y(), up.x(), up.y();
+    rows.y(rows.count++) = up.dot(m.head<2>()) + vertical * up_z * m.z();
   }
   if (rows.count < kLeastRows) return std::nullopt;
   const Fit fit = fit_rows(rows);

@@ -51,7 +51,7 @@ std::optional<HeightFit> fit_heights(const Track& height, const Track& other, do
   result.count = static_cast<long>(rows.count);
   result.level = median(differences);
   for (double& difference : differences) difference = std::abs(difference - result.level);
-  result.level_scatter = 1.4826 * median(differences);
+  result.level_scatter = kMadToSigma * median(differences);
   // About their means, or scale and level depend on each other.
   for (Eigen::Index column : {0, 2}) {
     auto values = rows.A.col(column).head(rows.count);

@@ -24,7 +24,6 @@ using Certainty = Finding::Certainty;
 constexpr double kHalfWindow = 0.2;  // [s], over which the specific force is averaged
 constexpr long kLeastSamples = 100;
 constexpr std::size_t kLeastSpans = 30;
-constexpr double kMadToSigma = 1.4826;
 constexpr double kClearlyBetter = 0.75;   // σ of what is left
 constexpr double kAsGood = 1.1;           // likewise
 constexpr double kLeastExplained = 0.05;  // [m/s²], more than a robot on a level floor shows

@@ -63,7 +63,7 @@ std::optional<Middle> middle_of(const std::vector<double>& angles) {
     const double part = middle(angles.size() * p / kParts, angles.size() * (p + 1) / kParts);
     parts.push_back(std::abs(part - center));
   }
-  result.scatter = 1.4826 * median(parts);
+  result.scatter = kMadToSigma * median(parts);
   result.sigma = std::max(1.25 * result.scatter / std::sqrt(static_cast<double>(kParts)), 0.1 * kDegree);
   return result;
 }

@@ -17,7 +17,6 @@
 namespace waymark::host::diagnosis {
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
-inline constexpr double kGravity = 9.81;  // [m/s²]
 
 /// What the checks share: the data, the YAML, and what earlier checks have found.
 struct Case {

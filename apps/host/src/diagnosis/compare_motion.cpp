@@ -254,17 +254,12 @@ double turns_by_tilt(const Case& c, const WatchedSensor& magnetometer) {
     double horizontal = 0.0;
     double count = 0.0;
     for (double t = kHalfWindow; t + kHalfWindow < c.watch.newest(); t += kStep) {
-      const auto f_x = imu.force_x.rate(t, kHalfWindow);
-      const auto f_y = imu.force_y.rate(t, kHalfWindow);
-      const auto m_x = magnetometer.field_x.rate(t, kHalfWindow);
-      const auto m_y = magnetometer.field_y.rate(t, kHalfWindow);
-      const auto m_z = magnetometer.field_z.rate(t, kHalfWindow);
-      if (!f_x || !f_y || !m_x || !m_y || !m_z) continue;
-      const Eigen::Vector2d lean = Eigen::Vector2d(*f_x, *f_y) / kGravity;
-      sum += lean;
-      squares += lean.squaredNorm();
-      vertical += std::abs(*m_z);
-      horizontal += std::hypot(*m_x, *m_y);
+      const auto seen = tilted_field(magnetometer, imu, t, kHalfWindow);
+      if (!seen) continue;
+      sum += seen->lean;
+      squares += seen->lean.squaredNorm();
+      vertical += std::abs(seen->field.z());
+      horizontal += seen->field.head<2>().norm();
       count += 1.0;
     }
     if (!(horizontal > 0.0)) continue;

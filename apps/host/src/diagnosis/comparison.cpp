@@ -287,7 +287,7 @@ Lag find_lag(const std::vector<Span>& measured, const Track& track, double ratio
     if (const auto change = track.change(span.from, span.to))
       residuals.push_back(std::abs(span.value - ratio * *change));
   }
-  const double scale = 1.4826 * median(residuals);
+  const double scale = kMadToSigma * median(residuals);
   if (!(scale > 0.0)) return lag;
   std::vector<std::vector<double>> parts;
   for (std::size_t p = 0; p < kParts; ++p) {

@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kIterations = 6;
 constexpr double kTukey = 4.685;  // 95 % efficiency for Gaussian residuals (P. J. Huber, 1981)
-constexpr double kMadToSigma = 1.4826;
-constexpr int kStretches = 10;  // of the jackknife
+constexpr int kStretches = 10;    // of the jackknife
 constexpr Eigen::Index kLeastRows = 12;
 
 /// Normal equations of some rows.

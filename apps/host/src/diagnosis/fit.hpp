@@ -6,6 +6,8 @@
 
 namespace waymark::host::diagnosis {
 
+inline constexpr double kMadToSigma = 1.4826;  ///< σ of what is normally distributed, by its median absolute value
+
 /// Rows of a linear model y = A x, in the order of time.
 struct Rows {
   Eigen::MatrixXd A;

@@ -73,7 +73,7 @@ double noise_of(const std::vector<Fix>& fixes) {
     differences.push_back(std::abs(d.x()));
     differences.push_back(std::abs(d.y()));
   }
-  return 1.4826 * median(differences) / std::sqrt(6.0);
+  return kMadToSigma * median(differences) / std::sqrt(6.0);
 }
 
 std::vector<Chord> chords_of(const std::vector<Fix>& fixes) {

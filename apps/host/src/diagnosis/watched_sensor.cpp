@@ -81,6 +81,17 @@ std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, 
   return result;
 }
 
+std::optional<TiltedField> tilted_field(const WatchedSensor& magnetometer, const WatchedSensor& imu, double t,
+                                        double half_window) {
+  const auto f_x = imu.force_x.rate(t, half_window);
+  const auto f_y = imu.force_y.rate(t, half_window);
+  const auto m_x = magnetometer.field_x.rate(t, half_window);
+  const auto m_y = magnetometer.field_y.rate(t, half_window);
+  const auto m_z = magnetometer.field_z.rate(t, half_window);
+  if (!f_x || !f_y || !m_x || !m_y || !m_z) return std::nullopt;
+  return TiltedField{Eigen::Vector2d(*f_x, *f_y) / kGravity, {*m_x, *m_y, *m_z}};
+}
+
 char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {
   Eigen::Index axis = 0;
   (sensor.T_base_sensor.q.conjugate() * base_axis).cwiseAbs().maxCoeff(&axis);

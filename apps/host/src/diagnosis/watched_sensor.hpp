@@ -30,6 +30,7 @@ class Thinned {
   long seen_ = 0;
 };
 
+inline constexpr double kGravity = 9.81;  // [m/s²]
 inline constexpr int kManyDecimals = 9;
 
 /// A fix and its time in the window [s].
@@ -134,6 +135,16 @@ struct WatchedSensor {
 /// From time t on, with the specific force averaged over so long before and after; nothing if it is not known
 /// throughout.
 std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, double half_window);
+
+/// A magnetic field and the direction in which gravity seems to lie, in the axes of the base.
+struct TiltedField {
+  Eigen::Vector2d lean;   ///< specific force in the plane, by gravity
+  Eigen::Vector3d field;  ///< [T]
+};
+
+/// Averaged over so long before and after a time; nothing if it is not known.
+std::optional<TiltedField> tilted_field(const WatchedSensor& magnetometer, const WatchedSensor& imu, double t,
+                                        double half_window);
 
 /// The axis of the sensor that lies closest to one of the base: 'x', 'y' or 'z'.
 char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis);

@@ -89,6 +89,14 @@ class InTheHall : public ::testing::Test {
     }
     return map;
   }
+  /// Matches a cloud that is seen from the truth, with a prior whose mean is off.
+  Refinement match(const ParticleOctomap& map, const Eigen::Vector3d& truth, const Eigen::Vector3d& offset) const {
+    const Eigen::Vector3d at = truth - offset;
+    const Pose prior = Pose::planar(at.x(), at.y(), at.z());
+    Refinement refinement;
+    map.refine({prior, kPrior}, prior, seen_from(Pose::planar(truth.x(), truth.y(), truth.z()), 77), refinement);
+    return refinement;
+  }
 };
 
 TEST_F(InTheHall, AScannerThatLooksDownFindsItsPlace) {
@@ -96,10 +104,7 @@ TEST_F(InTheHall, AScannerThatLooksDownFindsItsPlace) {
   for (const Eigen::Vector3d& offset :
        {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.15, -0.1, 0.04), Eigen::Vector3d(-0.12, 0.14, -0.05)}) {
     for (const Eigen::Vector3d& truth : {Eigen::Vector3d(0.5, 0.2, 0.3), {1.2, -0.3, 2.0}, {-0.4, 0.9, -1.4}}) {
-      const Eigen::Vector3d at = truth - offset;
-      const Pose prior = Pose::planar(at.x(), at.y(), at.z());
-      Refinement refinement;
-      map.refine({prior, kPrior}, prior, seen_from(Pose::planar(truth.x(), truth.y(), truth.z()), 77), refinement);
+      const Refinement refinement = match(map, truth, offset);
       const Eigen::Vector3d found = mean_of(refinement, kPrior);
       EXPECT_LT((found - offset).head<2>().norm(), 0.05) << found.transpose() << " for " << offset.transpose();
       EXPECT_LT(std::abs((found - offset).z()), 0.01);
@@ -116,10 +121,7 @@ TEST_F(OnPlanes, AMatchIsNotLimitedByTheVoxels) {
   const ParticleOctomap map = mapped();
   for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.15, -0.1, 0.04)}) {
     for (const Eigen::Vector3d& truth : {Eigen::Vector3d(0.5, 0.2, 0.3), {1.2, -0.3, 2.0}, {-0.4, 0.9, -1.4}}) {
-      const Eigen::Vector3d at = truth - offset;
-      const Pose prior = Pose::planar(at.x(), at.y(), at.z());
-      Refinement refinement;
-      map.refine({prior, kPrior}, prior, seen_from(Pose::planar(truth.x(), truth.y(), truth.z()), 77), refinement);
+      const Refinement refinement = match(map, truth, offset);
       const Eigen::Vector3d found = mean_of(refinement, kPrior);
       EXPECT_LT((found - offset).head<2>().norm(), 0.01) << found.transpose() << " for " << offset.transpose();
       EXPECT_LT(std::abs((found - offset).z()), 0.003);
