@@ -105,6 +105,7 @@ void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& st
   planar.log_evidence = match.log_evidence;
   planar.score = match.score;
   planar.searched = match.searched;
+  planar.misfits = match.searched;
   planar.failed = match.failed;
   if (!match.failed) {
     const SpatialInformation all{R_map_tree * match.information * R_map_tree.transpose(), R_map_tree * match.gradient};

@@ -37,7 +37,7 @@ struct Mark {
   /// All but `at`, `stamp` and the filter. Reading throws DataError if the checkpoint is of another configuration.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("committed", 5) < 5) throw DataError("the checkpoint has an older version");
+    if (archive.section("committed", 6) < 6) throw DataError("the checkpoint has an older version");
     auto count = static_cast<std::uint64_t>(sensors.size());
     archive(count);
     if (count != sensors.size())

@@ -98,6 +98,12 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
     const int module = extraction.inputs[static_cast<std::size_t>(input)].module;
     maps_.take_out_of_service(static_cast<std::size_t>(module), m.stamp, why, committed_);
   }
+  if (const particles::MapInnovation& innovation = committed_.filter.map_innovation(); innovation.dof > 0) {
+    SensorCounters& counters = committed_.record(m).state.counters;
+    counters.nis_sum += innovation.nis;
+    counters.nis_dof += static_cast<std::uint64_t>(innovation.dof);
+    ++counters.nis_count;
+  }
   if (const std::string why = committed_.filter.take_joint_failure(); !why.empty()) {
     committed_.note(m.stamp,
                     fmt::format("the joint Gaussian was given up: {}; from now on the covariance is that of the "

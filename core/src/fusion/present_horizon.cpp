@@ -40,6 +40,22 @@ std::string_view unit_of(const Update& update) {
   return " (of mixed units)";
 }
 
+/// Whether a position that was fused in a wide gate shows that the prediction was wrong: by itself, or by being the
+/// second one in short time beyond the usual gate, which one in a thousand is by chance.
+bool is_beyond_chance(SensorRecord& record, const particles::MixtureOutcome& outcome) {
+  static const particles::Gates certain(1.0 - 1e-6);
+  constexpr int kShort = 10;  // positions
+  const auto rows = static_cast<int>(outcome.innovation.size());
+  int& since = record.state.since_surprise;
+  const bool is_again = since < kShort;
+  if (outcome.nis > record.policy.gates[rows]) {
+    since = 0;
+    return is_again || outcome.nis > certain[rows];
+  }
+  since = std::min(since + 1, SensorState::kMostCounted);
+  return false;
+}
+
 }  // namespace
 
 bool PresentHorizon::follow_motion(const Measurement& m, const UpdateList& updates) {
@@ -85,8 +101,7 @@ void PresentHorizon::update(const Measurement& m, std::size_t index, const Updat
   const double off = compares_ways ? heading_off(m, update, p, outcome) : 0.0;
   if (outcome.accepted) {
     if (is_position) check_for_bias(m, outcome, result);
-    const bool corrects = follows && outcome.nis > record.policy.gates[static_cast<int>(outcome.innovation.size())];
-    if (corrects) result.degraded_reason = kMotionWasWrong;
+    if (follows && is_beyond_chance(record, outcome)) result.degraded_reason = kMotionWasWrong;
   } else if (record.slot.max_consecutive_rejections > 0) {
     const int rejections = ++record.state.rejections_in_a_row[index];
     const bool is_certain = follows && is_position;
@@ -252,6 +267,7 @@ void PresentHorizon::map(const Measurement& m, const Extraction& extraction, Upd
   if (!std::ranges::any_of(extraction.inputs, &particles::MappingInput::localize)) return;
   result.localized = filter().localized();
   result.match_failed = filter().match_failed();
+  result.match_searched = filter().match_searched();
   result.suspected_tears = filter().suspected_tears();
 }
 

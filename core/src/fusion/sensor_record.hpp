@@ -39,9 +39,10 @@ struct SensorState {
   SensorCounters counters = {};
   std::array<int, UpdateList::kSlots> rejections_in_a_row = {};  ///< of each of a measurement's updates
   std::optional<WaySinceFix> way = {};
-  monitoring::BiasWatch bias = {};  ///< of a position's innovations
-  int biased = 0;                   ///< how often they were biased
-  bool ignored_noted = false;       ///< there is an event already
+  monitoring::BiasWatch bias = {};    ///< of a position's innovations
+  int biased = 0;                     ///< how often they were biased
+  int since_surprise = kMostCounted;  ///< positions since one that was fused although it was beyond the usual gate
+  bool ignored_noted = false;         ///< there is an event already
   bool not_localized_noted = false;
   bool measures_velocity = false;  ///< one of its updates did
 
@@ -54,6 +55,7 @@ struct SensorState {
     for (int& rejections : rejections_in_a_row) archive.within(rejections, 0, kMostCounted);
     archive(way, bias);
     archive.within(biased, 0, kMostCounted);
+    archive.within(since_surprise, 0, kMostCounted);
     archive(ignored_noted, not_localized_noted, measures_velocity);
     bool in_service = sensor != nullptr;
     archive(in_service);

@@ -20,6 +20,9 @@ constexpr double kWindow = 20.0;
 constexpr double kKnown = 5.0;  // measurements from which a share is significant
 constexpr double kDegradedShare = 0.15;
 constexpr double kFaultyShare = 0.5;
+/// Of scans that were searched for: at most 0.55 of the last 20 on right maps, of a scanner that turns by up to 48
+/// degrees between two scans, and 0.25 on those of planar ones; 0.9 to 1 where the map cannot represent what is seen.
+constexpr double kSearchedShare = 0.6;
 /// One scan alone that fits nowhere may have been of a person in front of the scanner.
 constexpr std::uint64_t kManyTears = 2;
 /// Limit of the mean NIS over its degrees of freedom; above it a sensor's noise, or the belief, is inconsistent. For
@@ -114,6 +117,7 @@ void HealthMonitor::add(Track& track, const UpdateResult& result) {
     track.steps = std::min(track.steps + 1.0, kWindow);
     track.not_localized += (1.0 / track.steps) * ((*result.localized ? 0.0 : 1.0) - track.not_localized);
     track.not_matched += (1.0 / track.steps) * ((result.match_failed ? 1.0 : 0.0) - track.not_matched);
+    track.searched += (1.0 / track.steps) * ((result.match_searched ? 1.0 : 0.0) - track.searched);
     if (!track.role.has_prior_map) track.suspected_tears = result.suspected_tears;
   }
   // A scan that no map used leaves the localization as it was.
@@ -170,6 +174,8 @@ HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Tr
     return {degraded, "most of its scans do not fit the map"};
   if (track.steps >= kWindow && track.not_matched > kDegradedShare)
     return {degraded, "some of its scans do not fit the map"};
+  if (track.steps >= kWindow && track.searched > kSearchedShare)
+    return {degraded, "most of its scans fit the map elsewhere than expected only, if at all"};
   if (track.suspected_tears >= kManyTears)
     return {degraded, "scans that did not fit the map were written at uncertain poses: the map may be torn"};
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return {degraded, "its innovations are too large"};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "particles/mapping_step.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -14,6 +16,42 @@ namespace {
 
 constexpr std::uint32_t kPriorDraw = 0x40000000;  // + sensor: purpose of this random stream
 constexpr int kSerialMapping = 2;                 // a single particle is mapped by the calling thread
+
+/// Adds the NIS of information Λ, η about a prior with covariance P: the maximum d of η and Λ alone has the covariance
+/// P + Λ⁻¹. Directions without information are left out.
+template <class Matrix, class Vector>
+void add_innovation(const Matrix& information, const Vector& gradient, const Matrix& P, MapInnovation& out) {
+  constexpr double kNothing = 1e-9;  // of the largest
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(information);
+  const double least = kNothing * eigen.eigenvalues().maxCoeff();
+  if (!(least > 0.0)) return;
+  Matrix S = eigen.eigenvectors().transpose() * P * eigen.eigenvectors();
+  Vector d = eigen.eigenvectors().transpose() * gradient;
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
+    const double value = eigen.eigenvalues()[i];
+    if (value > least) {
+      d[i] /= value;
+      S(i, i) += 1.0 / value;
+      ++out.dof;
+    } else {
+      S.row(i).setZero();
+      S.col(i).setZero();
+      S(i, i) = 1.0;
+      d[i] = 0.0;
+    }
+  }
+  out.nis += d.dot(S.llt().solve(d));
+}
+
+void add_innovation(const Refinement& refinement, double share, const PoseGaussian& prior, MapInnovation& out) {
+  if (refinement.spatial && prior.P_spatial) {
+    add_innovation<SpatialMatrix, SpatialVector>(share * refinement.spatial->information,
+                                                 share * refinement.spatial->gradient, *prior.P_spatial, out);
+  } else {
+    add_innovation<Eigen::Matrix3d, Eigen::Vector3d>(share * refinement.information, share * refinement.gradient,
+                                                     prior.P, out);
+  }
+}
 
 }  // namespace
 
@@ -46,6 +84,8 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
   scratch.writes = false;
   scratch.informed = false;
   scratch.failed = false;
+  scratch.searched = false;
+  scratch.innovation = {};
   scratch.compared = false;
   scratch.failed_input = -1;
   // One per module, so that every module gets its own association back.
@@ -88,6 +128,7 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   refinement.log_evidence = 0.0;
   refinement.writes = true;
   refinement.failed = false;
+  refinement.searched = false;
   refinement.spatial.reset();
   map.refine(prior, start, *input.observation, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
@@ -95,9 +136,11 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   scratch.compared = scratch.compared || refinement.spatial || refinement.failed;
   if (!input.localize) return;
   if (!apply(refinement, input.share, belief)) throw Error("the map's pose information is not finite");
+  add_innovation(refinement, input.share, prior, scratch.innovation);
   scratch.log_evidence += input.share * refinement.log_evidence;
   scratch.informed = scratch.informed || refinement.spatial || !refinement.information.isZero(0.0);
   scratch.failed = scratch.failed || refinement.failed;
+  scratch.searched = scratch.searched || refinement.searched;
 }
 
 /// False if the information is not finite.
@@ -124,6 +167,17 @@ void MappingStep::weigh(ParticleSet& particles) {
   };
   localized_ = half_or_more(&Scratch::informed);
   failed_ = half_or_more(&Scratch::failed);
+  searched_ = half_or_more(&Scratch::searched);
+  // The particles differ in how many directions are observed: what is reported fits the mean of both.
+  double nis = 0.0;
+  double dof = 0.0;
+  for (const Scratch& scratch : scratch_) {
+    nis += scratch.innovation.nis;
+    dof += scratch.innovation.dof;
+  }
+  const double mean_dof = dof / static_cast<double>(particles.size());
+  innovation_ = {.nis = 0.0, .dof = static_cast<int>(std::lround(mean_dof))};
+  if (innovation_.dof > 0) innovation_.nis = nis * innovation_.dof / dof;
 }
 
 void MappingStep::insert_each(ParticleSet& particles, Instant& at, std::span<const MappingInput> inputs,

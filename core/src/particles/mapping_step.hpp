@@ -23,6 +23,12 @@ struct RandomStreams {
   }
 };
 
+/// How far the maps' information lies from the prior.
+struct MapInnovation {
+  double nis = 0.0;
+  int dof = 0;
+};
+
 /// The parts of a mapping step that read and write maps. Every module refines every particle's belief in turn and
 /// weights it by its evidence; after sampling, every particle writes its own maps. If a module throws for one particle,
 /// its part is discarded for all, since the weights would not be comparable.
@@ -64,6 +70,10 @@ class MappingStep {
   bool localized() const { return localized_; }
   /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
   bool failed() const { return failed_; }
+  /// True if it did not fit where half of the particles or more expected it, so that they searched for it.
+  bool searched() const { return searched_; }
+  /// Of the last refinement, mean over the particles; without degrees of freedom if no map gave information.
+  const MapInnovation& innovation() const { return innovation_; }
   /// What module `module` returned for a particle in the last refinement, and the mean that it refined.
   const Refinement& refinement(std::size_t slot, int module) const {
     return scratch_[slot].refinements[static_cast<std::size_t>(module)];
@@ -83,6 +93,8 @@ class MappingStep {
     bool writes = false;
     bool informed = false;  // some map gave information about the pose
     bool failed = false;    // some map that localises found no fit
+    bool searched = false;  // some map that localises had to search for it
+    MapInnovation innovation;
     bool compared = false;  // some map had something to match all six of the pose to
     std::string failure;
     int failed_input = -1;
@@ -122,6 +134,8 @@ class MappingStep {
   std::vector<Scratch> scratch_;
   bool localized_ = false;
   bool failed_ = false;
+  bool searched_ = false;
+  MapInnovation innovation_;
 };
 
 }  // namespace waymark::particles

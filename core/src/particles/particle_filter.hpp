@@ -90,6 +90,10 @@ class WAYMARK_API ParticleFilter {
   bool localized() const { return mapping_.localized(); }
   /// True if the observation of the last mapping step did not fit the maps of half of the particles or more.
   bool match_failed() const { return mapping_.failed(); }
+  /// True if it did not fit where half of the particles or more expected it, and was searched for in their maps.
+  bool match_searched() const { return mapping_.searched(); }
+  /// How far the maps' information of the last mapping step lay from the prior.
+  const MapInnovation& map_innovation() const { return mapping_.innovation(); }
   /// How many observations of this run may have torn the maps: they fitted nowhere, were written at poses that were
   /// uncertain by 1.5 m (σ, of a surface in a distance of 5 m), and no loop relates what was before to what came after.
   std::size_t suspected_tears() const { return suspected_tears_.size(); }

@@ -20,6 +20,7 @@ void MatchAssociation::report(const Match& match, Refinement& out) {
   out.gradient = match.gradient;
   out.log_evidence = match.log_evidence;
   out.failed = match.failed;
+  out.searched = match.misfits;
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
   score = match.score;

@@ -57,6 +57,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
+  match.misfits = needs_search;
   return match;
 }
 

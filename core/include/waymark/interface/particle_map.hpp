@@ -65,6 +65,9 @@ struct Refinement {
   /// Of a map that matches all six of the pose (`MapModule::is_spatial`); not set on entry. `information` and
   /// `gradient` are then those about (x, y, yaw) alone: what is left if z, roll and pitch are unknown.
   std::optional<SpatialInformation> spatial = std::nullopt;
+  /// True: the observation does not fit where the prior expects it, although the prior is narrow, and other places were
+  /// searched. An observation of what is new to the map is no such misfit.
+  bool searched = false;
 };
 
 /// What of an observation ties the pose to places of the map (docs/math/joint.md).

@@ -104,9 +104,9 @@ struct SensorCounters {
   std::uint64_t unusable = 0;
   std::uint64_t ignored = 0;
   std::uint64_t processed_late = 0;  ///< older than the committed time, and processed
-  double nis_sum = 0.0;              ///< of accepted and gated updates
+  double nis_sum = 0.0;              ///< of accepted and gated updates, and of the poses that maps determine
   std::uint64_t nis_count = 0;
-  std::uint64_t nis_dof = 0;  ///< sum of the updates' rows: mean NIS should be near nis_dof / nis_count
+  std::uint64_t nis_dof = 0;  ///< sum of their rows: mean NIS should be near nis_dof / nis_count
 
   template <class Archive>
   void serialize(Archive& archive) {

@@ -222,6 +222,22 @@ TEST_F(HealthOfAMap, ScansThatDoNotFitTheMapCount) {
   EXPECT_THAT(health().reason, HasSubstr("most of its scans do not fit the map"));
 }
 
+TEST_F(HealthOfAMap, ScansThatDoNotFitWhereTheyAreExpectedCount) {
+  const auto see_searches = [&](int from, int of_ten) {
+    for (int k = from; k < from + 100; ++k) {
+      see(kWheels, 0.1 * k);
+      see(kAid, 0.1 * k, {.fate = Fate::mapped, .localized = true, .match_searched = k % 10 < of_ten});
+    }
+  };
+  see_searches(0, 5);  // a scanner that turns far between two scans
+  EXPECT_EQ(health().state, Health::State::ok) << health().reason;
+  see_searches(100, 9);
+  EXPECT_EQ(health().state, Health::State::degraded);
+  EXPECT_THAT(health().reason, HasSubstr("elsewhere than expected"));
+  see_searches(200, 1);
+  EXPECT_EQ(health().state, Health::State::ok) << health().reason;
+}
+
 TEST_F(HealthOfAMap, MayBeTornUntilALoopRelatesBothSides) {
   const auto see_tears = [&](double t, std::size_t suspected_tears) {
     for (double end = t + 10.0; t < end; t += 0.1) {

@@ -189,6 +189,30 @@ TEST(ParticleFilterMap, TwoHalfSharesOfOneSightingEqualOneWhole) {
   EXPECT_LT((whole.filter().mixture().P - halves.filter().mixture().P).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+// One landmark determines two of the three directions, and its NIS is that of the sighting: rᵀ (H P Hᵀ + R)⁻¹ r.
+TEST(ParticleFilterMap, TheInnovationOfMapsIsThatOfWhatTheySaw) {
+  ParticleRun run(settings(), {std::make_shared<ToyModule>()});
+  run.filter().start(run.prior(), false);
+  const Pose prior = run.filter().particles()[0].belief.mean.T_map_base;
+  const Eigen::Matrix3d P = pose_covariance(run.filter().particles()[0].belief, run.layout());
+  const Eigen::Vector2d landmark(5.0, 3.0);
+  test::Sighting sighting;
+  sighting.see(Pose::planar(prior.p.x() + 0.3, prior.p.y() - 0.2, prior.yaw() + 0.05), landmark, {0.0, 0.0});
+  run.filter().map(std::vector<particles::MappingInput>{{0, &sighting, 1.0, true}}, 0);
+
+  const Eigen::Vector2d away = landmark - prior.p.head<2>();
+  const Eigen::Matrix2d R_base_map = prior.q.toRotationMatrix().topLeftCorner<2, 2>().transpose();
+  Eigen::Matrix<double, 2, 3> H;
+  H << -R_base_map, R_base_map * Eigen::Vector2d(away.y(), -away.x());
+  const Eigen::Vector2d residual = sighting.landmarks[0].p_base - R_base_map * away;
+  const Eigen::Matrix2d S = H * P * H.transpose() + sighting.sigma_m * sighting.sigma_m * Eigen::Matrix2d::Identity();
+  EXPECT_EQ(run.filter().map_innovation().dof, 2);
+  EXPECT_NEAR(run.filter().map_innovation().nis, residual.dot(S.inverse() * residual), 1e-6);
+
+  run.filter().map(std::vector<particles::MappingInput>{{0, &sighting, 1.0, false}}, 0);
+  EXPECT_EQ(run.filter().map_innovation().dof, 0) << "it does not localise";
+}
+
 TEST(ParticleFilterMap, ReportsTheRefinedMixtureUntilTheNextChange) {
   ParticleFilterSettings sampled = settings();
   sampled.particles = 1;

@@ -64,6 +64,7 @@ TEST(ScanMatching, SearchesCoarselyWhereTheStartLeadsNowhere) {
   // Where nothing fits the prior stands, and that is said.
   match = bench.match(truth, {truth + Eigen::Vector3d(3.0, 2.0, 1.2), covariance(0.05, 0.02), Eigen::Vector3d::Zero()});
   EXPECT_TRUE(match.searched);
+  EXPECT_TRUE(match.misfits);
   EXPECT_TRUE(match.failed);
   EXPECT_TRUE(match.d.isZero());
   EXPECT_TRUE(match.information.isZero());
@@ -109,6 +110,7 @@ TEST(ScanMatching, PointsInUnknownPlacesAreNoMisfit) {
   ASSERT_FALSE(match.failed);
   EXPECT_LT(match.score, settings().match.search_score);
   EXPECT_FALSE(match.searched);
+  EXPECT_FALSE(match.misfits);
   EXPECT_LT(match.d.norm(), 0.02);
 }
 
