@@ -35,6 +35,16 @@ std::string verdict_on(const SensorSummary& summary, bool is_motion_source) {
   return "consistent";
 }
 
+/// Of a sensor for maps alone: its innovations are how far the predicted motion was from what the maps show.
+std::string verdict_on_motion(const SensorSummary& summary) {
+  const double ratio = summary.nis_ratio;
+  if (ratio > kToleratedFactor && ratio > summary.nis_high)
+    return fmt::format("overconfident: the motion is off by {:.2g} times what σ predicts", std::sqrt(ratio));
+  // Beams share the errors of the map, so maps claim less than a scan alone determines.
+  if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low) return "small: the motion is no worse than σ predicts";
+  return "consistent";
+}
+
 }  // namespace
 
 SensorSummary summarize(const SensorReport& sensor) {
@@ -59,7 +69,8 @@ SensorSummary summarize(const SensorReport& sensor) {
   const auto dof = static_cast<int>(std::min(sensor.nis_dof, kMostDof));
   summary.nis_low = gaussian::chi_squared_quantile(0.025, dof) / dof;
   summary.nis_high = gaussian::chi_squared_quantile(0.975, dof) / dof;
-  summary.verdict = verdict_on(summary, sensor.is_motion_source);
+  const bool is_for_maps = sensor.mapped > 0 && sensor.fused + sensor.gated == 0;
+  summary.verdict = is_for_maps ? verdict_on_motion(summary) : verdict_on(summary, sensor.is_motion_source);
   return summary;
 }
 

@@ -29,7 +29,8 @@ struct SensorSummary {
 
 /// The summary of one sensor's report. Innovations are rarely independent, so the band is too narrow for long runs: the
 /// verdict is "consistent" within the band, and also from half to twice the expectation. Small innovations of a motion
-/// source are no verdict: the prediction of a motion is wide by construction.
+/// source are no verdict: the prediction of a motion is wide by construction. Of a sensor for maps alone the
+/// innovations are those of the pose that the maps determine, so they judge the motion source.
 WAYMARK_API SensorSummary summarize(const SensorReport& sensor);
 
 }  // namespace waymark

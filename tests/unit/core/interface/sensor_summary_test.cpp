@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace waymark {
 namespace {
@@ -36,6 +37,16 @@ TEST(SensorSummary, SmallInnovationsOfAMotionSourceAreNoVerdict) {
   EXPECT_EQ(summarize(wheels).verdict, "small, as of every motion source");
   wheels.nis_sum *= 400.0;
   EXPECT_EQ(summarize(wheels).verdict, "overconfident: innovations are 2 times what σ predicts");
+}
+
+TEST(SensorSummary, InnovationsOfASensorForMapsJudgeTheMotion) {
+  SensorReport lidar = report(9.0, 1000);
+  lidar.mapped = std::exchange(lidar.fused, 0);
+  EXPECT_EQ(summarize(lidar).verdict, "overconfident: the motion is off by 3 times what σ predicts");
+  lidar.nis_sum /= 36.0;
+  EXPECT_EQ(summarize(lidar).verdict, "small: the motion is no worse than σ predicts");
+  lidar.nis_sum *= 4.0;
+  EXPECT_EQ(summarize(lidar).verdict, "consistent");
 }
 
 TEST(SensorSummary, AFewUpdatesProveNothing) { EXPECT_EQ(summarize(report(2.5, 1)).verdict, "consistent"); }
