@@ -14,30 +14,6 @@
 namespace waymark::system_test {
 namespace {
 
-/// 50 m along x; the wheels have noise along and in yaw, as the filter believes.
-const std::string kRobot = R"(source:
-  plugin: simulator
-  seed: 1
-  duration_s: 52
-  speed_mps: 1.0
-  course: { waypoints_m: [0, 0, 50, 0], laps: 1 }
-  walls_m: [WALLS]
-  wheels: { sensor: wheels, rate_hz: 40, track_m: 0.5, noise_m_per_sqrt_s: 0.01 }
-  lidar: { sensor: lidar, rate_hz: 5, range_max_m: 8, start_deg: -90, step_deg: 1.0, beams: 181, sigma_m: 0.02 }
-initial: { x_m: 0, y_m: 0, yaw_deg: 0 }
-motion: { kind: planar, velocity_noise_mps_per_sqrt_s: [0.3, 0.3, 0.3], rate_noise_radps_per_sqrt_s: [0.5, 0.5, 0.5] }
-sensors:
-  - { name: wheels, plugin: odometry, model: differential, track_m: 0.5, speed_noise_m_per_sqrt_s: [0.00707, 0],
-      lateral_noise_m_per_sqrt_s: [0.001, 0], yaw_noise_rad_per_sqrt_s: [0.0283, 0, 0],
-      speed_scale_sigma: 0, curvature_sigma_per_m: 0, yaw_scale_sigma: 0 }
-  - { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0.2, 0, 0.3], yaw_deg: 0 } }
-maps:
-  - { name: place, plugin: PLUGIN, inputs: [lidar], resolution_m: 0.05, range_max_m: 7.5, no_return_m: 8.5,
-      no_return_clears_m: 7.5, match: { evidence_tempering: 0.05 } }
-filter: { particles: 20, seed: 1 }
-sinks: [ { plugin: tum } ]
-)";
-
 std::vector<std::vector<double>> table(const std::filesystem::path& file) {
   std::vector<std::vector<double>> rows;
   for (std::string line : lines_of(read_text(file))) {
@@ -61,21 +37,21 @@ struct End {
 
 class Featureless : public ::testing::TestWithParam<const char*> {
  protected:
+  /// `walls`: instead of those of the corridor.
   End drive(const std::string& walls, int seed, const std::vector<std::string>& more = {}) const {
-    std::string yaml = kRobot;
-    yaml.replace(yaml.find("WALLS"), 5, walls);
-    yaml.replace(yaml.find("PLUGIN"), 6, GetParam());
-    write_text(folder_ / "robot.yaml", yaml);
     const std::filesystem::path out = folder_ / "out";
     std::vector<std::string> arguments{"run",
-                                       (folder_ / "robot.yaml").string(),
+                                       WAYMARK_SOURCE_DIR "/config/corridor.yaml",
                                        "--quiet",
                                        "--out",
                                        out.string(),
-                                       "--set",
-                                       "source.seed=" + std::to_string(seed),
-                                       "--set",
-                                       "filter.seed=" + std::to_string(seed)};
+                                       "--seed",
+                                       std::to_string(seed)};
+    for (const std::string& set :
+         {"source.seed=" + std::to_string(seed), "maps.place.plugin=" + std::string(GetParam()),
+          std::string("sinks=[{ plugin: tum }]")})
+      arguments.insert(arguments.end(), {"--set", set});
+    if (!walls.empty()) arguments.insert(arguments.end(), {"--set", "source.walls_m=[" + walls + "]"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome run = waymark(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -102,7 +78,7 @@ TEST_P(Featureless, ACorridorLeavesTheBeliefWideAlongIt) {
   double squares = 0.0;
   double variances = 0.0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const End end = drive("-60, -1.5, 120, -1.5,  -60, 1.5, 120, 1.5", seed);
+    const End end = drive("", seed);
     squares += end.along * end.along;
     variances += end.sigma_along * end.sigma_along;
     EXPECT_LT(end.jump, 0.15) << seed;
