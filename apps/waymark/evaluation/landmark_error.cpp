@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/waymark/evaluation/landmark_error.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "apps/waymark/evaluation/alignment.hpp"
 #include "apps/waymark/evaluation/assignment.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/math/gaussian.hpp"
 
 namespace waymark::evaluation {
 namespace {
@@ -76,6 +79,7 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
   out.surveyed = survey.size();
   Points file_map;
   std::vector<double> radii;
+  std::vector<std::optional<Eigen::Matrix2d>> covariances;
   for (const Landmark& landmark : landmarks) {
     if (landmark.sightings < options.min_sightings) {
       ++out.too_few_sightings;
@@ -83,6 +87,7 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
     }
     file_map.push_back(landmark.p_map);
     radii.push_back(landmark.radius_m);
+    covariances.push_back(landmark.P);
   }
   out.counted = file_map.size();
   Points surveyed;
@@ -93,6 +98,8 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
   std::vector<bool> used(map.size(), false);
   std::vector<double> radius_errors;
   double radius_sum = 0.0;
+  std::vector<double> nees;
+  const Eigen::Matrix2d R = T_survey_map.q.toRotationMatrix().topLeftCorner<2, 2>();
   for (std::size_t i = 0; i < survey.size(); ++i) {
     if (matches[i] < 0) {
       out.missed.push_back(survey[i].name);
@@ -101,6 +108,10 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
     const auto j = static_cast<std::size_t>(matches[i]);
     used[j] = true;
     ++out.matched;
+    if (covariances[j]) {
+      const Eigen::Vector2d error = R.transpose() * (map[j] - surveyed[i]);
+      nees.push_back(error.dot(covariances[j]->inverse() * error));
+    }
     const double radius_error = radii[j] - survey[i].radius_m;
     if (std::isfinite(radius_error)) {
       radius_errors.push_back(radius_error);
@@ -114,6 +125,12 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
     ++(near ? out.duplicates : out.others);
   }
   if (out.matched > 0) out.position_m = statistics(distances(surveyed, map, matches));
+  if (!nees.empty()) {
+    const double bound = gaussian::chi_squared_quantile(0.95, 2);
+    const auto within = std::ranges::count_if(nees, [&](double one) { return one <= bound; });
+    out.nees_share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
+    out.nees = statistics(std::move(nees));
+  }
   if (!radius_errors.empty()) {
     out.radius_bias_m = radius_sum / static_cast<double>(radius_errors.size());
     out.radius_m = statistics(std::move(radius_errors));

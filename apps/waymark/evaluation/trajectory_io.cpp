@@ -39,8 +39,9 @@ const std::vector<Alias>& trajectory_aliases() {
 
 const std::vector<Alias>& landmark_aliases() {
   static const std::vector<Alias> aliases{
-      {"name", {"name", "id"}},           {"x", {"x", "x_m", "east_m"}}, {"y", {"y", "y_m", "north_m"}},
-      {"radius", {"radius", "radius_m"}}, {"sightings", {"sightings"}},
+      {"name", {"name", "id"}},           {"x", {"x", "x_m", "east_m"}},     {"y", {"y", "y_m", "north_m"}},
+      {"radius", {"radius", "radius_m"}}, {"sightings", {"sightings"}},      {"var_x", {"var_east_m2"}},
+      {"var_y", {"var_north_m2"}},        {"cov_xy", {"cov_east_north_m2"}},
   };
   return aliases;
 }
@@ -234,6 +235,9 @@ std::vector<Landmark> read_landmarks(const std::filesystem::path& file, const st
   const int name = column_or_none(columns, "name");
   const int radius = column_or_none(columns, "radius");
   const int sightings = column_or_none(columns, "sightings");
+  const int var_x = column_or_none(columns, "var_x");
+  const int var_y = column_or_none(columns, "var_y");
+  const int cov_xy = column_or_none(columns, "cov_xy");
 
   std::vector<Landmark> out;
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -242,6 +246,12 @@ std::vector<Landmark> read_landmarks(const std::filesystem::path& file, const st
     landmark.p_map = {table.number(row, x, "x"), table.number(row, y, "y")};
     if (radius >= 0) landmark.radius_m = table.number_or_nan(row, radius);
     if (sightings >= 0) landmark.sightings = read_count(table, row, sightings, "sightings");
+    if (var_x >= 0 && var_y >= 0 && cov_xy >= 0) {
+      Eigen::Matrix2d P;
+      P << table.number_or_nan(row, var_x), table.number_or_nan(row, cov_xy), 0.0, table.number_or_nan(row, var_y);
+      P(1, 0) = P(0, 1);
+      if (P(0, 0) > 0.0 && P.determinant() > 0.0) landmark.P = P;
+    }
     out.push_back(std::move(landmark));
   }
   return out;

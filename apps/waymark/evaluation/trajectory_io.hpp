@@ -35,6 +35,7 @@ struct Landmark {
   Eigen::Vector2d p_map = Eigen::Vector2d::Zero();             ///< east, north [m]
   double radius_m = std::numeric_limits<double>::quiet_NaN();  ///< NaN: unknown
   int sightings = std::numeric_limits<int>::max();             ///< the largest number where a file does not count them
+  std::optional<Eigen::Matrix2d> P = std::nullopt;             ///< of east and north [m²], where a file has it
 };
 
 /// Quantities that `--columns` may name: t, x, y, z, yaw, qx, qy, qz, qw.
