@@ -233,19 +233,5 @@ TEST(ReceiverDiagnosis, ThePathOfWhatMovesSidewaysContradictsNobody) {
   for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
 }
 
-/// Turns of a heading count without the bias that a gyro would have, here the wheels' own.
-TEST(ReceiverDiagnosis, AHeadingHasNoBiasThatMovesAnAntenna) {
-  std::string yaml = kCurvingRobot;
-  yaml.replace(yaml.find("name: imu"), 6, "enabled: false, name: ");
-  const Examined examined = examine(
-      [](Readings& r) {
-        constexpr double kTurnsTooFar = 0.03;  // [rad/s]
-        r.wheels.left_mps -= 0.25 * kTurnsTooFar;
-        r.wheels.right_mps += 0.25 * kTurnsTooFar;
-      },
-      {.yaml = yaml});
-  for (const Finding& finding : examined.findings) EXPECT_NE(finding.check, "lever arm") << describe(finding);
-}
-
 }  // namespace
 }  // namespace waymark::host
