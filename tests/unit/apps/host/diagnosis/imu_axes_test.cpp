@@ -183,6 +183,17 @@ TEST(ImuAxesDiagnosis, NamesTheAxesOfAMagnetometer) {
   EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of m_x_t and m_y_t"));
 }
 
+TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
+  const auto mistake = [](Readings& seen) {
+    seen.imu.w_sensor.head<2>().setZero();
+    std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y());
+  };
+  const auto findings = examine(mistake, {.slopes = 0.0});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("m_x_t and m_y_t of compass"));
+}
+
 TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
   const auto findings = examine([](Readings& seen) {
     seen.field.m_sensor = Eigen::AngleAxisd(-M_PI / 6.0, Eigen::Vector3d::UnitZ()) * seen.field.m_sensor;
