@@ -23,6 +23,7 @@ constexpr long kLeastSamples = 100;
 constexpr double kSigmas = 5.0;
 constexpr double kTolerance = 15.0 * kDegree;  // a vehicle that pitches and leans, an IMU that is mounted by eye
 constexpr double kVague = 8.0 * kDegree;       // an angle whose σ is larger is not known
+constexpr double kHalf = 0.5;                  // as much of an acceleration must show, or it is noise
 constexpr double kWhole = 0.4;                 // logarithm of the scale of an acceleration that is whole
 constexpr double kClearlyBetter = 0.8;         // σ of what is left, of mirrored axes
 
@@ -81,8 +82,8 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
                                                  const Track* height, double newest, bool is_mirrored) {
   Rows rows(2 * (static_cast<Eigen::Index>(newest / kSpan) + 1), 6);
   for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
-    const auto x = imu.force_x.change(t, t + kSpan);
-    const auto y = imu.force_y.change(t, t + kSpan);
+    const auto x = imu.force.x().change(t, t + kSpan);
+    const auto y = imu.force.y().change(t, t + kSpan);
     const auto seen = velocity_change(way, yaw, t);
     const auto slope = height != nullptr ? slope_change(way, *height, t) : std::optional(0.0);
     if (!x || !y || !seen || !slope) continue;
@@ -99,24 +100,27 @@ std::optional<AccelerationFit> fit_accelerations(const WatchedSensor& imu, const
 /// Two rows a span, as above, of how the specific force changes beyond what its gyro shows of gravity: on any ground.
 std::optional<AccelerationFit> fit_beside_gyro(const WatchedSensor& imu, const Track& way, const Track& yaw,
                                                double newest) {
-  Rows rows(2 * (static_cast<Eigen::Index>(newest / kGravitySpan) + 1), 6);
-  for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest && !rows.full(); t += kGravitySpan) {
-    const auto change = gravity_change(imu, t, kHalfWindow);
+  Rows rows(2 * (static_cast<Eigen::Index>(newest / kVectorSpan) + 1), 6);
+  for (double t = 2.0 * kHalfWindow; t + kVectorSpan + kHalfWindow < newest && !rows.full(); t += kVectorSpan) {
+    const auto change = turned_vector(imu.turn, imu.force, t, kHalfWindow);
     const auto before = acceleration(way, yaw, t);
-    const auto after = acceleration(way, yaw, t + kGravitySpan);
+    const auto after = acceleration(way, yaw, t + kVectorSpan);
     const auto rate_before = yaw.rate(t, kHalfWindow);
-    const auto rate_after = yaw.rate(t + kGravitySpan, kHalfWindow);
+    const auto rate_after = yaw.rate(t + kVectorSpan, kHalfWindow);
     if (!change || !before || !after || !rate_before || !rate_after) continue;
-    const Eigen::Vector2d seen = change->force - change->by_turn();
+    const Eigen::Vector2d seen = (change->change - change->by_turn()).head<2>();
     const Eigen::Vector2d a = *after - *before;
     const double centripetal = *rate_before * *rate_before - *rate_after * *rate_after;  // of a lever arm
-    rows.A.row(rows.count) << a.x(), -a.y(), centripetal, 0.0, kGravitySpan, 0.0;
+    rows.A.row(rows.count) << a.x(), -a.y(), centripetal, 0.0, kVectorSpan, 0.0;
     rows.y(rows.count++) = seen.x();
-    rows.A.row(rows.count) << a.y(), a.x(), 0.0, centripetal, 0.0, kGravitySpan;
+    rows.A.row(rows.count) << a.y(), a.x(), 0.0, centripetal, 0.0, kVectorSpan;
     rows.y(rows.count++) = seen.y();
   }
   return acceleration_fit(rows);
 }
+
+/// An acceleration, not noise that looks like one.
+bool is_whole(const AccelerationFit& fit) { return std::abs(std::log(fit.scale)) < kWhole; }
 
 /// The same motion, as it is and mirrored.
 struct AccelerationFits {
@@ -127,7 +131,7 @@ struct AccelerationFits {
   double sigma() const {
     double least = std::numeric_limits<double>::infinity();
     for (const auto& fit : {straight, mirrored}) {
-      if (fit && std::abs(std::log(fit->scale)) < kWhole) least = std::min(least, fit->sigma);
+      if (fit && is_whole(*fit)) least = std::min(least, fit->sigma);
     }
     return least;
   }
@@ -145,7 +149,7 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
     const AccelerationFits other = fits_with(&c.sensor(k).height);
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }
-  if (imu.gravity_turns.samples() >= kLeastSamples) {
+  if (imu.turn.samples() >= kLeastSamples) {
     const auto beside_gyro = fit_beside_gyro(imu, way, yaw, c.watch.newest());
     const AccelerationFits other{beside_gyro, std::nullopt};
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
@@ -160,9 +164,7 @@ void check_imu(Case& c, std::size_t i, const Observer& way, const Observer& yaw)
   if (!straight) return;
   const std::string& name = c.sensor(way.sensor).name;
   const auto is_known = [](const AccelerationFit& fit) { return fit.sigma < kVague; };
-  // An acceleration, not noise that looks like one.
-  const bool is_whole = mirrored && std::abs(std::log(mirrored->scale)) < kWhole;
-  if (is_whole && is_known(*mirrored) && mirrored->scale > straight->scale &&
+  if (mirrored && is_whole(*mirrored) && is_known(*mirrored) && mirrored->scale > straight->scale &&
       mirrored->residual < kClearlyBetter * straight->residual) {
     c.add(Certainty::named, "acceleration", {i},
           fmt::format("its specific force is that of a mirrored motion, as {} shows ({} spans)", name, mirrored->spans),
@@ -195,12 +197,22 @@ std::optional<Eigen::Vector2d> acceleration(const Track& way, const Track& yaw, 
   return Eigen::Vector2d((*after - *before) / (2.0 * kHalfWindow), *speed * *turn);
 }
 
+std::optional<Angle> beside_acceleration(const Case& c, const MotionAgreement& motion, std::size_t imu) {
+  const Observer* way = motion.trusted_way(c);
+  const Observer* yaw = motion.yaw.trusted_track();
+  const WatchedSensor& sensor = c.sensor(imu);
+  if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return std::nullopt;
+  if (leans_into_curves(sensor, *way->track, *yaw->track, c.watch.newest())) return std::nullopt;
+  const auto fit = best_fits(c, sensor, *way->track, *yaw->track).straight;
+  return fit && fit->scale > kHalf ? std::optional(Angle{fit->angle, fit->sigma}) : std::nullopt;
+}
+
 void check_accelerations(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.trusted_way(c);
   const Observer* yaw = motion.yaw.trusted_track();
   if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (c.sensor(i).force_x.samples() >= kLeastSamples && !c.is_concerned(i)) check_imu(c, i, *way, *yaw);
+    if (c.sensor(i).force.samples() >= kLeastSamples && !c.is_concerned(i)) check_imu(c, i, *way, *yaw);
   }
 }
 

@@ -85,6 +85,16 @@ double lead_of(const Case& c, const Observer& observer) {
   return speed > kLeastSpeed && std::isfinite(ahead) ? ahead / speed : 0.0;
 }
 
+/// True if a receiver's positions follow dead reckoning at another time than their directions turn: on circles these
+/// fit at many times.
+bool contradicts_reckoning(const std::vector<Delay>& delays, std::size_t receiver, const Lag& turned) {
+  constexpr double kContradicts = 3.0;  // σ
+  return std::ranges::any_of(delays, [&](const Delay& delay) {
+    return delay.sensor == receiver && !delay.is_of_velocity &&
+           std::abs(delay.lag.value - turned.value) > kContradicts * std::hypot(delay.lag.sigma, turned.sigma);
+  });
+}
+
 /// Lags of the turns of each against those of each other one.
 void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vector<Delay>& delays) {
   const Agreement& yaw = motion.yaw;
@@ -109,8 +119,10 @@ void add_delays_of_turns(const Case& c, const MotionAgreement& motion, std::vect
         lag = find_lag(spans, *reference.track, 1.0);
       }
       // Turns that fit together only if they are shifted.
-      if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0)
+      if (!lag.is_known && direct.verdict == Ratio::Verdict::agree && direct.shift != 0.0) {
         lag = {true, direct.shift, kShiftSigma};
+        if (observer.kind == Observer::Kind::chord && contradicts_reckoning(delays, observer.sensor, lag)) continue;
+      }
       if (!lag.is_known) continue;
       const double lead = leads[i] - leads[j];
       lag.value += lead;

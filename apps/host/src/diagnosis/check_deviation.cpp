@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "field_turns.hpp"
 #include "fit.hpp"
 #include "waymark/math/so3.hpp"
 
@@ -149,6 +150,20 @@ std::optional<std::size_t> gyro_for(const Case& c, std::size_t i) {
   return std::nullopt;
 }
 
+/// True if the field itself shows that it is not iron: a robot that flies tilted, or leans, tilts its compass, too, and
+/// that turns with it.
+bool is_no_iron(const Case& c, std::size_t i, std::size_t gyro, double deviation) {
+  constexpr double kHalf = 0.5;
+  const WatchedSensor& sensor = c.sensor(i);
+  const auto iron = iron_of(sensor, c.sensor(gyro), c.watch.newest());
+  if (!iron) return false;
+  std::vector<double> level;
+  for (double t = kHalfWindow; t + kHalfWindow < c.watch.newest(); t += kStep) {
+    if (const auto field = sensor.field.rate(t, kHalfWindow)) level.push_back(field->head<2>().norm());
+  }
+  return iron->value + kSigmas * iron->sigma < kHalf * deviation * median(level);
+}
+
 void add_deviation(Case& c, std::size_t i, const std::string& gyro, double value, double sigma, bool is_twice) {
   const WatchedSensor& sensor = c.sensor(i);
   const double sigmas = beyond(value, heading_tolerance(sensor), sigma);
@@ -186,7 +201,7 @@ void check_deviations(Case& c, const MotionAgreement& motion) {
     if (!gyro || !stays_upright(c.sensor(*gyro))) continue;
     const auto deviation =
         deviation_of(heading, c.sensor(*gyro).yaw, way != nullptr ? way->track : nullptr, c.watch.newest());
-    if (!deviation) continue;
+    if (!deviation || is_no_iron(c, i, *gyro, deviation->once)) continue;
     const std::string name = *gyro == i ? "its own gyro" : c.sensor(*gyro).name;
     c.comparisons.push_back({"deviation", sensor.name, name, deviation->once / kDegree, deviation->once_sigma / kDegree,
                              0, "degrees, once per turn"});

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -56,17 +58,25 @@ bool is_steady(const Track& track, double from, double to) {
   return true;
 }
 
-/// How far a height climbs from the first third to the last one, each as a mean: single ones are noisy.
+/// How far the lowest and the highest of some heights are from each other, each a mean over a sixth of the time: single
+/// ones are noisy.
 std::optional<double> climb(const Track& height, double from, double to) {
   constexpr double kEvery = 1.0;  // [s]
-  const double third = (to - from) / 3.0;
-  double sum = 0.0;
-  for (double t = 0.0; t < third; t += kEvery) {
-    const auto change = height.change(from + t, to - third + t);
-    if (!change) return std::nullopt;
-    sum += *change;
+  constexpr int kParts = 6;
+  const double length = (to - from) / kParts;
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  for (int part = 0; part < kParts; ++part) {
+    double sum = 0.0;
+    for (double t = 0.0; t < length; t += kEvery) {
+      const auto change = height.change(from, from + part * length + t);
+      if (!change) return std::nullopt;
+      sum += *change;
+    }
+    lowest = std::min(lowest, sum / std::ceil(length / kEvery));
+    highest = std::max(highest, sum / std::ceil(length / kEvery));
   }
-  return sum / std::ceil(third / kEvery);
+  return highest - lowest;
 }
 
 /// Heights that stay exactly the same while another sensor climbs.
@@ -78,7 +88,8 @@ void check_height(Case& c, std::size_t i) {
     for (double from = 0.0; from + kLongestHeight <= c.watch.newest(); from += kLongest) {
       const auto own = sensor.height.change(from, from + kLongestHeight);
       const auto climbed = climb(other.height, from, from + kLongestHeight);
-      if (!own || *own != 0.0 || !climbed || std::abs(*climbed) < kClimbed) continue;
+      if (!own || *own != 0.0 || !climbed || *climbed < kClimbed) continue;
+      if (!other.is_altimeter() && !exceeds_wander(other, *climbed)) continue;
       if (!is_steady(sensor.height, from, from + kLongestHeight)) continue;
       c.add(Certainty::named, "frozen", {i},
             fmt::format("its height stays the same to the last digit for {:.0f} s, in which {} changes by {:.0f} m",

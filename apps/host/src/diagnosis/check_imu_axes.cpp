@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "axis_orders.hpp"
 #include "checks.hpp"
 #include "fit.hpp"
 
@@ -29,32 +27,11 @@ constexpr double kAsGood = 1.1;           // likewise
 constexpr double kLeastExplained = 0.05;  // [m/s²], more than a robot on a level floor shows
 constexpr double kHardlyTurns = 0.08;     // [rad] over a span
 
-/// What a part of an IMU shows in the axes of the base, by what is there: another order of axes, or other signs.
-using Order = Eigen::Matrix3d;
-
 /// The orders of both parts.
 struct AxesOrder {
   Order accelerometer = Order::Identity();
   Order gyro = Order::Identity();
 };
-
-/// All orders and signs of three axes but the right one.
-std::vector<Order> wrong_orders() {
-  std::vector<Order> orders;
-  orders.reserve(47);
-  std::array<Eigen::Index, 3> axes{0, 1, 2};
-  do {
-    for (int signs = 0; signs < 8; ++signs) {
-      Order order = Order::Zero();
-      for (Eigen::Index i = 0; i < 3; ++i)
-        order(i, axes[static_cast<std::size_t>(i)]) = ((signs >> i) & 1) != 0 ? -1.0 : 1.0;
-      if (!order.isIdentity()) orders.push_back(order);
-    }
-  } while (std::ranges::next_permutation(axes).found);
-  return orders;
-}
-
-bool is_about_vertical(const Order& order) { return order(2, 2) > 0.0; }
 
 /// What the robot's own motion adds to the specific force over a span: how it changes, and its product with the yaw
 /// rate, summed up [m/s²]. Without a way that is known: nothing, where the robot hardly turns.
@@ -64,19 +41,19 @@ struct OwnMotion {
 };
 
 std::optional<OwnMotion> own_motion(const Observer* way, const Track& yaw, double t) {
-  const auto turn = yaw.change(t, t + kGravitySpan);
+  const auto turn = yaw.change(t, t + kVectorSpan);
   if (!turn) return std::nullopt;
   if (way == nullptr) return std::abs(*turn) < kHardlyTurns ? std::optional(OwnMotion{}) : std::nullopt;
   const auto before = acceleration(*way->track, yaw, t);
-  const auto middle = acceleration(*way->track, yaw, t + 0.5 * kGravitySpan);
-  const auto after = acceleration(*way->track, yaw, t + kGravitySpan);
+  const auto middle = acceleration(*way->track, yaw, t + 0.5 * kVectorSpan);
+  const auto after = acceleration(*way->track, yaw, t + kVectorSpan);
   if (!before || !middle || !after) return std::nullopt;
   return OwnMotion{*after - *before, *turn * (*before + 4.0 * *middle + *after) / 6.0};
 }
 
 /// Changes over the spans in which all is known, and what the robot's own motion has of them.
 struct Spans {
-  std::vector<GravityChange> changes;
+  std::vector<TurnedVector> changes;
   std::vector<OwnMotion> own;
 };
 
@@ -84,8 +61,8 @@ struct Spans {
 Spans gravity_spans(const WatchedSensor& imu, const Observer* way, const Track& yaw, double newest) {
   Spans spans;
   std::size_t still = 0;
-  for (double t = 2.0 * kHalfWindow; t + kGravitySpan + kHalfWindow < newest; t += kGravitySpan) {
-    const auto change = gravity_change(imu, t, kHalfWindow);
+  for (double t = 2.0 * kHalfWindow; t + kVectorSpan + kHalfWindow < newest; t += kVectorSpan) {
+    const auto change = turned_vector(imu.turn, imu.force, t, kHalfWindow);
     const auto own = change ? own_motion(way, yaw, t) : std::nullopt;
     if (!own) continue;
     spans.changes.push_back(*change);
@@ -95,16 +72,21 @@ Spans gravity_spans(const WatchedSensor& imu, const Observer* way, const Track& 
   return 2 * still > spans.changes.size() ? Spans{} : spans;
 }
 
+/// What the parts would show with the axes in the right order.
+TurnedVector reordered(const TurnedVector& shown, const AxesOrder& order) {
+  return {order.accelerometer.transpose() * shown.change, order.gyro.transpose() * shown.products * order.accelerometer,
+          order.accelerometer.transpose() * shown.sum, order.gyro.transpose() * shown.turn};
+}
+
 /// σ of the change of gravity over a span that the gyro does not explain [m/s²], beside a rest value of each axis.
 double unexplained(const Spans& spans, const AxesOrder& order) {
   std::array<std::vector<double>, 2> left;
   for (std::vector<double>& axis : left) axis.reserve(spans.changes.size());
   for (std::size_t k = 0; k < spans.changes.size(); ++k) {
-    const GravityChange& shown = spans.changes[k];
-    GravityChange change{order.accelerometer.topLeftCorner<2, 2>().transpose() * shown.force - spans.own[k].change,
-                         order.gyro.transpose() * shown.products * order.accelerometer};
+    TurnedVector change = reordered(spans.changes[k], order);
+    change.change.head<2>() -= spans.own[k].change;
     change.products.row(2).head<2>() -= spans.own[k].turned.transpose();
-    const Eigen::Vector2d rest = change.force - change.by_turn();
+    const Eigen::Vector3d rest = change.change - change.by_turn();
     left[0].push_back(rest.x());
     left[1].push_back(rest.y());
   }
@@ -117,44 +99,18 @@ double unexplained(const Spans& spans, const AxesOrder& order) {
   return kMadToSigma * median(sizes);
 }
 
-/// Which columns an order concerns: "the sign of f_x_mps2". `columns`: their names, for an axis.
-std::string columns_of(const WatchedSensor& sensor, const Order& order, const std::string& columns) {
-  std::vector<std::string> names;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (order(i, i) <= 0.0)
-      names.push_back(fmt::format(fmt::runtime(columns), axis_along(sensor, Order::Identity().col(i))));
-  }
-  std::ranges::sort(names);
-  const bool is_sign = order.cwiseAbs().isIdentity();
-  return fmt::format("{} of {}",
-                     !is_sign           ? "the order or the signs"
-                     : names.size() > 1 ? "the signs"
-                                        : "the sign",
-                     fmt::join(names, " and "));
-}
-
-/// The order of some part that leaves least.
-struct Best {
-  double left = std::numeric_limits<double>::infinity();
-  Order order = Order::Identity();
-
-  void consider(double other, const Order& of) {
-    if (other < left) *this = {other, of};
-  }
-};
-
 void check_imu(Case& c, std::size_t i, const Spans& spans) {
   const WatchedSensor& imu = c.sensor(i);
   const auto left = [&](const AxesOrder& order) { return unexplained(spans, order); };
   const double as_it_is = left({});
-  Best accelerometer;
-  Best gyro;
-  Best both;
+  BestOrder accelerometer;
+  BestOrder gyro;
+  BestOrder both;
   for (const Order& order : wrong_orders()) {
     gyro.consider(left({.gyro = order}), order);
     if (!is_about_vertical(order)) continue;  // which way is up, gravity itself shows
     accelerometer.consider(left({.accelerometer = order}), order);
-    if (order.determinant() > 0.0) both.consider(left({order, order}), order);
+    if (!is_mirrored(order)) both.consider(left({order, order}), order);
   }
   const double least = std::min(accelerometer.left, gyro.left);
   // One that is mounted in another direction shows it in its accelerations.
@@ -170,7 +126,7 @@ void check_imu(Case& c, std::size_t i, const Spans& spans) {
         fmt::format("gravity in its specific force does not turn as its gyro does: {:.2g} m/s² beside it each second, "
                     "{:.2g} with other axes",
                     as_it_is, least),
-        fmt::format("source: {} of {}", change, imu.name), 0.0);
+        fmt::format("source: {}", change), 0.0);
 }
 
 }  // namespace
@@ -181,7 +137,7 @@ void check_imu_axes(Case& c, const MotionAgreement& motion) {
   const Observer* yaw = motion.yaw.trusted_track();
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& imu = c.sensor(i);
-    if (imu.gravity_turns.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    if (imu.turn.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
     const Spans spans = gravity_spans(imu, way, is_own ? imu.yaw : *yaw->track, c.watch.newest());
     if (spans.changes.size() >= kLeastSpans) check_imu(c, i, spans);

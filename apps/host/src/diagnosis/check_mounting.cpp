@@ -86,6 +86,14 @@ std::vector<double> directions(const WatchedSensor& fix, const Track& heading, c
   return offsets;
 }
 
+const Track& heading_of(const WatchedSensor& sensor) { return sensor.has_heading ? sensor.yaw : sensor.heading; }
+
+/// A way that shows where the robot drives backwards; null if none does.
+const Track* driven_way(const Case& c, const MotionAgreement& motion) {
+  const Observer* way = motion.way.trusted_track();
+  return way != nullptr && !way->is_unsigned && !c.is_blamed(way->sensor) ? way->track : nullptr;
+}
+
 double yaw_deg(const WatchedSensor& sensor) { return so3::yaw(sensor.T_base_sensor.q) / kDegree; }
 
 double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
@@ -109,16 +117,15 @@ void check_course(Case& c, std::size_t i) {
 
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
-  const Track& heading = sensor.has_heading ? sensor.yaw : sensor.heading;
+  const Track& heading = heading_of(sensor);
   if (heading.samples() == 0 || c.is_blamed(i)) return;
-  const Observer* way = motion.way.trusted_track();
+  const Track* way = driven_way(c, motion);
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     const WatchedSensor& fix = c.sensor(k);
     if (fix.fixes.empty() || k == i || c.is_blamed(k)) continue;
-    const bool knows_reverse = way != nullptr && !way->is_unsigned && !c.is_blamed(way->sensor);
-    const std::vector<double> offsets = directions(fix, heading, knows_reverse ? way->track : nullptr);
+    const std::vector<double> offsets = directions(fix, heading, way);
     const auto offset = middle_of(offsets);
-    if (!offset && knows_reverse && offsets.size() >= kMostDirections && !sensor.has_heading) {
+    if (!offset && way != nullptr && offsets.size() >= kMostDirections && !sensor.has_heading) {
       c.add(Certainty::named, "heading", {i},
             fmt::format("its heading has no fixed angle to the direction in which the robot drives, as {} shows",
                         fix.name),
@@ -182,6 +189,16 @@ double heading_tolerance(const WatchedSensor& sensor) {
   const double sigma = sensor.usual.yaw_error_sigma_rad;
   if (!std::isfinite(sigma)) return kHeadingTolerance;
   return std::clamp(kToleranceSigmas * sigma, kLeastTolerance, kHeadingTolerance);
+}
+
+std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading) {
+  const WatchedSensor& sensor = c.sensor(heading);
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    if (c.sensor(k).fixes.empty() || k == heading || c.is_blamed(k)) continue;
+    const auto offset = middle_of(directions(c.sensor(k), heading_of(sensor), driven_way(c, motion)));
+    if (offset) return Angle{offset->value, offset->sigma};
+  }
+  return std::nullopt;
 }
 
 void check_mounting(Case& c, const MotionAgreement& motion) {

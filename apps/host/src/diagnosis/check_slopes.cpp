@@ -50,7 +50,7 @@ struct ForceFit {
 ForceFit fit_forwards(const WatchedSensor& imu, const Track& way, const Track* height, double newest) {
   Rows rows(static_cast<Eigen::Index>(newest / kSpan) + 1, height != nullptr ? 3 : 2);
   for (double t = kHalfWindow; t + kSpan < newest && !rows.full(); t += kSpan) {
-    const auto force = imu.force_x.change(t, t + kSpan);
+    const auto force = imu.force.x().change(t, t + kSpan);
     const auto before = way.rate(t, kHalfWindow);
     const auto after = way.rate(t + kSpan, kHalfWindow);
     if (!force || !before || !after) continue;
@@ -80,7 +80,7 @@ ForceFit fit_leftwards(const WatchedSensor& imu, const Track& way, const Track& 
   constexpr double kShort = 1.0;  // [s], or turns to both sides cancel
   Rows rows(static_cast<Eigen::Index>(newest / kShort) + 1, 2);
   for (double t = kHalfWindow; t + kShort < newest && !rows.full(); t += kShort) {
-    const auto force = imu.force_y.change(t, t + kShort);
+    const auto force = imu.force.y().change(t, t + kShort);
     const auto driven = way.change(t, t + kShort);
     const auto turned = yaw.change(t, t + kShort);
     if (!force || !driven || !turned) continue;
@@ -199,7 +199,7 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.trusted_way(c);
   if (way == nullptr || c.is_blamed(way->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (c.sensor(i).force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
     if (const auto climb = climb_of(c, i, *way->track)) judge_climb(c, i, *climb);
   }
 }
@@ -210,7 +210,7 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
   if (way == nullptr || yaw == nullptr || c.is_blamed(way->sensor) || c.is_blamed(yaw->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& sensor = c.sensor(i);
-    if (sensor.force_x.samples() < kLeastSamples || c.is_concerned(i)) continue;
+    if (sensor.force.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const auto climb = climb_of(c, i, *way->track);
     const ForceFit forwards = climb ? climb->fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
     const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, c.watch.newest());

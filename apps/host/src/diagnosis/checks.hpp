@@ -121,6 +121,18 @@ bool is_field(const Case& c, const Observer& observer);
 double turns_by_tilt(const Case& c, const WatchedSensor& magnetometer);
 inline constexpr double kTilts = 4.0 * kDegree;  // more, and such a heading proves little
 
+/// An angle in the plane [rad].
+struct Angle {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+/// By how much the robot drives beside a heading, as positions show; nothing if it is not known.
+std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading);
+
+/// By how much the specific force points beside the accelerations of the motion; nothing if it is not known.
+std::optional<Angle> beside_acceleration(const Case& c, const MotionAgreement& motion, std::size_t imu);
+
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);
 
@@ -144,8 +156,18 @@ void check_motion(Case& c, MotionAgreement& motion);
 /// gives.
 void check_deviations(Case& c, const MotionAgreement& motion);
 
+/// The magnetic field against the turns of a gyro: axes of either that are mirrored or in another order.
+void check_field_axes(Case& c);
+
+/// The same where one of them is turned about the vertical axis, or the field's vertical axis over. Who it is, headings
+/// and accelerations show.
+void check_field_mountings(Case& c, const MotionAgreement& motion);
+
+/// True if a magnetic field points down in the north, and up in the south; nothing where it may do either.
+std::optional<bool> points_as_the_earths(const Case& c, std::size_t magnetometer);
+
 /// The magnetic field against gravity: as the robot tilts, the angle between them stays.
-void check_dips(Case& c);
+void check_dips(Case& c, const MotionAgreement& motion);
 
 /// Headings against the direction of the motion; where scanners and antennas stand.
 void check_mounting(Case& c, const MotionAgreement& motion);

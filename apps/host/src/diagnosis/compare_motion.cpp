@@ -129,14 +129,19 @@ bool is_disturbed(const Case& c, const Observer& observer, const Ratio& ratio) {
 }
 
 /// What has no wheels may move sideways: the path of a receiver, its course or its positions, then has nothing to do
-/// with the turns of another observer.
+/// with the turns of another observer, or course and positions, which agree, turn so many times as far as these that no
+/// scale explains both.
 bool is_free(const Case& c, const Agreement& agreement, std::size_t path, std::size_t other) {
   if (!is_of_path(agreement.observers[path]) || measured_way(c.watch) != nullptr) return false;
+  const Ratio& own = agreement.ratios[path][other];
   for (std::size_t k = 0; k < agreement.observers.size(); ++k) {
     const Observer& observer = agreement.observers[k];
-    if (is_of_path(observer) && observer.sensor == agreement.observers[path].sensor &&
-        agreement.ratios[k][other].verdict == Ratio::Verdict::unrelated)
-      return true;
+    if (!is_of_path(observer) || observer.sensor != agreement.observers[path].sensor) continue;
+    const Ratio& twin = agreement.ratios[k][other];
+    const bool are_one_path = agreement.ratios[k][path].verdict == Ratio::Verdict::agree;
+    const bool differ = twin.spans > 0 && own.spans > 0 &&
+                        std::abs(twin.value - own.value) > kFarSigmas * std::hypot(twin.sigma, own.sigma);
+    if (twin.verdict == Ratio::Verdict::unrelated || (are_one_path && differ)) return true;
   }
   return false;
 }

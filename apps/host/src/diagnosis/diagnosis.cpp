@@ -86,6 +86,7 @@ struct Diagnosis::Parts {
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_clock_rates(c, motion.yaw);
+    diagnosis::check_field_axes(c);
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
     diagnosis::check_mounting(c, motion);
@@ -96,7 +97,8 @@ struct Diagnosis::Parts {
     diagnosis::check_climbs(c, motion);
     diagnosis::check_accelerations(c, motion);
     diagnosis::check_slopes(c, motion);
-    diagnosis::check_dips(c);
+    diagnosis::check_field_mountings(c, motion);
+    diagnosis::check_dips(c, motion);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {
       if (!is_last && !contains(last, finding)) continue;

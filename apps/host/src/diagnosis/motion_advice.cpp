@@ -76,6 +76,10 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
       if (is_degrees) return fmt::format("source: rates of {} times {:.9f} (degrees per second)", name, kDegree);
       return fmt::format("source: rates of {} times {:.4g}", name, 1.0 / r);
     case Role::heading:
+      if (mirrored && sensor.usual.m_base.allFinite())
+        return fmt::format("source: m_{}_t and m_{}_t of {}: swapped, or the sign of one of them",
+                           axis_along(sensor, Eigen::Vector3d::UnitX()), axis_along(sensor, Eigen::Vector3d::UnitY()),
+                           name);
       if (mirrored) return fmt::format("source: heading of {} times -1 (it is clockwise from north)", name);
       return fmt::format("sensors.{}: its heading does not follow the turns", name);
     case Role::scanner:

@@ -127,4 +127,25 @@ std::optional<double> Track::rate(double t, double half_window) const {
   return changed ? std::optional(*changed / (2.0 * half_window)) : std::nullopt;
 }
 
+void VectorTrack::clear() {
+  for (Track& axis : axes_) axis.clear();
+}
+
+void VectorTrack::add_rate(double t, const Eigen::Vector3d& rate) {
+  if (!rate.allFinite()) return;
+  for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].add_rate(t, rate(static_cast<Eigen::Index>(i)));
+}
+
+std::optional<Eigen::Vector3d> VectorTrack::change(double from, double to) const {
+  const auto x = axes_[0].change(from, to);
+  const auto y = axes_[1].change(from, to);
+  const auto z = axes_[2].change(from, to);
+  return x && y && z ? std::optional(Eigen::Vector3d(*x, *y, *z)) : std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> VectorTrack::rate(double t, double half_window) const {
+  const auto changed = change(t - half_window, t + half_window);
+  return changed ? std::optional<Eigen::Vector3d>(*changed / (2.0 * half_window)) : std::nullopt;
+}
+
 }  // namespace waymark::host::diagnosis

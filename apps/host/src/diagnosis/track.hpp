@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -53,6 +55,24 @@ class Track {
   double last_rate_ = 0.0;
   double usual_ = 0.0;
   long samples_ = 0;
+};
+
+/// A vector in the axes of the base, summed up over time.
+class VectorTrack {
+ public:
+  void clear();
+  void add_rate(double t, const Eigen::Vector3d& rate);
+
+  const Track& x() const { return axes_[0]; }
+  const Track& y() const { return axes_[1]; }
+  const Track& z() const { return axes_[2]; }
+  long samples() const { return axes_[0].samples(); }
+  /// As those of a track.
+  std::optional<Eigen::Vector3d> change(double from, double to) const;
+  std::optional<Eigen::Vector3d> rate(double t, double half_window) const;
+
+ private:
+  std::array<Track, 3> axes_;
 };
 
 }  // namespace waymark::host::diagnosis

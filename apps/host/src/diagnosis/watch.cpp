@@ -182,25 +182,16 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
     sensor.fixes.push_back({t, motion.p_map_point.head<2>()});
   sensor.height.add_total(
       t, std::isfinite(motion.height_m) ? motion.height_m : motion.p_map_point.z() - motion.p_base_point.z(), false);
+  sensor.turn.add_rate(t, motion.w_base);
   if (motion.f_base.allFinite()) {
-    sensor.force_x.add_rate(t, motion.f_base.x());
-    sensor.force_y.add_rate(t, motion.f_base.y());
-    if (motion.w_base.allFinite()) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t j = 0; j < 3; ++j)
-          sensor.gravity_turns.products[i][j].add_rate(
-              t, motion.w_base(static_cast<Eigen::Index>(i)) * motion.f_base(static_cast<Eigen::Index>(j)));
-      }
-    }
+    sensor.force.add_rate(t, motion.f_base);
     sensor.forces.add(motion.f_base.norm());
     sensor.force_sum += motion.f_base;
     ++sensor.force_count;
   }
   if (motion.m_base.allFinite()) {
     sensor.fields.add(motion.m_base.norm());
-    sensor.field_x.add_rate(t, motion.m_base.x());
-    sensor.field_y.add_rate(t, motion.m_base.y());
-    sensor.field_z.add_rate(t, motion.m_base.z());
+    sensor.field.add_rate(t, motion.m_base);
   }
 }
 

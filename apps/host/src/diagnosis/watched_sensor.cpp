@@ -37,12 +37,6 @@ Role WatchedSensor::role() const {
 
 bool WatchedSensor::is_altimeter() const { return std::isfinite(usual.height_m); }
 
-void GravityTurns::clear() {
-  for (auto& row : products) {
-    for (Track& product : row) product.clear();
-  }
-}
-
 void WatchedSensor::clear_window() {
   yaw.clear();
   heading.clear();
@@ -50,12 +44,9 @@ void WatchedSensor::clear_window() {
   sideways.clear();
   course.clear();
   ground_way.clear();
-  force_x.clear();
-  force_y.clear();
-  gravity_turns.clear();
-  field_x.clear();
-  field_y.clear();
-  field_z.clear();
+  force.clear();
+  turn.clear();
+  field.clear();
   height.clear();
   fixes.clear();
   steps.clear();
@@ -63,33 +54,35 @@ void WatchedSensor::clear_window() {
   next_scan_t = 0.0;
 }
 
-std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, double half_window) {
-  const double end = t + kGravitySpan;
-  const auto x_before = imu.force_x.rate(t, half_window);
-  const auto y_before = imu.force_y.rate(t, half_window);
-  const auto x_after = imu.force_x.rate(end, half_window);
-  const auto y_after = imu.force_y.rate(end, half_window);
-  if (!x_before || !y_before || !x_after || !y_after) return std::nullopt;
-  GravityChange result{{*x_after - *x_before, *y_after - *y_before}, Eigen::Matrix3d::Zero()};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const auto product = imu.gravity_turns.products[i][j].change(t, end);
-      if (!product) return std::nullopt;
-      result.products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = *product;
-    }
+Eigen::Vector3d TurnedVector::by_turn() const {
+  return {products(2, 1) - products(1, 2), products(0, 2) - products(2, 0), products(1, 0) - products(0, 1)};
+}
+
+std::optional<TurnedVector> turned_vector(const VectorTrack& turn, const VectorTrack& vector, double t,
+                                          double half_window) {
+  constexpr int kSteps = static_cast<int>(kVectorSpan / Track::kStep + 0.5);
+  const auto before = vector.rate(t, half_window);
+  const auto after = vector.rate(t + kVectorSpan, half_window);
+  if (!before || !after) return std::nullopt;
+  TurnedVector result{*after - *before, Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  for (int k = 0; k < kSteps; ++k) {
+    const double from = t + k * Track::kStep;
+    const auto turned = turn.change(from, from + Track::kStep);
+    const auto summed = vector.change(from, from + Track::kStep);
+    if (!turned || !summed) return std::nullopt;
+    result.products += *turned * summed->transpose() / Track::kStep;
+    result.sum += *summed;
+    result.turn += *turned;
   }
   return result;
 }
 
 std::optional<TiltedField> tilted_field(const WatchedSensor& magnetometer, const WatchedSensor& imu, double t,
                                         double half_window) {
-  const auto f_x = imu.force_x.rate(t, half_window);
-  const auto f_y = imu.force_y.rate(t, half_window);
-  const auto m_x = magnetometer.field_x.rate(t, half_window);
-  const auto m_y = magnetometer.field_y.rate(t, half_window);
-  const auto m_z = magnetometer.field_z.rate(t, half_window);
-  if (!f_x || !f_y || !m_x || !m_y || !m_z) return std::nullopt;
-  return TiltedField{Eigen::Vector2d(*f_x, *f_y) / kGravity, {*m_x, *m_y, *m_z}};
+  const auto force = imu.force.rate(t, half_window);
+  const auto field = magnetometer.field.rate(t, half_window);
+  if (!force || !field) return std::nullopt;
+  return TiltedField{force->head<2>() / kGravity, *field};
 }
 
 char axis_along(const WatchedSensor& sensor, const Eigen::Vector3d& base_axis) {

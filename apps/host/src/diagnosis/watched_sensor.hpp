@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,24 +50,17 @@ struct ScanStep {
 /// What a sensor is for the comparisons: by what it measures, not by its plugin.
 enum class Role { wheels, gyro, heading, scanner, fix, other };
 
-/// Products of the angular rate and the specific force of an IMU in the axes of the base, summed up over time [m/s²]:
-/// with −ω × f the direction of gravity changes as the IMU turns.
-struct GravityTurns {
-  std::array<std::array<Track, 3>, 3> products;  ///< [i][j]: ω_i f_j
+/// Over kVectorSpan: how a vector that stays in the world (gravity, the Earth's field) changes in the axes of the base.
+struct TurnedVector {
+  Eigen::Vector3d change;
+  Eigen::Matrix3d products;  ///< ∫ ω vᵀ dt, by the gyro's ω
+  Eigen::Vector3d sum;       ///< ∫ v dt
+  Eigen::Vector3d turn;      ///< ∫ ω dt
 
-  long samples() const { return products[0][0].samples(); }
-  void clear();
+  /// What it changes by as the robot turns, −∫ ω × v dt.
+  Eigen::Vector3d by_turn() const;
 };
-
-/// Over kGravitySpan: how the specific force in the plane changes, and the products whose difference is what it changes
-/// by where gravity alone acts, −ω × f.
-struct GravityChange {
-  Eigen::Vector2d force;     ///< [m/s²]
-  Eigen::Matrix3d products;  ///< ∫ ω fᵀ dt
-
-  Eigen::Vector2d by_turn() const { return {products(2, 1) - products(1, 2), products(0, 2) - products(2, 0)}; }
-};
-inline constexpr double kGravitySpan = 1.0;  ///< [s]; in a longer one the robot's own accelerations change more
+inline constexpr double kVectorSpan = 1.0;  ///< [s]; in a longer one the robot's own accelerations change more
 
 /// What is kept of one sensor's measurements.
 struct WatchedSensor {
@@ -107,13 +99,10 @@ struct WatchedSensor {
   Track ground_way;
   bool has_heading = false;  ///< `yaw` counts from east
   Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro
-  Track force_x;             ///< specific force along the axes of the base, summed up over time [m/s]
-  Track force_y;
-  GravityTurns gravity_turns;
-  Track field_x;  ///< magnetic field along the axes of the base, summed up over time [T s]
-  Track field_y;
-  Track field_z;
-  Track height;  ///< of the base in the map
+  VectorTrack force;         ///< specific force [m/s]
+  VectorTrack turn;          ///< of a gyro [rad]
+  VectorTrack field;         ///< magnetic field [T s]
+  Track height;              ///< of the base in the map
   std::vector<Fix> fixes;
   std::vector<ScanStep> steps;
   ObservedMotion usual;  ///< its newest one, for the errors that are usual
@@ -132,9 +121,9 @@ struct WatchedSensor {
   void clear_window();
 };
 
-/// From time t on, with the specific force averaged over so long before and after; nothing if it is not known
-/// throughout.
-std::optional<GravityChange> gravity_change(const WatchedSensor& imu, double t, double half_window);
+/// From time t on, with the vector averaged over so long before and after; nothing if it is not known throughout.
+std::optional<TurnedVector> turned_vector(const VectorTrack& turn, const VectorTrack& vector, double t,
+                                          double half_window);
 
 /// A magnetic field and the direction in which gravity seems to lie, in the axes of the base.
 struct TiltedField {

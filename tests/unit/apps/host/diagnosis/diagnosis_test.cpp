@@ -230,5 +230,11 @@ TEST(Diagnosis, NamesAnImuThatIsEarlyBesideWheelsAndFixes) {
   EXPECT_THAT(examined.named(), ElementsAre("imu"));
 }
 
+TEST(Diagnosis, WithdrawsTurnsThatContradictedOthersOnlyEarly) {
+  // A gyro that warms up: the first two evaluations see it.
+  const Examined examined = examine([](Readings& r) { r.imu.w_sensor.z() *= r.t < 62.0 ? 2.0 : 1.0; });
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 }  // namespace
 }  // namespace waymark::host

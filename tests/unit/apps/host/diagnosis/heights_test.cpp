@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "tests/unit/apps/host/diagnosis/measurement_feed.hpp"
 #include "waymark/host/diagnosis.hpp"
@@ -35,6 +37,7 @@ struct Mistakes {
   double force_y = 1.0;
   double fix_height = 1.0;
   bool has_barometer = true;
+  double pace = 0.05;  ///< of up and down [rad/s]
 };
 
 double right(double height) { return height; }
@@ -55,8 +58,8 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
     p += 0.05 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
     yaw += 0.05 * rate;
     slow += 0.05 / 60.0 * -slow + 0.5 * std::sqrt(2.0 * 0.05 / 60.0) * noise(dice);
-    const double z = 6.0 * std::sin(0.05 * t);
-    const double slope = 0.3 * std::cos(0.05 * t);
+    const double z = 6.0 * std::sin(others.pace * t);
+    const double slope = 6.0 * others.pace * std::cos(others.pace * t);
     WheelSpeeds wheels;
     wheels.left_mps = 1.0 - 0.25 * rate;
     wheels.right_mps = 1.0 + 0.25 * rate;
@@ -138,6 +141,21 @@ TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeightWhereNobodyElseClim
     return last;
   };
   const std::vector<Finding> findings = examine(repeats, {.fix_height = 0.0});
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().check, "frozen");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));
+}
+
+/// As a drone that rises and sinks within the time in which heights are compared.
+TEST(HeightDiagnosis, NamesABarometerThatRepeatsItsLastHeightAsOthersRiseAndSink) {
+  std::string yaml = kYaml;
+  for (const char* name : {"wheels", "imu"})
+    yaml.replace(yaml.find(std::string("name: ") + name), 6, "enabled: false, name: ");
+  const auto repeats = [last = 0.0, count = 0](double height) mutable {
+    if (++count < 500) last = height;
+    return last;
+  };
+  const std::vector<Finding> findings = examine(repeats, {.yaml = yaml, .pace = 0.314});
   ASSERT_FALSE(findings.empty());
   EXPECT_EQ(findings.front().check, "frozen");
   EXPECT_THAT(findings.front().sensors, ElementsAre("baro"));

@@ -41,6 +41,7 @@ struct Readings {
 struct Course {
   double turns = 1.0;
   double slopes = 1.0;
+  double pitch_rad = 0.0;  ///< of the robot, all the way
 };
 
 /// Drives with changing speed over ground whose slopes change within seconds.
@@ -54,7 +55,7 @@ std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, cons
   const auto attitude = [&](double t) {
     const double yaw = course.turns * (2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
     return Eigen::AngleAxisd(0.3 + yaw, Eigen::Vector3d::UnitZ()) *
-           Eigen::AngleAxisd(course.slopes * 0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(course.pitch_rad + course.slopes * 0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
            Eigen::AngleAxisd(course.slopes * 0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
   };
   const auto speed = [](double t) { return 1.0 + 0.4 * std::sin(0.37 * t); };
@@ -130,6 +131,81 @@ TEST(ImuAxesDiagnosis, NamesAFieldThatPointsUpInTheNorth) {
   EXPECT_EQ(findings.front().check, "field");
   EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
   EXPECT_THAT(findings.front().change, HasSubstr("the sign of m_z_t"));
+}
+
+TEST(ImuAxesDiagnosis, NamesTheFieldWithoutAGyroOfThreeAxes) {
+  const auto findings = examine([](Readings& seen) {
+    seen.imu.w_sensor.head<2>().setZero();
+    seen.field.m_sensor.z() *= -1.0;
+  });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the sign of m_z_t"));
+}
+
+TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometerByTheField) {
+  const auto mistake = [](Readings& seen) {
+    seen.imu.w_sensor.head<2>().setZero();
+    seen.imu.f_sensor.y() *= -1.0;
+  };
+  const auto findings = examine(mistake, {.turns = 0.05, .slopes = 2.0});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the sign of f_y_mps2"));
+}
+
+TEST(ImuAxesDiagnosis, NamesASignOfTheGyroOfAMachineThatShakes) {
+  std::mt19937 dice(3);
+  std::normal_distribution<double> shaking(0.0, 4.0);
+  const auto findings = examine([&](Readings& seen) {
+    seen.imu.f_sensor += Eigen::Vector3d(shaking(dice), shaking(dice), shaking(dice));
+    seen.imu.w_sensor.x() *= -1.0;
+  });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the sign of w_x_radps"));
+}
+
+TEST(ImuAxesDiagnosis, AMachineThatShakesHasNoOtherUnit) {
+  std::mt19937 dice(3);
+  std::normal_distribution<double> shaking(0.0, 4.0);
+  EXPECT_THAT(examine([&](Readings& seen) {
+                seen.imu.f_sensor += Eigen::Vector3d(shaking(dice), shaking(dice), shaking(dice));
+              }),
+              IsEmpty());
+}
+
+TEST(ImuAxesDiagnosis, NamesTheAxesOfAMagnetometer) {
+  const auto findings = examine([](Readings& seen) { std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y()); });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().check, "field");
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of m_x_t and m_y_t"));
+}
+
+TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
+  const auto mistake = [](Readings& seen) {
+    seen.imu.w_sensor.head<2>().setZero();
+    std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y());
+  };
+  const auto findings = examine(mistake, {.slopes = 0.0});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("m_x_t and m_y_t of compass"));
+}
+
+TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
+  const auto findings = examine([](Readings& seen) {
+    seen.field.m_sensor = Eigen::AngleAxisd(-M_PI / 6.0, Eigen::Vector3d::UnitZ()) * seen.field.m_sensor;
+  });
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
+  EXPECT_THAT(findings.front().change, HasSubstr("sensors.compass.base_T_sensor.yaw_deg: 30 fits"));
+}
+
+TEST(ImuAxesDiagnosis, WhatFliesTiltedHasNoIron) {
+  const auto thrust = [](Readings& seen) { seen.imu.f_sensor = {0.0, 0.0, seen.imu.f_sensor.z()}; };
+  EXPECT_THAT(examine(thrust, {.turns = 2.0, .pitch_rad = 0.15}), IsEmpty());
 }
 
 }  // namespace

@@ -215,5 +215,23 @@ TEST(ReceiverDiagnosis, NamesOneWhosePositionsWereRounded) {
   for (const Finding& finding : seven.findings) ADD_FAILURE() << describe(finding);
 }
 
+/// A boat in a current, or a drone: its path has nothing to do with where it looks.
+TEST(ReceiverDiagnosis, ThePathOfWhatMovesSidewaysContradictsNobody) {
+  std::string yaml = kCurvingRobot;
+  yaml.replace(yaml.find("name: wheels"), 6, "enabled: false, name: ");
+  double direction = 0.0;
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  const Examined examined = examine(
+      [&](Readings& r) {
+        direction += 0.02 * (0.25 * std::sin(0.11 * r.t + 1.0) + 0.2 * std::cos(0.47 * r.t));
+        p += 0.02 * 2.0 * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0.0);
+        r.gps.p_map_antenna = p;
+        r.gps.speed_mps = 2.0;
+        r.gps.course_rad = std::remainder(0.5 * M_PI - direction, 2.0 * M_PI);
+      },
+      {.yaml = yaml});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 }  // namespace
 }  // namespace waymark::host
