@@ -124,7 +124,8 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
     const WatchedSensor& fix = c.sensor(k);
     if (fix.fixes.empty() || k == i || c.is_blamed(k)) continue;
     const std::vector<double> offsets = directions(fix, heading, way);
-    const auto offset = middle_of(offsets);
+    std::optional<Angle> offset;
+    if (const auto middle = middle_of(offsets)) offset = Angle{middle->value, middle->sigma};
     if (!offset && way != nullptr && offsets.size() >= kMostDirections && !sensor.has_heading) {
       c.add(Certainty::named, "heading", {i},
             fmt::format("its heading has no fixed angle to the direction in which the robot drives, as {} shows",
@@ -132,6 +133,7 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
             fmt::format("source: the order and the signs of the quaternion, or of the field, of {}", sensor.name), 0.0);
       return;
     }
+    if (!offset) offset = beside_path(c, motion, k, heading);
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});

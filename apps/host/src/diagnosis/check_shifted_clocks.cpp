@@ -83,7 +83,8 @@ std::vector<Shift> find_shifts(const Case& c, const Agreement& yaw) {
       // Of two tracks once, as the turns are compared (compare_motion.cpp).
       if (i == j || other.track == nullptr || (one.track != nullptr && j < i)) continue;
       const Ratio::Verdict verdict = yaw.ratios[i][j].verdict;
-      const bool may_be_shifted = verdict == Ratio::Verdict::unrelated || verdict == Ratio::Verdict::unknown;
+      const bool may_be_shifted =
+          (verdict == Ratio::Verdict::unrelated || verdict == Ratio::Verdict::unknown) && !yaw.ratios[i][j].is_forgiven;
       if (one.sensor == other.sensor || are_known(one.sensor, other.sensor) || !may_be_shifted) continue;
       const std::vector<Span> spans = one.track != nullptr ? spans_of(*one.track, kSpan, c.watch.newest()) : one.spans;
       if (const auto behind = find_shift(spans, *other.track)) shifts.push_back({one.sensor, other.sensor, *behind});

@@ -130,6 +130,10 @@ struct Angle {
 /// By how much the robot drives beside a heading, as positions show; nothing if it is not known.
 std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading);
 
+/// The same by the path of the positions against dead reckoning, where the robot turns too often for directions.
+std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, std::size_t receiver,
+                                 const Track& heading);
+
 /// By how much the specific force points beside the accelerations of the motion; nothing if it is not known.
 std::optional<Angle> beside_acceleration(const Case& c, const MotionAgreement& motion, std::size_t imu);
 
@@ -168,6 +172,12 @@ std::optional<bool> points_as_the_earths(const Case& c, std::size_t magnetometer
 
 /// The magnetic field against gravity: as the robot tilts, the angle between them stays.
 void check_dips(Case& c, const MotionAgreement& motion);
+
+/// A way that is counted forwards where positions go backwards.
+void check_reversals(Case& c, const MotionAgreement& motion);
+
+/// Positions against dead reckoning over tens of seconds: mirrored, or late by seconds.
+void check_paths(Case& c, const MotionAgreement& motion);
 
 /// Headings against the direction of the motion; where scanners and antennas stand.
 void check_mounting(Case& c, const MotionAgreement& motion);

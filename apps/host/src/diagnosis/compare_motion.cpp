@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "path_fit.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -146,14 +147,22 @@ bool is_free(const Case& c, const Agreement& agreement, std::size_t path, std::s
   return false;
 }
 
-/// True for a contradiction that needs no mistake.
-bool is_forgiven(const Case& c, const Agreement& agreement, std::size_t i, std::size_t j) {
+/// True for the positions of a receiver whose path has the shape of dead reckoning: directions from fix to fix cut the
+/// corners of a robot that turns often.
+bool has_same_path(const Case& c, const Observer& chords, const Observer& turns, const Track* way) {
+  if (chords.kind != Observer::Kind::chord || turns.track == nullptr || way == nullptr) return false;
+  return PathFit(c.sensor(chords.sensor), *turns.track, *way).turns_alike();
+}
+
+/// True for a contradiction that needs no mistake. `way`: of wheels, or null.
+bool is_forgiven(const Case& c, const Agreement& agreement, std::size_t i, std::size_t j, const Track* way) {
   const Ratio& ratio = agreement.ratios[i][j];
   const bool contradicts =
       ratio.verdict == Ratio::Verdict::unrelated || (ratio.verdict == Ratio::Verdict::differ && ratio.value > 0.0);
   return contradicts &&
          (is_free(c, agreement, i, j) || is_free(c, agreement, j, i) ||
-          is_disturbed(c, agreement.observers[i], ratio) || is_disturbed(c, agreement.observers[j], ratio));
+          is_disturbed(c, agreement.observers[i], ratio) || is_disturbed(c, agreement.observers[j], ratio) ||
+          has_same_path(c, agreement.observers[i], agreement.observers[j], way));
 }
 
 void compare_all(Case& c, const char* quantity, Agreement& agreement, const Track* way, bool is_angle) {
@@ -180,7 +189,7 @@ void compare_all(Case& c, const char* quantity, Agreement& agreement, const Trac
   }
   std::vector<std::pair<std::size_t, std::size_t>> forgiven;
   std::ranges::copy_if(pairs, std::back_inserter(forgiven), [&](const auto& pair) {
-    return is_angle && is_forgiven(c, agreement, pair.first, pair.second);
+    return is_angle && is_forgiven(c, agreement, pair.first, pair.second, way);
   });
   for (const auto& [i, j] : forgiven) {
     for (Ratio* ratio : {&agreement.ratios[i][j], &agreement.ratios[j][i]}) {

@@ -2,6 +2,7 @@
 #include "waymark/host/diagnosis.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "checks.hpp"
@@ -58,10 +59,25 @@ struct Diagnosis::Parts {
     return false;
   }
 
+  /// True if the whole window shows the IMU of a finding to be mounted as the YAML has it.
+  bool accelerates_along_its_axes(const Finding& finding, const diagnosis::Case& c,
+                                  const diagnosis::MotionAgreement& motion) const {
+    constexpr double kAlong = 10.0 * diagnosis::kDegree;
+    constexpr double kSigmas = 2.0;
+    for (std::size_t i = 0; i < watch.sensors().size(); ++i) {
+      if (watch.sensors()[i].name != finding.sensors.front()) continue;
+      const auto angle = diagnosis::beside_acceleration(c, motion, i);
+      return angle && std::abs(angle->value) + kSigmas * angle->sigma < kAlong;
+    }
+    return false;
+  }
+
   /// The evaluation of a whole window withdraws what a part of it seemed to show, where it names another sensor.
-  void withdraw(const std::vector<Finding>& of_window, const diagnosis::MotionAgreement& motion) {
+  void withdraw(const diagnosis::Case& c, const diagnosis::MotionAgreement& motion) {
+    const std::vector<Finding>& of_window = c.findings;
     const auto is_withdrawn = [&](const Finding& early) {
       if (contains(of_window, early)) return false;
+      if (early.check == "acceleration" && accelerates_along_its_axes(early, c, motion)) return true;
       return is_of_whole_window(early) || (early.check == "yaw" && !is_contradicted(early, motion.yaw)) ||
              std::ranges::any_of(of_window, [&](const Finding& other) {
                // Heights that are wrong make slopes, and so accelerations, wrong.
@@ -89,6 +105,8 @@ struct Diagnosis::Parts {
     diagnosis::check_field_axes(c);
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
+    diagnosis::check_reversals(c, motion);
+    diagnosis::check_paths(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);
     diagnosis::check_scatters(c, motion);
@@ -119,7 +137,7 @@ struct Diagnosis::Parts {
         known->stamp = stamp;
       }
     }
-    if (is_last) withdraw(c.findings, motion);
+    if (is_last) withdraw(c, motion);
     last = std::move(c.findings);
     comparisons = std::move(c.comparisons);
   }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "dead_reckoning.hpp"
 #include "fit.hpp"
 
 namespace waymark::host::diagnosis {
@@ -33,60 +34,8 @@ void add_row(Rows& rows, Complex z, Complex w, Complex u) {
   rows.y(rows.count++) = z.imag();
 }
 
-/// Dead reckoning on the grid of the tracks.
-class Path {
- public:
-  Path(const Track& yaw, const Track& way, double per_way, double per_s, double late) {
-    points_.assign(Track::kEdges, {});
-    stretch_.assign(Track::kEdges, 0);
-    int stretch = 1;
-    Complex p;
-    double turned = 0.0;
-    for (int k = 1; k < Track::kEdges; ++k) {
-      const auto edge = static_cast<std::size_t>(k);
-      const auto turn = yaw.change((k - 1) * Track::kStep, k * Track::kStep);
-      const auto driven = way.change((k - 1) * Track::kStep + late, k * Track::kStep + late);
-      if (!turn || !driven) {
-        ++stretch;
-        continue;
-      }
-      const double corrected = *turn - per_way * *driven - per_s * Track::kStep;
-      p += *driven * std::polar(1.0, turned + 0.5 * corrected);
-      turned += corrected;
-      points_[edge] = {p, turned};
-      stretch_[edge] = stretch;
-    }
-  }
-
-  struct Point {
-    Complex p;
-    double yaw = 0.0;
-  };
-  /// Both ends of a step; nothing if it is not known throughout.
-  std::optional<std::pair<Point, Point>> step(double from, double to) const {
-    const auto a = at(from);
-    const auto b = at(to);
-    if (!a || !b || stretch_[index(from)] != stretch_[index(to)]) return std::nullopt;
-    return std::pair(*a, *b);
-  }
-
- private:
-  static std::size_t index(double t) { return static_cast<std::size_t>(t / Track::kStep); }
-  std::optional<Point> at(double t) const {
-    if (!(t >= Track::kStep) || t >= Track::kLength - Track::kStep) return std::nullopt;
-    const std::size_t k = index(t);
-    if (stretch_[k] == 0 || stretch_[k] != stretch_[k + 1]) return std::nullopt;
-    const double part = t / Track::kStep - static_cast<double>(k);
-    return Point{points_[k].p + part * (points_[k + 1].p - points_[k].p),
-                 points_[k].yaw + part * (points_[k + 1].yaw - points_[k].yaw)};
-  }
-
-  std::vector<Point> points_;
-  std::vector<int> stretch_;
-};
-
 /// The steps from fix to fix of one block, for a lag.
-Rows rows_of(const std::vector<Fix>& fixes, std::size_t begin, std::size_t end, const Path& path, double lag) {
+Rows rows_of(const std::vector<Fix>& fixes, std::size_t begin, std::size_t end, const DeadReckoning& path, double lag) {
   Rows rows(2 * static_cast<Eigen::Index>(end - begin), 4);
   std::size_t from = begin;
   for (std::size_t k = begin + 1; k < end; ++k) {
@@ -260,7 +209,7 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
                        double per_way, double per_s, double late) {
   AntennaFit antenna;
   if (fixes.size() < 4 * static_cast<std::size_t>(kLeastRows)) return antenna;
-  const Path path(yaw, way, per_way, per_s, late);
+  const DeadReckoning path(yaw, way, per_way, per_s, late);
   std::vector<std::pair<std::size_t, std::size_t>> blocks;
   std::size_t begin = 0;
   for (std::size_t k = 0; k <= fixes.size(); ++k) {

@@ -59,6 +59,7 @@ struct Drive {
   double imu_clock_fast = 0.0;       ///< seconds of its stamps in one of the others, less one
   double turns = 1.0;                ///< so many times as sharp
   double stands_until_s = 0.0;       ///< it stands still before
+  bool reverses = false;  ///< of each 20 s it drives backwards for 6 s, and stands for a second before and after
 };
 
 /// Drives in curves of changing direction, and gives the diagnosis what the sensors measure.
@@ -73,8 +74,10 @@ inline Examined examine(const std::function<void(Readings&)>& mistake, const Dri
   MeasurementFeed feed(diagnosis);
   for (int k = 0; k < kLength * 50; ++k) {
     const double t = 0.02 * k;
-    const double moves = t < drive.stands_until_s ? 0.0 : 1.0;
-    const double speed = moves * (1.0 + 0.4 * std::sin(0.31 * t));
+    const double phase = drive.reverses ? std::fmod(t, 20.0) : 0.0;
+    const bool stands = (phase > 11.0 && phase < 12.0) || phase > 19.0;
+    const double moves = t < drive.stands_until_s || stands ? 0.0 : 1.0;
+    const double speed = (phase > 11.0 ? -1.0 : 1.0) * moves * (1.0 + 0.4 * std::sin(0.31 * t));
     const double rate =
         moves * drive.turns * (0.4 * std::sin(0.23 * t + drive.chirp * t * t) + 0.3 * std::sin(0.9 * t));
     x += 0.02 * speed * std::cos(yaw);

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "checks.hpp"
+#include "path_fit.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Certainty = Finding::Certainty;
+
+constexpr std::size_t kLeastBlocks = 4;
+constexpr double kLeastSigma = 0.5 * kDegree;  // of a direction
+constexpr double kLeastLagSigma = 0.1;         // [s]
+constexpr double kLeapSeconds = 18.0;          // by which the clock of GPS is ahead of UTC since 2017
+
+/// Names of the other sensors that measure turns as the trusted ones do.
+std::vector<std::size_t> who_turns(const MotionAgreement& motion, std::size_t except) {
+  std::vector<std::size_t> sensors;
+  for (std::size_t i = 0; i < motion.yaw.observers.size(); ++i) {
+    const Observer& observer = motion.yaw.observers[i];
+    if (observer.sensor == except || !motion.yaw.is_trusted(i) || is_of_path(observer)) continue;
+    if (std::ranges::find(sensors, observer.sensor) == sensors.end()) sensors.push_back(observer.sensor);
+  }
+  return sensors;
+}
+
+void add_mirrored(Case& c, const MotionAgreement& motion, std::size_t receiver, const PathFit::Gain& gain) {
+  const WatchedSensor& sensor = c.sensor(receiver);
+  std::vector<std::size_t> others = who_turns(motion, receiver);
+  const bool is_outvoted = others.size() > 1;
+  std::vector<std::size_t> suspects{receiver};
+  if (!is_outvoted) suspects.insert(suspects.end(), others.begin(), others.end());
+  const bool is_open = suspects.size() > 1;
+  c.add(is_open ? Certainty::one_of : Certainty::named, "mirrored", suspects,
+        fmt::format("{}its positions go round the other way than the turns of {}: mirrored, their path fits",
+                    is_open ? sensor.name + ": " : "", c.sensor(others.empty() ? receiver : others.front()).name),
+        fmt::format(
+            "source: east and north (latitude and longitude) of {} are swapped, or one of them has the other sign{}",
+            sensor.name, is_open ? "; or the sign of " + c.sensor(others.front()).name : ""),
+        gain.sigmas);
+}
+
+void add_late(Case& c, const MotionAgreement& motion, std::size_t receiver, const Lag& lag) {
+  const WatchedSensor& sensor = c.sensor(receiver);
+  const std::vector<std::size_t> others = who_turns(motion, receiver);
+  const bool are_leap_seconds = std::abs(std::abs(lag.value) - kLeapSeconds) < 0.6;
+  const double behind = are_leap_seconds ? std::copysign(kLeapSeconds, lag.value) : lag.value;
+  c.add(Certainty::named, "delay", {receiver},
+        fmt::format("its positions are {:.1f} ± {:.1f} s {} the path of {}{}", std::abs(behind), lag.sigma,
+                    behind > 0.0 ? "behind" : "ahead of", others.empty() ? "the others" : c.sensor(others.front()).name,
+                    are_leap_seconds ? ": the leap seconds between the clock of GPS and UTC" : ""),
+        fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + behind),
+        std::abs(lag.value) / std::max(lag.sigma, kLeastLagSigma));
+}
+
+/// Trusted turns and ways of sensors that no finding concerns.
+struct Reckoned {
+  const Observer* turns = nullptr;
+  const Observer* way = nullptr;
+
+  explicit operator bool() const { return turns != nullptr && way != nullptr; }
+};
+
+Reckoned reckoned(const Case& c, const MotionAgreement& motion) {
+  const Observer* turns = motion.yaw.trusted_track();
+  const Observer* way = motion.way.trusted_track();
+  const bool is_usable = turns != nullptr && way != nullptr && !way->is_unsigned && !c.is_concerned(turns->sensor) &&
+                         !c.is_concerned(way->sensor);
+  return is_usable ? Reckoned{turns, way} : Reckoned{};
+}
+
+}  // namespace
+
+std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, std::size_t receiver,
+                                 const Track& heading) {
+  const Reckoned by = reckoned(c, motion);
+  if (!by || c.is_concerned(receiver)) return std::nullopt;
+  const std::vector<double> angles = PathFit(c.sensor(receiver), *by.turns->track, *by.way->track).beside(heading);
+  std::complex<double> sum;
+  for (const double angle : angles) sum += std::polar(1.0, angle);
+  const auto n = static_cast<double>(angles.size());
+  if (angles.size() < kLeastBlocks || std::abs(sum) < 0.5 * n) return std::nullopt;
+  const double middle = std::arg(sum);
+  double squares = 0.0;
+  for (const double angle : angles) squares += std::pow(so3::wrap(angle - middle), 2);
+  return Angle{middle, std::max(std::sqrt(squares / (n * (n - 1.0))), kLeastSigma)};
+}
+
+void check_paths(Case& c, const MotionAgreement& motion) {
+  const Reckoned by = reckoned(c, motion);
+  if (!by) return;
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    const WatchedSensor& sensor = c.sensor(i);
+    if (sensor.fixes.empty() || c.is_concerned(i) || i == by.turns->sensor || i == by.way->sensor) continue;
+    const PathFit path(sensor, *by.turns->track, *by.way->track);
+    if (!path.is_known()) continue;
+    const PathFit::Gain mirrored = path.mirrored();
+    if (mirrored.is_clear()) {
+      add_mirrored(c, motion, i, mirrored);
+    } else if (const auto late = path.late()) {
+      add_late(c, motion, i, *late);
+    }
+  }
+}
+
+}  // namespace waymark::host::diagnosis

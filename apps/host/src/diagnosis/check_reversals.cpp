@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "checks.hpp"
+#include "dead_reckoning.hpp"
+#include "observers.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kStep = 0.1;      // [s]
+constexpr double kStill = 0.15;    // [m/s]
+constexpr double kLeastWay = 1.0;  // [m] of a stretch
+constexpr double kNoises = 5.0;    // σ of the fixes, at least
+constexpr double kNear = 35.0 * kDegree;
+constexpr std::size_t kLeastReversals = 2;
+
+/// What a robot drives between two stops, or two changes of direction.
+struct Stretch {
+  double angle = 0.0;  ///< from the direction of dead reckoning to that of the fixes [rad]
+};
+
+/// From the first to the last fix of a stretch.
+std::optional<Stretch> stretch_of(const std::vector<Fix>& fixes, const DeadReckoning& path, double from, double to,
+                                  double least) {
+  const auto first = std::ranges::lower_bound(fixes, from, {}, &Fix::t);
+  auto last = std::ranges::upper_bound(fixes, to, {}, &Fix::t);
+  if (last - first < 3) return std::nullopt;
+  --last;
+  const auto step = path.step(first->t, last->t);
+  if (!step) return std::nullopt;
+  const Eigen::Vector2d moved = last->p - first->p;
+  const Complex driven = step->second.p - step->first.p;
+  if (moved.norm() < least || std::abs(driven) < least) return std::nullopt;
+  return Stretch{std::arg(Complex(moved.x(), moved.y()) / driven)};
+}
+
+std::vector<Stretch> stretches_of(const std::vector<Fix>& fixes, const DeadReckoning& path, const Track& way,
+                                  double newest, double least) {
+  std::vector<Stretch> stretches;
+  std::optional<double> begin;
+  for (double t = 0.0; t < newest; t += kStep) {
+    const auto driven = way.change(t, t + kStep);
+    const bool moves = driven && std::abs(*driven) > kStill * kStep;
+    if (moves && !begin) begin = t;
+    if (moves || !begin) continue;
+    if (const auto stretch = stretch_of(fixes, path, *begin, t, least)) stretches.push_back(*stretch);
+    begin.reset();
+  }
+  return stretches;
+}
+
+bool is_near(double a, double b) { return std::abs(so3::wrap(a - b)) < kNear; }
+
+/// Stretches in which the fixes move against the way, while they move along it before and after.
+std::size_t reversals(const std::vector<Stretch>& stretches) {
+  std::size_t count = 0;
+  for (std::size_t k = 1; k + 1 < stretches.size(); ++k) {
+    const double before = stretches[k - 1].angle;
+    const double after = stretches[k + 1].angle;
+    count += is_near(before, after) && is_near(stretches[k].angle, before + std::numbers::pi);
+  }
+  return count;
+}
+
+}  // namespace
+
+void check_reversals(Case& c, const MotionAgreement& motion) {
+  const Observer* way = motion.way.trusted_track();
+  if (way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
+  // Wheels that lose the sign of their speeds turn to the wrong side there, too.
+  const Observer* turns = motion.yaw.trusted_track(&c.sensor(way->sensor).yaw);
+  if (turns == nullptr || c.is_concerned(turns->sensor)) return;
+  const DeadReckoning path(*turns->track, *way->track, 0.0, 0.0, 0.0);
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    const WatchedSensor& receiver = c.sensor(i);
+    if (receiver.fixes.empty() || c.is_concerned(i) || i == way->sensor) continue;
+    const double least = std::max(kLeastWay, kNoises * noise_of(receiver.fixes));
+    const std::size_t found = reversals(stretches_of(receiver.fixes, path, *way->track, c.watch.newest(), least));
+    if (found < kLeastReversals) continue;
+    c.add(Finding::Certainty::named, "way", {way->sensor},
+          fmt::format("it drives forwards in {} stretches in which {} goes backwards", found, receiver.name),
+          fmt::format("source: the sign of the speed of {}, where the robot reverses", c.sensor(way->sensor).name),
+          0.0);
+    return;
+  }
+}
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "path_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit.hpp"
+#include "waymark/math/so3.hpp"
+
+namespace waymark::host::diagnosis {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kBlock = 40.0;   // [s] in which dead reckoning bends little
+constexpr double kThinned = 0.9;  // [s] from fix to fix
+constexpr std::size_t kLeastFixes = 15;
+constexpr std::size_t kLeastBlocks = 4;
+constexpr double kLeastScale = 0.7;  // of a way by that of the fixes: other ones are found elsewhere
+constexpr double kMostScale = 1.4;
+constexpr double kFloor = 0.1;  // [m] of what is left: less proves nothing
+constexpr double kSame = 0.3;   // of the size of a block: so much may be left where the path is the same
+constexpr double kAlike = 0.1;  // the same, where turns cannot be off by a fifth
+constexpr double kAlikeSigmas = 2.0;
+constexpr double kBetter = 0.7;  // of the logarithm of what is left, as a mean over the blocks
+constexpr double kSigmas = 4.0;
+constexpr double kFarthest = 30.0;  // [s]
+constexpr double kStep = 0.5;       // [s]
+constexpr double kFineStep = 0.1;   // [s]
+constexpr int kFineSteps = 15;
+constexpr double kNear = 1.5;  // [s]: smaller delays are the business of check_delays
+
+std::vector<Fix> thinned(const std::vector<Fix>& fixes) {
+  std::vector<Fix> out;
+  for (const Fix& fix : fixes) {
+    if (out.empty() || fix.t - out.back().t >= kThinned) out.push_back(fix);
+  }
+  return out;
+}
+
+std::vector<PathFit::Block> blocks_of(const std::vector<Fix>& fixes) {
+  std::vector<PathFit::Block> blocks;
+  if (fixes.empty()) return blocks;
+  auto begin = fixes.begin();
+  for (auto fix = fixes.begin();; ++fix) {
+    if (fix != fixes.end() && fix->t - begin->t < kBlock) continue;
+    if (fix - begin >= static_cast<std::ptrdiff_t>(kLeastFixes)) blocks.emplace_back(begin, fix);
+    if (fix == fixes.end()) return blocks;
+    begin = fix;
+  }
+}
+
+Complex antenna_of(const WatchedSensor& receiver) {
+  const Eigen::Vector2d lever = receiver.usual.p_base_point.head<2>();
+  return lever.allFinite() ? Complex(lever.x(), lever.y()) : Complex();
+}
+
+}  // namespace
+
+bool PathFit::OfBlock::is_same() const { return mean_square < kSame * kSame * size * size; }
+
+bool PathFit::Gain::is_clear() const {
+  return blocks >= kLeastBlocks && mean > kBetter && sigmas > kSigmas && left < kSame;
+}
+
+PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way)
+    : path_(yaw, way, 0.0, 0.0, 0.0),
+      fixes_(thinned(receiver.fixes)),
+      blocks_(blocks_of(fixes_)),
+      antenna_(antenna_of(receiver)) {}
+
+bool PathFit::is_known() const { return blocks_.size() >= kLeastBlocks; }
+
+/// `late`: by so much the fixes are behind dead reckoning [s].
+std::optional<PathFit::OfBlock> PathFit::fit(const Block& block, double late, bool is_mirrored) const {
+  Complex sum_z;
+  Complex sum_w;
+  double zz = 0.0;
+  double ww = 0.0;
+  Complex wz;
+  double n = 0.0;
+  const double first = block.first->t - late;
+  for (auto fix = block.first; fix != block.second; ++fix) {
+    const auto step = path_.step(first, fix->t - late);
+    if (!step) return std::nullopt;
+    const Eigen::Vector2d moved = fix->p - block.first->p;
+    const Complex z(moved.x(), is_mirrored ? -moved.y() : moved.y());
+    const Complex w = step->second.p - step->first.p + antenna_ * std::polar(1.0, step->second.yaw);
+    sum_z += z;
+    sum_w += w;
+    zz += std::norm(z);
+    ww += std::norm(w);
+    wz += std::conj(w) * z;
+    n += 1.0;
+  }
+  zz -= std::norm(sum_z) / n;
+  ww -= std::norm(sum_w) / n;
+  wz -= std::conj(sum_w) * sum_z / n;
+  if (!(ww > 0.0) || std::abs(wz) == 0.0) return std::nullopt;
+  const double scale = std::clamp(std::abs(wz) / ww, kLeastScale, kMostScale);
+  OfBlock found;
+  found.turn = scale * wz / std::abs(wz);
+  found.mean_square = std::max(zz - 2.0 * scale * std::abs(wz) + scale * scale * ww, 0.0) / n;
+  found.size = std::sqrt(zz / n);
+  return found;
+}
+
+PathFit::Gain PathFit::gain(double late, bool is_mirrored) const {
+  std::vector<double> gains;
+  std::vector<double> left;
+  for (const Block& block : blocks_) {
+    const auto as_given = fit(block, 0.0, false);
+    const auto other = fit(block, late, is_mirrored);
+    if (!as_given || !other || other->size < kFloor) continue;
+    gains.push_back(std::log((as_given->mean_square + kFloor * kFloor) / (other->mean_square + kFloor * kFloor)));
+    left.push_back(std::sqrt(other->mean_square) / other->size);
+  }
+  Gain result;
+  result.blocks = gains.size();
+  if (result.blocks < kLeastBlocks) return result;
+  const auto n = static_cast<double>(gains.size());
+  for (const double one : gains) result.mean += one / n;
+  double squares = 0.0;
+  for (const double one : gains) squares += (one - result.mean) * (one - result.mean);
+  result.sigmas = result.mean / std::max(std::sqrt(squares / (n * (n - 1.0))), 1e-3);
+  result.left = median(left);
+  return result;
+}
+
+std::optional<Lag> PathFit::late() const {
+  Gain best;
+  double late = 0.0;
+  for (double tried = -kFarthest; tried <= kFarthest; tried += kStep) {
+    const Gain one = gain(tried, false);
+    // Positions that are far off in time cover less of the path.
+    if (one.blocks < kLeastBlocks || 2 * one.blocks < blocks_.size() || one.mean <= best.mean) continue;
+    best = one;
+    late = tried;
+  }
+  if (std::abs(late) < kNear || !best.is_clear()) return std::nullopt;
+  std::vector<std::vector<double>> costs;
+  for (const Block& block : blocks_) {
+    std::vector<double> of_block;
+    for (int k = -kFineSteps; k <= kFineSteps; ++k) {
+      const auto found = fit(block, late + k * kFineStep, false);
+      if (found) of_block.push_back(std::log(found->mean_square + kFloor * kFloor));
+    }
+    if (of_block.size() == 2 * kFineSteps + 1) costs.push_back(std::move(of_block));
+  }
+  Lag lag = lag_of(costs, kFineStep);
+  if (!lag.is_known) return std::nullopt;
+  lag.value += late;
+  return lag;
+}
+
+bool PathFit::turns_alike() const {
+  if (!is_known()) return false;
+  const Gain as_given = gain(0.0, false);
+  const Gain other_side = mirrored();
+  return as_given.blocks >= kLeastBlocks && as_given.left < kAlike && other_side.mean < -kBetter &&
+         other_side.sigmas < -kAlikeSigmas;
+}
+
+std::vector<double> PathFit::beside(const Track& heading) const {
+  std::vector<double> angles;
+  for (const Block& block : blocks_) {
+    const auto found = fit(block, 0.0, false);
+    if (!found || !found->is_same()) continue;
+    Complex sum;
+    bool is_whole = true;
+    for (auto fix = block.first; fix != block.second && is_whole; ++fix) {
+      const auto step = path_.step(block.first->t, fix->t);
+      const auto yaw = heading.at(fix->t);
+      is_whole = step && yaw;
+      if (is_whole) sum += std::polar(1.0, step->second.yaw - *yaw);
+    }
+    if (is_whole) angles.push_back(so3::wrap(std::arg(found->turn) + std::arg(sum)));
+  }
+  return angles;
+}
+
+}  // namespace waymark::host::diagnosis

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "comparison.hpp"
+#include "dead_reckoning.hpp"
+
+namespace waymark::host::diagnosis {
+
+/// The positions of a receiver against dead reckoning, in blocks of tens of seconds, each of which is turned and moved
+/// for itself: shapes are compared, so robots that turn often are no worse than others.
+class PathFit {
+ public:
+  /// The receiver must outlive the object.
+  PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way);
+
+  using Block = std::pair<std::vector<Fix>::const_iterator, std::vector<Fix>::const_iterator>;
+
+  /// How one block fits.
+  struct OfBlock {
+    std::complex<double> turn;  ///< from the frame of dead reckoning, with the scale
+    double mean_square = 0.0;   ///< of what is left [m²]
+    double size = 0.0;          ///< root mean square of the positions about their middle [m]
+    bool is_same() const;       ///< the path, but for noise
+  };
+  /// A hypothesis about the positions against what the YAML says.
+  struct Gain {
+    double mean = 0.0;    ///< by which the logarithm of what is left is less, over the blocks
+    double sigmas = 0.0;  ///< how far that is from 0
+    double left = 0.0;    ///< of the size of a block, the median over the blocks
+    std::size_t blocks = 0;
+    bool is_clear() const;
+  };
+
+  bool is_known() const;  ///< there are blocks enough
+  /// East or north with the other sign, or both swapped.
+  Gain mirrored() const { return gain(0.0, true); }
+  /// The delay of seconds with which the positions fit, if they do not without it.
+  std::optional<Lag> late() const;
+  /// True if the positions turn as the yaw does, by as much and to the same side.
+  bool turns_alike() const;
+  /// How far the direction in which the robot drives lies beside a heading, in each block that fits [rad].
+  std::vector<double> beside(const Track& heading) const;
+
+ private:
+  std::optional<OfBlock> fit(const Block& block, double late, bool is_mirrored) const;
+  Gain gain(double late, bool is_mirrored) const;
+
+  DeadReckoning path_;
+  std::vector<Fix> fixes_;
+  std::vector<Block> blocks_;
+  std::complex<double> antenna_;  ///< in the base frame [m]
+};
+
+}  // namespace waymark::host::diagnosis
