@@ -60,12 +60,12 @@ Eigen::Vector3d TurnedVector::by_turn() const {
 
 std::optional<TurnedVector> turned_vector(const VectorTrack& turn, const VectorTrack& vector, double t,
                                           double half_window) {
-  constexpr int kSteps = static_cast<int>(kVectorSpan / Track::kStep + 0.5);
+  const auto steps = static_cast<int>(std::lround(kVectorSpan / Track::kStep));
   const auto before = vector.rate(t, half_window);
   const auto after = vector.rate(t + kVectorSpan, half_window);
   if (!before || !after) return std::nullopt;
   TurnedVector result{*after - *before, Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < steps; ++k) {
     const double from = t + k * Track::kStep;
     const auto turned = turn.change(from, from + Track::kStep);
     const auto summed = vector.change(from, from + Track::kStep);
