@@ -29,7 +29,7 @@ constexpr double kFarthest = 30.0;  // [s]
 constexpr double kStep = 0.5;       // [s]
 constexpr double kFineStep = 0.1;   // [s]
 constexpr int kFineSteps = 15;
-constexpr double kNear = 1.5;  // [s]: smaller delays are the business of check_delays
+constexpr double kNear = 1.9;  // [s]: smaller delays, or antennas that stand elsewhere, are found by lever_fit.cpp
 
 std::vector<Fix> thinned(const std::vector<Fix>& fixes) {
   std::vector<Fix> out;
