@@ -175,7 +175,7 @@ HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Tr
   if (track.steps >= kWindow && track.not_matched > kDegradedShare)
     return {degraded, "some of its scans do not fit the map"};
   if (track.steps >= kWindow && track.searched > kSearchedShare)
-    return {degraded, "most of its scans fit the map elsewhere than expected only, if at all"};
+    return {degraded, "most of its scans do not fit the map where the robot is expected"};
   if (track.suspected_tears >= kManyTears)
     return {degraded, "scans that did not fit the map were written at uncertain poses: the map may be torn"};
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return {degraded, "its innovations are too large"};

@@ -23,7 +23,7 @@ constexpr double kLeastSigma = 0.5 * kDegree;  // of a direction
 constexpr double kLeastLagSigma = 0.1;         // [s]
 constexpr double kLeapSeconds = 18.0;          // by which the clock of GPS is ahead of UTC since 2017
 
-/// Names of the other sensors that measure turns as the trusted ones do.
+/// The other sensors that measure turns and are trusted.
 std::vector<std::size_t> who_turns(const MotionAgreement& motion, std::size_t except) {
   std::vector<std::size_t> sensors;
   for (std::size_t i = 0; i < motion.yaw.observers.size(); ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path_fit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -29,6 +30,8 @@ constexpr double kFarthest = 30.0;  // [s]
 constexpr double kStep = 0.5;       // [s]
 constexpr double kFineStep = 0.1;   // [s]
 constexpr int kFineSteps = 15;
+constexpr double kFarthestAntenna = 6.0;  // [m] from where the base is
+constexpr double kLikelier = 0.1;         // by which a delay has to fit better than another place of the antenna
 constexpr double kNear = 1.9;  // [s]: smaller delays, or antennas that stand elsewhere, are found by lever_fit.cpp
 
 std::vector<Fix> thinned(const std::vector<Fix>& fixes) {
@@ -128,6 +131,43 @@ PathFit::Gain PathFit::gain(double late, bool is_mirrored) const {
   return result;
 }
 
+std::optional<double> PathFit::left_with_antenna(const Block& block) const {
+  using Vector3 = Eigen::Vector3cd;
+  Vector3 sum = Vector3::Zero();
+  Eigen::Matrix3cd products = Eigen::Matrix3cd::Zero();
+  double n = 0.0;
+  for (auto fix = block.first; fix != block.second; ++fix) {
+    const auto step = path_.step(block.first->t, fix->t);
+    if (!step) return std::nullopt;
+    const Eigen::Vector2d moved = fix->p - block.first->p;
+    const Vector3 row(Complex(moved.x(), moved.y()), step->second.p - step->first.p, std::polar(1.0, step->second.yaw));
+    sum += row;
+    products += row.conjugate() * row.transpose();
+    n += 1.0;
+  }
+  products -= sum.conjugate() * sum.transpose() / n;
+  // z = c w + q u: the way turned, and the antenna turned with the robot.
+  const Eigen::Matrix2cd A = products.bottomRightCorner<2, 2>();
+  const Eigen::Vector2cd b = products.block<2, 1>(1, 0);
+  const Eigen::Vector2cd x = A.ldlt().solve(b);
+  if (!x.allFinite() || !(std::abs(x(0)) > kLeastScale) || !(std::abs(x(1) / x(0)) < kFarthestAntenna))
+    return std::nullopt;
+  return std::max((products(0, 0) - b.dot(x)).real(), 0.0) / n;
+}
+
+double PathFit::gain_of_antenna() const {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const Block& block : blocks_) {
+    const auto as_given = fit(block, 0.0, false);
+    const auto left = left_with_antenna(block);
+    if (!as_given) continue;
+    if (left) sum += std::log((as_given->mean_square + kFloor * kFloor) / (*left + kFloor * kFloor));
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
 std::optional<Lag> PathFit::late() const {
   Gain best;
   double late = 0.0;
@@ -138,7 +178,7 @@ std::optional<Lag> PathFit::late() const {
     best = one;
     late = tried;
   }
-  if (std::abs(late) < kNear || !best.is_clear()) return std::nullopt;
+  if (std::abs(late) < kNear || !best.is_clear() || best.mean < gain_of_antenna() + kLikelier) return std::nullopt;
   std::vector<std::vector<double>> costs;
   for (const Block& block : blocks_) {
     std::vector<double> of_block;

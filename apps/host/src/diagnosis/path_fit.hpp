@@ -50,6 +50,10 @@ class PathFit {
  private:
   std::optional<OfBlock> fit(const Block& block, double late, bool is_mirrored) const;
   Gain gain(double late, bool is_mirrored) const;
+  /// What is left of a block with the antenna wherever it fits best, within reach [m²].
+  std::optional<double> left_with_antenna(const Block& block) const;
+  /// The gain of an antenna that stands elsewhere, over the blocks; 0 if none fits.
+  double gain_of_antenna() const;
 
   DeadReckoning path_;
   std::vector<Fix> fixes_;

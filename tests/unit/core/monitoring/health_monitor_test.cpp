@@ -233,7 +233,7 @@ TEST_F(HealthOfAMap, ScansThatDoNotFitWhereTheyAreExpectedCount) {
   EXPECT_EQ(health().state, Health::State::ok) << health().reason;
   see_searches(100, 9);
   EXPECT_EQ(health().state, Health::State::degraded);
-  EXPECT_THAT(health().reason, HasSubstr("elsewhere than expected"));
+  EXPECT_THAT(health().reason, HasSubstr("where the robot is expected"));
   see_searches(200, 1);
   EXPECT_EQ(health().state, Health::State::ok) << health().reason;
 }
