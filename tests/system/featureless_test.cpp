@@ -40,13 +40,8 @@ class Featureless : public ::testing::TestWithParam<const char*> {
   /// `walls`: instead of those of the corridor.
   End drive(const std::string& walls, int seed, const std::vector<std::string>& more = {}) const {
     const std::filesystem::path out = folder_ / "out";
-    std::vector<std::string> arguments{"run",
-                                       WAYMARK_SOURCE_DIR "/config/corridor.yaml",
-                                       "--quiet",
-                                       "--out",
-                                       out.string(),
-                                       "--seed",
-                                       std::to_string(seed)};
+    const std::string config = WAYMARK_SOURCE_DIR "/config/corridor.yaml";
+    std::vector<std::string> arguments{"run", config, "--quiet", "--out", out.string(), "--seed", std::to_string(seed)};
     for (const std::string& set :
          {"source.seed=" + std::to_string(seed), "maps.place.plugin=" + std::string(GetParam()),
           std::string("sinks=[{ plugin: tum }]")})
