@@ -39,7 +39,7 @@ std::string verdict_on(const SensorSummary& summary, bool is_motion_source) {
 std::string verdict_on_motion(const SensorSummary& summary) {
   const double ratio = summary.nis_ratio;
   if (ratio > kToleratedFactor && ratio > summary.nis_high)
-    return fmt::format("overconfident: the motion is off by {:.2g} times what σ predicts", std::sqrt(ratio));
+    return fmt::format("overconfident: poses in the map are off by {:.2g} times what σ predicts", std::sqrt(ratio));
   // Beams share the errors of the map, so maps claim less than a scan alone determines.
   if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low) return "small: the motion is no worse than σ predicts";
   return "consistent";

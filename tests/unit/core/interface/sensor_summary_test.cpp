@@ -42,7 +42,7 @@ TEST(SensorSummary, SmallInnovationsOfAMotionSourceAreNoVerdict) {
 TEST(SensorSummary, InnovationsOfASensorForMapsJudgeTheMotion) {
   SensorReport lidar = report(9.0, 1000);
   lidar.mapped = std::exchange(lidar.fused, 0);
-  EXPECT_EQ(summarize(lidar).verdict, "overconfident: the motion is off by 3 times what σ predicts");
+  EXPECT_EQ(summarize(lidar).verdict, "overconfident: poses in the map are off by 3 times what σ predicts");
   lidar.nis_sum /= 36.0;
   EXPECT_EQ(summarize(lidar).verdict, "small: the motion is no worse than σ predicts");
   lidar.nis_sum *= 4.0;
