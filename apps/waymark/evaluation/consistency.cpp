@@ -41,8 +41,35 @@ bool is_certain(const PoseCovariance& covariance) {
   return covariance.P(0, 0) + covariance.P(1, 1) < kCertain * kCertain;
 }
 
-/// `nees`: at least one.
-Consistency summary(std::vector<double> nees, int dimensions) {
+/// eᵀ P⁻¹ e; nothing if P is not positive definite.
+std::optional<double> squared_in_units_of(const Eigen::MatrixXd& P, const Eigen::VectorXd& error) {
+  const Eigen::LDLT<Eigen::MatrixXd> factor(P);
+  if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) return std::nullopt;
+  return error.dot(factor.solve(error));
+}
+
+/// `nees_of(covariance, estimated, truth)`: at each time at which both are known and the position is not held for
+/// certain.
+template <class NeesOf>
+Consistency score(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
+                  const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s, int dimensions,
+                  const NeesOf& nees_of) {
+  std::vector<double> nees;
+  for (const PoseCovariance& covariance : covariances) {
+    Pose estimated;
+    Pose truth;
+    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
+        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
+      continue;
+    if (const auto one = nees_of(covariance, T_reference_estimate * estimated, truth)) nees.push_back(*one);
+  }
+  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
+  return summarize_nees(std::move(nees), dimensions);
+}
+
+}  // namespace
+
+Consistency summarize_nees(std::vector<double> nees, int dimensions) {
   Consistency out;
   const auto count = static_cast<double>(nees.size());
   const double bound = gaussian::chi_squared_quantile(0.95, dimensions);
@@ -67,34 +94,6 @@ Consistency summary(std::vector<double> nees, int dimensions) {
   out.nees = statistics(std::move(nees));
   return out;
 }
-
-/// eᵀ P⁻¹ e; nothing if P is not positive definite.
-std::optional<double> squared_in_units_of(const Eigen::MatrixXd& P, const Eigen::VectorXd& error) {
-  const Eigen::LDLT<Eigen::MatrixXd> factor(P);
-  if (!factor.isPositive() || factor.vectorD().minCoeff() <= 0.0) return std::nullopt;
-  return error.dot(factor.solve(error));
-}
-
-/// `nees_of(covariance, estimated, truth)`: at each time at which both are known and the position is not held for
-/// certain.
-template <class NeesOf>
-Consistency score(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
-                  const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s, int dimensions,
-                  const NeesOf& nees_of) {
-  std::vector<double> nees;
-  for (const PoseCovariance& covariance : covariances) {
-    Pose estimated;
-    Pose truth;
-    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
-        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
-      continue;
-    if (const auto one = nees_of(covariance, T_reference_estimate * estimated, truth)) nees.push_back(*one);
-  }
-  if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
-  return summary(std::move(nees), dimensions);
-}
-
-}  // namespace
 
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) {
   Table table(file);

@@ -40,6 +40,9 @@ struct Consistency {
   std::array<double, 4> mean_by_quarter{};  ///< of the scored times: does the filter grow too sure?
 };
 
+/// Of at least one NEES of so many degrees of freedom, in the order of time.
+Consistency summarize_nees(std::vector<double> nees, int dimensions);
+
 /// Reads covariance.csv of the tum sink: t_s,xx,xy,xyaw,yy,yyaw,yawyaw, and fifteen columns more of spatial motion.
 /// Throws DataError with file and line.
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);

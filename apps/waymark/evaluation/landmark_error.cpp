@@ -2,13 +2,12 @@
 #include "apps/waymark/evaluation/landmark_error.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/waymark/evaluation/alignment.hpp"
 #include "apps/waymark/evaluation/assignment.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/math/gaussian.hpp"
 
 namespace waymark::evaluation {
 namespace {
@@ -125,12 +124,7 @@ LandmarkError score_landmarks(const std::vector<Landmark>& landmarks, const std:
     ++(near ? out.duplicates : out.others);
   }
   if (out.matched > 0) out.position_m = statistics(distances(surveyed, map, matches));
-  if (!nees.empty()) {
-    const double bound = gaussian::chi_squared_quantile(0.95, 2);
-    const auto within = std::ranges::count_if(nees, [&](double one) { return one <= bound; });
-    out.nees_share_within_95 = static_cast<double>(within) / static_cast<double>(nees.size());
-    out.nees = statistics(std::move(nees));
-  }
+  if (!nees.empty()) out.consistency = summarize_nees(std::move(nees), 2);
   if (!radius_errors.empty()) {
     out.radius_bias_m = radius_sum / static_cast<double>(radius_errors.size());
     out.radius_m = statistics(std::move(radius_errors));

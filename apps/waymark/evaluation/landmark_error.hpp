@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/waymark/evaluation/consistency.hpp"
 #include "apps/waymark/evaluation/trajectory_error.hpp"
 #include "apps/waymark/evaluation/trajectory_io.hpp"
 
@@ -30,8 +31,7 @@ struct LandmarkError {
   std::optional<ErrorStatistics> radius_m;    ///< of the matched whose radius is known on both sides
   std::optional<double> radius_bias_m;        ///< mean of estimated minus surveyed radius
   /// NEES of (east, north) of the matched that have a covariance: 2 on the average if it is right.
-  std::optional<ErrorStatistics> nees;
-  double nees_share_within_95 = 0.0;  ///< share of it below the 95 % quantile of χ²
+  std::optional<Consistency> consistency;
 
   /// The same map after an SE2 fit of its own matched landmarks, matched again until nothing changes; absent if fewer
   /// than two match.

@@ -171,10 +171,11 @@ void landmarks_text(const LandmarkError& e, const LandmarkOptions& options, std:
     line(out, "", fmt::format("{} matched; {}", e.own_alignment->matched, planar_text(e.own_alignment->T_survey_map)));
   }
   if (e.radius_m) line(out, "radius error", fmt::format("{}   bias {:.4f}", metres(*e.radius_m), *e.radius_bias_m));
-  if (e.nees) {
+  if (e.consistency) {
     line(out, "NEES",
          fmt::format("mean {:.2f} (2 expected)   median {:.2f}   max {:.1f}   inside the 95 % ellipse: {:.0f} %",
-                     e.nees->mean, e.nees->median, e.nees->max, 100.0 * e.nees_share_within_95));
+                     e.consistency->nees.mean, e.consistency->nees.median, e.consistency->nees.max,
+                     100.0 * e.consistency->share_within_95));
   }
   if (!e.missed.empty()) line(out, "missed", fmt::format("{}", fmt::join(e.missed, ", ")));
 }
@@ -338,10 +339,10 @@ Json landmarks_json(const LandmarkError& e, const LandmarkOptions& options) {
   out["survey_T_map_own_alignment"] = e.own_alignment ? pose_json(e.own_alignment->T_survey_map) : Json(nullptr);
   put(out, "radius", "m", e.radius_m);
   out["radius_bias_m"] = e.radius_bias_m ? Json(*e.radius_bias_m) : Json(nullptr);
-  out["nees_mean"] = e.nees ? Json(e.nees->mean) : Json(nullptr);
-  out["nees_median"] = e.nees ? Json(e.nees->median) : Json(nullptr);
-  out["nees_max"] = e.nees ? Json(e.nees->max) : Json(nullptr);
-  out["nees_share_within_95"] = e.nees ? Json(e.nees_share_within_95) : Json(nullptr);
+  out["nees_mean"] = e.consistency ? Json(e.consistency->nees.mean) : Json(nullptr);
+  out["nees_median"] = e.consistency ? Json(e.consistency->nees.median) : Json(nullptr);
+  out["nees_max"] = e.consistency ? Json(e.consistency->nees.max) : Json(nullptr);
+  out["nees_share_within_95"] = e.consistency ? Json(e.consistency->share_within_95) : Json(nullptr);
   return out;
 }
 

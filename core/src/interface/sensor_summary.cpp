@@ -24,25 +24,18 @@ std::string verdict_without_updates(const SensorReport& sensor) {
   return "not used";
 }
 
-std::string verdict_on(const SensorSummary& summary, bool is_motion_source) {
+/// `is_for_maps`: its innovations are how far the predicted motion was from what the maps show.
+std::string verdict_on(const SensorSummary& summary, bool is_motion_source, bool is_for_maps) {
   const double ratio = summary.nis_ratio;
   if (ratio > kToleratedFactor && ratio > summary.nis_high)
-    return fmt::format("overconfident: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
+    return fmt::format("overconfident: {} {:.2g} times what σ predicts",
+                       is_for_maps ? "poses in the map are off by" : "innovations are", std::sqrt(ratio));
   // Between two of its measurements next to nothing is known of the motion, so its innovations are small beside S.
   if (is_motion_source && ratio < 1.0) return "small, as of every motion source";
-  if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low)
-    return fmt::format("conservative: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
-  return "consistent";
-}
-
-/// Of a sensor for maps alone: its innovations are how far the predicted motion was from what the maps show.
-std::string verdict_on_motion(const SensorSummary& summary) {
-  const double ratio = summary.nis_ratio;
-  if (ratio > kToleratedFactor && ratio > summary.nis_high)
-    return fmt::format("overconfident: poses in the map are off by {:.2g} times what σ predicts", std::sqrt(ratio));
+  if (!(ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low)) return "consistent";
   // Beams share the errors of the map, so maps claim less than a scan alone determines.
-  if (ratio < 1.0 / kToleratedFactor && ratio < summary.nis_low) return "small: the motion is no worse than σ predicts";
-  return "consistent";
+  if (is_for_maps) return "small: the motion is no worse than σ predicts";
+  return fmt::format("conservative: innovations are {:.2g} times what σ predicts", std::sqrt(ratio));
 }
 
 }  // namespace
@@ -70,7 +63,7 @@ SensorSummary summarize(const SensorReport& sensor) {
   summary.nis_low = gaussian::chi_squared_quantile(0.025, dof) / dof;
   summary.nis_high = gaussian::chi_squared_quantile(0.975, dof) / dof;
   const bool is_for_maps = sensor.mapped > 0 && sensor.fused + sensor.gated == 0;
-  summary.verdict = is_for_maps ? verdict_on_motion(summary) : verdict_on(summary, sensor.is_motion_source);
+  summary.verdict = verdict_on(summary, sensor.is_motion_source, is_for_maps);
   return summary;
 }
 

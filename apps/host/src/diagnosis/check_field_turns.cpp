@@ -23,18 +23,6 @@ constexpr double kSigmas = 5.0;
 constexpr double kOpposite = 150.0 * kDegree;  // more looks as the opposite sign of the field's vertical axis does
 constexpr double kDecides = 3.0;               // σ
 
-/// Calls `check` with all gyros and magnetometers that no finding concerns.
-template <class Check>
-void for_pairs(Case& c, const Check& check) {
-  const std::size_t n = c.watch.sensors().size();
-  for (std::size_t imu = 0; imu < n; ++imu) {
-    for (std::size_t i = 0; i < n; ++i) {
-      if (c.sensor(imu).turn.samples() == 0 || c.sensor(i).field.samples() == 0) continue;
-      if (!c.is_concerned(imu) && !c.is_concerned(i)) check(imu, i);
-    }
-  }
-}
-
 /// What the gyro leaves of the field's change, and what it leaves with other axes.
 std::string left_of(const FieldTurns& turns) {
   return fmt::format("{:.2g} µT are left each second, {:.2g} with other axes", turns.as_it_is / kMicrotesla,
@@ -68,6 +56,21 @@ std::string mounting(const WatchedSensor& sensor, double more) {
 std::string vertical_sign(const WatchedSensor& magnetometer) {
   return fmt::format("source: the sign of m_{}_t of {}", axis_along(magnetometer, Eigen::Vector3d::UnitZ()),
                      magnetometer.name);
+}
+
+/// Axes of one of both are mirrored, or in another order.
+void add_axes(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns) {
+  // No order of the field makes a mirrored gyro.
+  if (is_mirrored(turns.gyro)) {
+    c.add(Certainty::named, "field", {imu},
+          fmt::format("the field of {} does not turn as its gyro does: {}", c.sensor(i).name, left_of(turns)),
+          "source: " + columns_of(c.sensor(imu), turns.gyro, "w_{}_radps"), 0.0);
+    return;
+  }
+  const Order field = of_field(turns.gyro, points_as_the_earths(c, i));
+  c.add(Certainty::named, "field", {i},
+        fmt::format("its field does not turn as the gyro of {} does: {}", c.sensor(imu).name, left_of(turns)),
+        "source: " + columns_of(c.sensor(i), field, "m_{}_t"), 0.0);
 }
 
 /// A gyro and a magnetometer of one sensor are mounted together: it is the columns of one of them.
@@ -110,34 +113,34 @@ void add_mounting(Case& c, const MotionAgreement& motion, std::size_t imu, std::
 
 }  // namespace
 
-void check_field_axes(Case& c) {
-  for_pairs(c, [&](std::size_t imu, std::size_t i) {
-    const auto turns = field_turns(c.sensor(i), c.sensor(imu), c.watch.newest());
-    if (!turns || turns->is_about_z) return;
-    // No order of the field makes a mirrored gyro.
-    if (is_mirrored(turns->gyro)) {
-      c.add(Certainty::named, "field", {imu},
-            fmt::format("the field of {} does not turn as its gyro does: {}", c.sensor(i).name, left_of(*turns)),
-            "source: " + columns_of(c.sensor(imu), turns->gyro, "w_{}_radps"), 0.0);
-      return;
+std::vector<FieldMounting> check_field_axes(Case& c) {
+  std::vector<FieldMounting> mountings;
+  const std::size_t n = c.watch.sensors().size();
+  for (std::size_t imu = 0; imu < n; ++imu) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (c.sensor(imu).turn.samples() == 0 || c.sensor(i).field.samples() == 0) continue;
+      if (c.is_concerned(imu) || c.is_concerned(i)) continue;
+      const auto turns = field_turns(c.sensor(i), c.sensor(imu), c.watch.newest());
+      if (!turns) continue;
+      if (turns->is_about_z) {
+        mountings.push_back({imu, i, *turns});
+      } else {
+        add_axes(c, imu, i, *turns);
+      }
     }
-    const Order field = of_field(turns->gyro, points_as_the_earths(c, i));
-    c.add(Certainty::named, "field", {i},
-          fmt::format("its field does not turn as the gyro of {} does: {}", c.sensor(imu).name, left_of(*turns)),
-          "source: " + columns_of(c.sensor(i), field, "m_{}_t"), 0.0);
-  });
+  }
+  return mountings;
 }
 
-void check_field_mountings(Case& c, const MotionAgreement& motion) {
-  for_pairs(c, [&](std::size_t imu, std::size_t i) {
-    const auto turns = field_turns(c.sensor(i), c.sensor(imu), c.watch.newest());
-    if (!turns || !turns->is_about_z) return;
-    if (imu == i) {
-      add_own(c, i, *turns);
+void check_field_mountings(Case& c, const MotionAgreement& motion, const std::vector<FieldMounting>& mountings) {
+  for (const FieldMounting& mounting : mountings) {
+    if (c.is_concerned(mounting.imu) || c.is_concerned(mounting.magnetometer)) continue;
+    if (mounting.imu == mounting.magnetometer) {
+      add_own(c, mounting.imu, mounting.turns);
     } else {
-      add_mounting(c, motion, imu, i, *turns);
+      add_mounting(c, motion, mounting.imu, mounting.magnetometer, mounting.turns);
     }
-  });
+  }
 }
 
 }  // namespace waymark::host::diagnosis

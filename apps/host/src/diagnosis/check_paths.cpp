@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "checks.hpp"
 #include "path_fit.hpp"
-#include "waymark/math/so3.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -18,10 +16,7 @@ namespace {
 
 using Certainty = Finding::Certainty;
 
-constexpr std::size_t kLeastBlocks = 4;
-constexpr double kLeastSigma = 0.5 * kDegree;  // of a direction
-constexpr double kLeastLagSigma = 0.1;         // [s]
-constexpr double kLeapSeconds = 18.0;          // by which the clock of GPS is ahead of UTC since 2017
+constexpr double kLeastLagSigma = 0.1;  // [s]
 
 /// The other sensors that measure turns and are trusted.
 std::vector<std::size_t> who_turns(const MotionAgreement& motion, std::size_t except) {
@@ -53,12 +48,11 @@ void add_mirrored(Case& c, const MotionAgreement& motion, std::size_t receiver, 
 void add_late(Case& c, const MotionAgreement& motion, std::size_t receiver, const Lag& lag) {
   const WatchedSensor& sensor = c.sensor(receiver);
   const std::vector<std::size_t> others = who_turns(motion, receiver);
-  const bool are_leap_seconds = std::abs(std::abs(lag.value) - kLeapSeconds) < 0.6;
-  const double behind = are_leap_seconds ? std::copysign(kLeapSeconds, lag.value) : lag.value;
+  const auto [behind, why] = shift_of_clock(lag.value);
   c.add(Certainty::named, "delay", {receiver},
         fmt::format("its positions are {:.1f} ± {:.1f} s {} the path of {}{}", std::abs(behind), lag.sigma,
                     behind > 0.0 ? "behind" : "ahead of", others.empty() ? "the others" : c.sensor(others.front()).name,
-                    are_leap_seconds ? ": the leap seconds between the clock of GPS and UTC" : ""),
+                    why),
         fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + behind),
         std::abs(lag.value) / std::max(lag.sigma, kLeastLagSigma));
 }
@@ -85,15 +79,7 @@ std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, s
                                  const Track& heading) {
   const Reckoned by = reckoned(c, motion);
   if (!by || c.is_concerned(receiver)) return std::nullopt;
-  const std::vector<double> angles = PathFit(c.sensor(receiver), *by.turns->track, *by.way->track).beside(heading);
-  std::complex<double> sum;
-  for (const double angle : angles) sum += std::polar(1.0, angle);
-  const auto n = static_cast<double>(angles.size());
-  if (angles.size() < kLeastBlocks || std::abs(sum) < 0.5 * n) return std::nullopt;
-  const double middle = std::arg(sum);
-  double squares = 0.0;
-  for (const double angle : angles) squares += std::pow(so3::wrap(angle - middle), 2);
-  return Angle{middle, std::max(std::sqrt(squares / (n * (n - 1.0))), kLeastSigma)};
+  return PathFit(c.sensor(receiver), *by.turns->track, *by.way->track).beside(heading);
 }
 
 void check_paths(Case& c, const MotionAgreement& motion) {

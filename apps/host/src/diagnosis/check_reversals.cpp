@@ -26,14 +26,9 @@ constexpr double kNoises = 5.0;    // σ of the fixes, at least
 constexpr double kNear = 35.0 * kDegree;
 constexpr std::size_t kLeastReversals = 2;
 
-/// What a robot drives between two stops, or two changes of direction.
-struct Stretch {
-  double angle = 0.0;  ///< from the direction of dead reckoning to that of the fixes [rad]
-};
-
-/// From the first to the last fix of a stretch.
-std::optional<Stretch> stretch_of(const std::vector<Fix>& fixes, const DeadReckoning& path, double from, double to,
-                                  double least) {
+/// From the direction of dead reckoning to that of the fixes between two stops [rad].
+std::optional<double> angle_of(const std::vector<Fix>& fixes, const DeadReckoning& path, double from, double to,
+                               double least) {
   const auto first = std::ranges::lower_bound(fixes, from, {}, &Fix::t);
   auto last = std::ranges::upper_bound(fixes, to, {}, &Fix::t);
   if (last - first < 3) return std::nullopt;
@@ -43,33 +38,33 @@ std::optional<Stretch> stretch_of(const std::vector<Fix>& fixes, const DeadRecko
   const Eigen::Vector2d moved = last->p - first->p;
   const Complex driven = step->second.p - step->first.p;
   if (moved.norm() < least || std::abs(driven) < least) return std::nullopt;
-  return Stretch{std::arg(Complex(moved.x(), moved.y()) / driven)};
+  return std::arg(Complex(moved.x(), moved.y()) / driven);
 }
 
-std::vector<Stretch> stretches_of(const std::vector<Fix>& fixes, const DeadReckoning& path, const Track& way,
-                                  double newest, double least) {
-  std::vector<Stretch> stretches;
+std::vector<double> angles_of(const std::vector<Fix>& fixes, const DeadReckoning& path, const Track& way, double newest,
+                              double least) {
+  std::vector<double> angles;
   std::optional<double> begin;
   for (double t = 0.0; t < newest; t += kStep) {
     const auto driven = way.change(t, t + kStep);
     const bool moves = driven && std::abs(*driven) > kStill * kStep;
     if (moves && !begin) begin = t;
     if (moves || !begin) continue;
-    if (const auto stretch = stretch_of(fixes, path, *begin, t, least)) stretches.push_back(*stretch);
+    if (const auto angle = angle_of(fixes, path, *begin, t, least)) angles.push_back(*angle);
     begin.reset();
   }
-  return stretches;
+  return angles;
 }
 
 bool is_near(double a, double b) { return std::abs(so3::wrap(a - b)) < kNear; }
 
 /// Stretches in which the fixes move against the way, while they move along it before and after.
-std::size_t reversals(const std::vector<Stretch>& stretches) {
+std::size_t reversals(const std::vector<double>& angles) {
   std::size_t count = 0;
-  for (std::size_t k = 1; k + 1 < stretches.size(); ++k) {
-    const double before = stretches[k - 1].angle;
-    const double after = stretches[k + 1].angle;
-    count += is_near(before, after) && is_near(stretches[k].angle, before + std::numbers::pi);
+  for (std::size_t k = 1; k + 1 < angles.size(); ++k) {
+    const double before = angles[k - 1];
+    const double after = angles[k + 1];
+    count += is_near(before, after) && is_near(angles[k], before + std::numbers::pi);
   }
   return count;
 }
@@ -87,7 +82,7 @@ void check_reversals(Case& c, const MotionAgreement& motion) {
     const WatchedSensor& receiver = c.sensor(i);
     if (receiver.fixes.empty() || c.is_concerned(i) || i == way->sensor) continue;
     const double least = std::max(kLeastWay, kNoises * noise_of(receiver.fixes));
-    const std::size_t found = reversals(stretches_of(receiver.fixes, path, *way->track, c.watch.newest(), least));
+    const std::size_t found = reversals(angles_of(receiver.fixes, path, *way->track, c.watch.newest(), least));
     if (found < kLeastReversals) continue;
     c.add(Finding::Certainty::named, "way", {way->sensor},
           fmt::format("it drives forwards in {} stretches in which {} goes backwards", found, receiver.name),

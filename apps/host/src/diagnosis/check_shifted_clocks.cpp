@@ -21,7 +21,6 @@ constexpr double kNear = 1.5;       // [s]: smaller delays are the business of c
 constexpr double kClear = 0.7;      // correlation of turns that are the same ones
 constexpr double kUnlike = 0.75;    // of others by that of the best, at most
 constexpr std::size_t kLeastSpans = 40;
-constexpr double kLeapSeconds = 18.0;  // by which the clock of GPS is ahead of UTC since 2017
 
 /// Turns of two sensors that are the same ones at another time.
 struct Shift {
@@ -113,6 +112,12 @@ bool is_of_receiver(const WatchedSensor& sensor) {
 
 }  // namespace
 
+ClockShift shift_of_clock(double behind) {
+  constexpr double kLeapSeconds = 18.0;  // by which the clock of GPS is ahead of UTC since 2017
+  if (std::abs(std::abs(behind) - kLeapSeconds) >= 0.6) return {behind, ""};
+  return {std::copysign(kLeapSeconds, behind), ": the leap seconds between the clock of GPS and UTC"};
+}
+
 void check_shifted_clocks(Case& c, const Agreement& yaw) {
   const std::vector<Shift> shifts = find_shifts(c, yaw);
   if (shifts.empty()) return;
@@ -133,13 +138,11 @@ void check_shifted_clocks(Case& c, const Agreement& yaw) {
       others.push_back(c.sensor(shift.sensor == i ? shift.against : shift.sensor).name);
     }
     const WatchedSensor& sensor = c.sensor(i);
-    const bool are_leap_seconds = std::abs(std::abs(behind) - kLeapSeconds) < 0.6;
-    if (are_leap_seconds) behind = std::copysign(kLeapSeconds, behind);
+    const auto [shift, why] = shift_of_clock(behind);
     c.add(Finding::Certainty::named, "delay", {i},
-          fmt::format("its stamps are {:.1f} s {} those of {}{}", std::abs(behind),
-                      behind > 0.0 ? "behind" : "ahead of", fmt::join(others, ", "),
-                      are_leap_seconds ? ": the leap seconds between the clock of GPS and UTC" : ""),
-          fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + behind), 0.0);
+          fmt::format("its stamps are {:.1f} s {} those of {}{}", std::abs(shift), shift > 0.0 ? "behind" : "ahead of",
+                      fmt::join(others, ", "), why),
+          fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + shift), 0.0);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "field_turns.hpp"
 #include "lever_fit.hpp"
 #include "observers.hpp"
 #include "watch.hpp"
@@ -121,12 +122,6 @@ bool is_field(const Case& c, const Observer& observer);
 double turns_by_tilt(const Case& c, const WatchedSensor& magnetometer);
 inline constexpr double kTilts = 4.0 * kDegree;  // more, and such a heading proves little
 
-/// An angle in the plane [rad].
-struct Angle {
-  double value = 0.0;
-  double sigma = 0.0;
-};
-
 /// By how much the robot drives beside a heading, as positions show; nothing if it is not known.
 std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading);
 
@@ -139,6 +134,13 @@ std::optional<Angle> beside_acceleration(const Case& c, const MotionAgreement& m
 
 /// Compares all turns with each other, and all ways.
 MotionAgreement compare_motion(Case& c);
+
+/// How far a clock is behind, exactly where it is by the leap seconds, and that it is by those.
+struct ClockShift {
+  double behind;         ///< [s]
+  std::string_view why;  ///< empty: not known
+};
+ClockShift shift_of_clock(double behind);
 
 /// Clocks that differ by seconds to a minute, as that of GPS without leap seconds: turns that fit only far apart in
 /// time.
@@ -160,12 +162,19 @@ void check_motion(Case& c, MotionAgreement& motion);
 /// gives.
 void check_deviations(Case& c, const MotionAgreement& motion);
 
-/// The magnetic field against the turns of a gyro: axes of either that are mirrored or in another order.
-void check_field_axes(Case& c);
+/// A gyro and a magnetometer of which one is turned about the vertical axis, or the field's vertical axis over.
+struct FieldMounting {
+  std::size_t imu = 0;
+  std::size_t magnetometer = 0;
+  FieldTurns turns;
+};
 
-/// The same where one of them is turned about the vertical axis, or the field's vertical axis over. Who it is, headings
-/// and accelerations show.
-void check_field_mountings(Case& c, const MotionAgreement& motion);
+/// The magnetic field against the turns of a gyro: axes of either that are mirrored or in another order. Returns those
+/// that are turned.
+std::vector<FieldMounting> check_field_axes(Case& c);
+
+/// Who of those it is, as headings and accelerations show.
+void check_field_mountings(Case& c, const MotionAgreement& motion, const std::vector<FieldMounting>& mountings);
 
 /// True if a magnetic field points down in the north, and up in the south; nothing where it may do either.
 std::optional<bool> points_as_the_earths(const Case& c, std::size_t magnetometer);

@@ -63,6 +63,12 @@ struct Lag {
   double sigma = 0.0;
 };
 
+/// An angle in the plane [rad].
+struct Angle {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
 /// Spans of equal length over all that a track knows.
 std::vector<Span> spans_of(const Track& track, double length, double newest);
 

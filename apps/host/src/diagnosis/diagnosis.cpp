@@ -102,7 +102,7 @@ struct Diagnosis::Parts {
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_clock_rates(c, motion.yaw);
-    diagnosis::check_field_axes(c);
+    const std::vector<diagnosis::FieldMounting> fields = diagnosis::check_field_axes(c);
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
     diagnosis::check_reversals(c, motion);
@@ -115,7 +115,7 @@ struct Diagnosis::Parts {
     diagnosis::check_climbs(c, motion);
     diagnosis::check_accelerations(c, motion);
     diagnosis::check_slopes(c, motion);
-    diagnosis::check_field_mountings(c, motion);
+    diagnosis::check_field_mountings(c, motion, fields);
     diagnosis::check_dips(c, motion);
     if (at_end) diagnosis::check_clocks(c);
     for (const Finding& finding : c.findings) {

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "fit.hpp"
 #include "waymark/math/so3.hpp"
@@ -26,9 +27,10 @@ constexpr double kAlike = 0.1;  // the same, where turns cannot be off by a fift
 constexpr double kAlikeSigmas = 2.0;
 constexpr double kBetter = 0.7;  // of the logarithm of what is left, as a mean over the blocks
 constexpr double kSigmas = 4.0;
-constexpr double kFarthest = 30.0;  // [s]
-constexpr double kStep = 0.5;       // [s]
-constexpr double kFineStep = 0.1;   // [s]
+constexpr double kLeastSigma = 0.5 * std::numbers::pi / 180.0;  // [rad], of a direction
+constexpr double kFarthest = 30.0;                              // [s]
+constexpr double kStep = 0.5;                                   // [s]
+constexpr double kFineStep = 0.1;                               // [s]
 constexpr int kFineSteps = 15;
 constexpr double kFarthestAntenna = 6.0;  // [m] from where the base is
 constexpr double kLikelier = 0.1;         // by which a delay has to fit better than another place of the antenna
@@ -71,7 +73,9 @@ PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& w
     : path_(yaw, way, 0.0, 0.0, 0.0),
       fixes_(thinned(receiver.fixes)),
       blocks_(blocks_of(fixes_)),
-      antenna_(antenna_of(receiver)) {}
+      antenna_(antenna_of(receiver)) {
+  for (const Block& block : blocks_) as_given_.push_back(fit(block, 0.0, false));
+}
 
 bool PathFit::is_known() const { return blocks_.size() >= kLeastBlocks; }
 
@@ -112,9 +116,9 @@ std::optional<PathFit::OfBlock> PathFit::fit(const Block& block, double late, bo
 PathFit::Gain PathFit::gain(double late, bool is_mirrored) const {
   std::vector<double> gains;
   std::vector<double> left;
-  for (const Block& block : blocks_) {
-    const auto as_given = fit(block, 0.0, false);
-    const auto other = fit(block, late, is_mirrored);
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const auto& as_given = as_given_[k];
+    const auto other = fit(blocks_[k], late, is_mirrored);
     if (!as_given || !other || other->size < kFloor) continue;
     gains.push_back(std::log((as_given->mean_square + kFloor * kFloor) / (other->mean_square + kFloor * kFloor)));
     left.push_back(std::sqrt(other->mean_square) / other->size);
@@ -158,10 +162,10 @@ std::optional<double> PathFit::left_with_antenna(const Block& block) const {
 double PathFit::gain_of_antenna() const {
   double sum = 0.0;
   double count = 0.0;
-  for (const Block& block : blocks_) {
-    const auto as_given = fit(block, 0.0, false);
-    const auto left = left_with_antenna(block);
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const auto& as_given = as_given_[k];
     if (!as_given) continue;
+    const auto left = left_with_antenna(blocks_[k]);
     if (left) sum += std::log((as_given->mean_square + kFloor * kFloor) / (*left + kFloor * kFloor));
     count += 1.0;
   }
@@ -202,11 +206,13 @@ bool PathFit::turns_alike() const {
          other_side.sigmas < -kAlikeSigmas;
 }
 
-std::vector<double> PathFit::beside(const Track& heading) const {
+std::optional<Angle> PathFit::beside(const Track& heading) const {
   std::vector<double> angles;
-  for (const Block& block : blocks_) {
-    const auto found = fit(block, 0.0, false);
+  Complex directions;
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const auto& found = as_given_[k];
     if (!found || !found->is_same()) continue;
+    const Block& block = blocks_[k];
     Complex sum;
     bool is_whole = true;
     for (auto fix = block.first; fix != block.second && is_whole; ++fix) {
@@ -215,9 +221,16 @@ std::vector<double> PathFit::beside(const Track& heading) const {
       is_whole = step && yaw;
       if (is_whole) sum += std::polar(1.0, step->second.yaw - *yaw);
     }
-    if (is_whole) angles.push_back(so3::wrap(std::arg(found->turn) + std::arg(sum)));
+    if (!is_whole) continue;
+    angles.push_back(std::arg(found->turn) + std::arg(sum));
+    directions += std::polar(1.0, angles.back());
   }
-  return angles;
+  const auto n = static_cast<double>(angles.size());
+  if (angles.size() < kLeastBlocks || std::abs(directions) < 0.5 * n) return std::nullopt;
+  const double middle = std::arg(directions);
+  double squares = 0.0;
+  for (const double angle : angles) squares += std::pow(so3::wrap(angle - middle), 2);
+  return Angle{middle, std::max(std::sqrt(squares / (n * (n - 1.0))), kLeastSigma)};
 }
 
 }  // namespace waymark::host::diagnosis

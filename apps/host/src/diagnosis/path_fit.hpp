@@ -44,8 +44,8 @@ class PathFit {
   std::optional<Lag> late() const;
   /// True if the positions turn as the yaw does, by as much and to the same side.
   bool turns_alike() const;
-  /// How far the direction in which the robot drives lies beside a heading, in each block that fits [rad].
-  std::vector<double> beside(const Track& heading) const;
+  /// How far the direction in which the robot drives lies beside a heading; nothing if too few blocks fit.
+  std::optional<Angle> beside(const Track& heading) const;
 
  private:
   std::optional<OfBlock> fit(const Block& block, double late, bool is_mirrored) const;
@@ -59,6 +59,7 @@ class PathFit {
   std::vector<Fix> fixes_;
   std::vector<Block> blocks_;
   std::complex<double> antenna_;  ///< in the base frame [m]
+  std::vector<std::optional<OfBlock>> as_given_;
 };
 
 }  // namespace waymark::host::diagnosis

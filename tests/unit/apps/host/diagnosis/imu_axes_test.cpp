@@ -82,6 +82,23 @@ std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, cons
   return diagnosis.findings();
 }
 
+/// One finding, which names one sensor and says what to change.
+void expect_one(const std::vector<Finding>& findings, const char* sensor, const char* change) {
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings.front().sensors, ElementsAre(sensor));
+  EXPECT_THAT(findings.front().change, HasSubstr(change));
+}
+
+/// Bumps and an engine.
+class Shaking {
+ public:
+  Eigen::Vector3d operator()() { return {noise_(dice_), noise_(dice_), noise_(dice_)}; }
+
+ private:
+  std::mt19937 dice_{3};
+  std::normal_distribution<double> noise_{0.0, 4.0};
+};
+
 TEST(ImuAxesDiagnosis, FindsNothingWithoutAMistake) {
   EXPECT_THAT(examine([](Readings&) {}), IsEmpty());
 }
@@ -92,9 +109,7 @@ TEST(ImuAxesDiagnosis, AHeadingThatTurnsAsTheRobotTiltsContradictsNobody) {
 
 TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometer) {
   const auto findings = examine([](Readings& seen) { seen.imu.f_sensor.y() *= -1.0; });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the sign of f_y_mps2"));
+  expect_one(findings, "imu", "the sign of f_y_mps2");
 }
 
 TEST(ImuAxesDiagnosis, NamesAxesOfTheAccelerometerThatAreSwapped) {
@@ -105,9 +120,7 @@ TEST(ImuAxesDiagnosis, NamesAxesOfTheAccelerometerThatAreSwapped) {
 
 TEST(ImuAxesDiagnosis, NamesAxesOfTheGyroThatAreSwapped) {
   const auto findings = examine([](Readings& seen) { std::swap(seen.imu.w_sensor.x(), seen.imu.w_sensor.y()); });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of w_x_radps and w_y_radps"));
+  expect_one(findings, "imu", "the order or the signs of w_x_radps and w_y_radps");
 }
 
 TEST(ImuAxesDiagnosis, AGyroOfOneAxisIsNoMistake) {
@@ -127,10 +140,8 @@ TEST(ImuAxesDiagnosis, FitsTheYawOfAnImuOnUnevenGround) {
 
 TEST(ImuAxesDiagnosis, NamesAFieldThatPointsUpInTheNorth) {
   const auto findings = examine([](Readings& seen) { seen.field.m_sensor.z() *= -1.0; });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(findings.front().check, "field");
-  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the sign of m_z_t"));
+  expect_one(findings, "compass", "the sign of m_z_t");
+  EXPECT_EQ(findings.at(0).check, "field");
 }
 
 TEST(ImuAxesDiagnosis, NamesTheFieldWithoutAGyroOfThreeAxes) {
@@ -138,9 +149,7 @@ TEST(ImuAxesDiagnosis, NamesTheFieldWithoutAGyroOfThreeAxes) {
     seen.imu.w_sensor.head<2>().setZero();
     seen.field.m_sensor.z() *= -1.0;
   });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the sign of m_z_t"));
+  expect_one(findings, "compass", "the sign of m_z_t");
 }
 
 TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometerByTheField) {
@@ -149,38 +158,27 @@ TEST(ImuAxesDiagnosis, NamesASignOfTheAccelerometerByTheField) {
     seen.imu.f_sensor.y() *= -1.0;
   };
   const auto findings = examine(mistake, {.turns = 0.05, .slopes = 2.0});
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the sign of f_y_mps2"));
+  expect_one(findings, "imu", "the sign of f_y_mps2");
 }
 
 TEST(ImuAxesDiagnosis, NamesASignOfTheGyroOfAMachineThatShakes) {
-  std::mt19937 dice(3);
-  std::normal_distribution<double> shaking(0.0, 4.0);
+  Shaking shaking;
   const auto findings = examine([&](Readings& seen) {
-    seen.imu.f_sensor += Eigen::Vector3d(shaking(dice), shaking(dice), shaking(dice));
+    seen.imu.f_sensor += shaking();
     seen.imu.w_sensor.x() *= -1.0;
   });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("imu"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the sign of w_x_radps"));
+  expect_one(findings, "imu", "the sign of w_x_radps");
 }
 
 TEST(ImuAxesDiagnosis, AMachineThatShakesHasNoOtherUnit) {
-  std::mt19937 dice(3);
-  std::normal_distribution<double> shaking(0.0, 4.0);
-  EXPECT_THAT(examine([&](Readings& seen) {
-                seen.imu.f_sensor += Eigen::Vector3d(shaking(dice), shaking(dice), shaking(dice));
-              }),
-              IsEmpty());
+  Shaking shaking;
+  EXPECT_THAT(examine([&](Readings& seen) { seen.imu.f_sensor += shaking(); }), IsEmpty());
 }
 
 TEST(ImuAxesDiagnosis, NamesTheAxesOfAMagnetometer) {
   const auto findings = examine([](Readings& seen) { std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y()); });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(findings.front().check, "field");
-  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
-  EXPECT_THAT(findings.front().change, HasSubstr("the order or the signs of m_x_t and m_y_t"));
+  expect_one(findings, "compass", "the order or the signs of m_x_t and m_y_t");
+  EXPECT_EQ(findings.at(0).check, "field");
 }
 
 TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
@@ -189,18 +187,14 @@ TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
     std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y());
   };
   const auto findings = examine(mistake, {.slopes = 0.0});
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
-  EXPECT_THAT(findings.front().change, HasSubstr("m_x_t and m_y_t of compass"));
+  expect_one(findings, "compass", "m_x_t and m_y_t of compass");
 }
 
 TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
   const auto findings = examine([](Readings& seen) {
     seen.field.m_sensor = Eigen::AngleAxisd(-M_PI / 6.0, Eigen::Vector3d::UnitZ()) * seen.field.m_sensor;
   });
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings.front().sensors, ElementsAre("compass"));
-  EXPECT_THAT(findings.front().change, HasSubstr("sensors.compass.base_T_sensor.yaw_deg: 30 fits"));
+  expect_one(findings, "compass", "sensors.compass.base_T_sensor.yaw_deg: 30 fits");
 }
 
 TEST(ImuAxesDiagnosis, WhatFliesTiltedHasNoIron) {

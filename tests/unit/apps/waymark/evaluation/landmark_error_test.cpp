@@ -139,16 +139,16 @@ TEST(LandmarkError, HoldsTheCovariancesAgainstTheErrors) {
   far.P = Eigen::Matrix2d(0.01 * Eigen::Matrix2d::Identity());
   const std::vector<Landmark> survey = {landmark("A", 0, 0), landmark("B", 4, 0), landmark("C", 9, 0)};
   const LandmarkError e = score_landmarks({near, far, landmark("3", 9, 0.1)}, survey, Pose(), {});
-  ASSERT_TRUE(e.nees);
-  EXPECT_NEAR(e.nees->mean, 0.5 * (1.25 + 25.0), 1e-9);
-  EXPECT_NEAR(e.nees_share_within_95, 0.5, 1e-12);
+  ASSERT_TRUE(e.consistency);
+  EXPECT_NEAR(e.consistency->nees.mean, 0.5 * (1.25 + 25.0), 1e-9);
+  EXPECT_NEAR(e.consistency->share_within_95, 0.5, 1e-12);
 
   // Turned by a right angle, its east is the survey's north.
   near.p_map = {0.1, 0.0};
   const LandmarkError turned =
       score_landmarks({near}, {landmark("A", 0, 0)}, Pose::planar(0.0, 0.0, 1.5707963267948966), {});
-  EXPECT_NEAR(turned.nees->mean, 1.0, 1e-9);
-  EXPECT_FALSE(score_landmarks({landmark("3", 9, 0.1)}, survey, Pose(), {}).nees);
+  EXPECT_NEAR(turned.consistency->nees.mean, 1.0, 1e-9);
+  EXPECT_FALSE(score_landmarks({landmark("3", 9, 0.1)}, survey, Pose(), {}).consistency);
 }
 
 TEST(LandmarkError, HasNoOwnAlignmentWithOneMatch) {
