@@ -71,7 +71,14 @@ DetectionNoise read_noise(const Config& config) {
   return {config.positive({"range_m", "m", "σ of the range"}, 0.05),
           kRadPerDeg * config.positive({"bearing_deg", "°", "σ of the bearing"}, 0.35),
           config.non_negative({"tangential_m", "m", "σ across the beam: where on the cylinder the beams hit"}, 0.05),
-          config.positive({"radius_m", "m", "σ of the radius"}, 0.1)};
+          config.positive({"radius_m", "m", "σ of the radius"}, 0.1),
+          config.number_in({"range_share", "σ of the range that grows with it, as a share, beside `range_m`"}, 0.0, 1.0,
+                           0.0),
+          config.non_negative(
+              {"correlation_s", "s",
+               "time constant of a detection's errors, for the covariance that is reported: what is seen again "
+               "sooner has the same ones; 0: independent"},
+              0.0)};
 }
 
 AssociationMethod read_method(const Config& config) {

@@ -47,10 +47,12 @@ struct CameraSettings {
 
 /// Noise of one detection in the scanner's frame, σ.
 struct DetectionNoise {
-  double range;       ///< [m]
-  double bearing;     ///< [rad]
-  double tangential;  ///< constant part across the beam: where on the trunk the beams hit [m]
-  double radius;      ///< [m]
+  double range;              ///< [m]
+  double bearing;            ///< [rad]
+  double tangential;         ///< constant part across the beam: where on the trunk the beams hit [m]
+  double radius;             ///< [m]
+  double range_share = 0.0;  ///< of the range: what grows with it, beside `range`
+  double correlation = 0.0;  ///< time constant of the errors of one landmark's detections [s]; 0: independent
 };
 
 /// What an identity that a device read off a landmark (a barcode, a tag) is good for.

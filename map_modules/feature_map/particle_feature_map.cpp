@@ -12,6 +12,7 @@
 #include "map_modules/feature_map/landmarks/existence.hpp"
 #include "map_modules/feature_map/landmarks/landmark_file.hpp"
 #include "map_modules/feature_map/landmarks/merging.hpp"
+#include "map_modules/feature_map/landmarks/repeats.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::feature_map {
@@ -121,6 +122,7 @@ void ParticleFeatureMap::write_associated(const PoseGaussian& pose, const Featur
     if (floor.trace() < landmark.P_floor.trace()) landmark.P_floor = floor;
     updated.template topLeftCorner<2, 2>() = at_least(updated.template topLeftCorner<2, 2>(), landmark.P_floor);
     landmark.P.topLeftCorner<D, D>() = updated;
+    landmark.last_seen = std::max(landmark.last_seen, observation.stamp);
     ++landmark.sightings;
     figures_.born += landmark.sightings == settings_->existence.min_observations;
     if (D == 2) {
@@ -155,6 +157,7 @@ void ParticleFeatureMap::add_new(const PoseGaussian& pose, const FeatureObservat
     if (settings_->use_signature) fuse_signature(landmark, detection.signature, settings_->association);
     landmark.identity = detection.identity;
     landmark.birth = birth_of(observation, d);
+    landmark.last_seen = observation.stamp;
     landmark.sightings = 1;
     figures_.born += settings_->existence.min_observations == 1;
     const std::int64_t id = landmarks_.add(landmark);
@@ -209,9 +212,14 @@ void ParticleFeatureMap::correspond(const Observation& observation, const Associ
     const LandmarkRef ref = association.landmark_of[d];
     if (ref.chunk == FeatureAssociation::kAmbiguous) continue;
     const Detection& detection = features.detections[d];
-    const bool is_new = ref.chunk < 0;
-    out.landmarks.push_back({is_new ? birth_of(features, d) : landmarks_.stored(ref).birth(), is_new,
-                             detection.xyr.head<2>(), detection.R.topLeftCorner<2, 2>()});
+    const Eigen::Matrix2d R = detection.R.topLeftCorner<2, 2>();
+    if (ref.chunk < 0) {
+      out.landmarks.push_back({birth_of(features, d), true, detection.xyr.head<2>(), R});
+      continue;
+    }
+    const StoredLandmark landmark = landmarks_.stored(ref);
+    const double share = new_share(settings_->noise, landmark.last_seen(), features.stamp);
+    out.landmarks.push_back({landmark.birth(), false, detection.xyr.head<2>(), R / share});
   }
 }
 

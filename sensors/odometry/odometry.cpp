@@ -31,8 +31,8 @@ Density read_density(const Config& config, const Config::Key& key, const std::ve
 
 /// Errors that stay: each has a known value, and is a state of the sensor's block if its sigma is not zero.
 struct Systematic {
-  enum Kind { kSpeedScale, kCurvature, kYawScale, kCount };
-  std::array<int, kCount> index{-1, -1, -1};  // within the block
+  enum Kind { kSpeedScale, kCurvature, kYawScale, kTurnLoss, kCount };
+  std::array<int, kCount> index{-1, -1, -1, -1};  // within the block
   std::array<double, kCount> known{};
   StateBlock block;
 
@@ -67,9 +67,17 @@ std::optional<Density> read_vertical(const Config& config, bool has_wheels) {
   return read_density(config, key, {0.0, 0.05});
 }
 
+/// The share of its speed that a robot keeps in a turn if it loses `loss` [m] times the rate: it stops, but does not
+/// reverse.
+double kept_in_turn(const WheelTwist& twist, double loss) {
+  if (loss == 0.0) return 1.0;
+  const double speed = std::hypot(twist.v_x, twist.v_y);
+  return speed > 0.0 ? std::max(0.0, 1.0 - loss * std::abs(twist.w_z) / speed) : 1.0;
+}
+
 /// The twist that the wheels give, as a measurement of the body twist: v = (1 + s) v_w, ω = (1 + s)(1 + s_yaw) ω_w + κ
 /// v_w with scale s, yaw scale s_yaw and curvature κ out of the block (s leaves ω alone where the rotation is measured
-/// otherwise). In space also v_z = 0, if a variance is given for it.
+/// otherwise); of v_w a loss in turns is taken off. In space also v_z = 0, if a variance is given for it.
 class TwistUpdate final : public Update {
  public:
   TwistUpdate(const WheelTwist& twist, const Eigen::Vector3d& variance, std::optional<double> vertical_variance,
@@ -85,10 +93,13 @@ class TwistUpdate final : public Update {
     const double turn_scale = 1.0 + systematic_.value(state.block, Systematic::kYawScale);
     const double curvature = systematic_.value(state.block, Systematic::kCurvature);
     const double rotation_scale = scale_rotation_ ? scale : 1.0;
+    const double kept = kept_in_turn(twist_, systematic_.value(state.block, Systematic::kTurnLoss));
+    const double v_x = kept * twist_.v_x;
+    const double v_y = kept * twist_.v_y;
 
     out.reset(vertical_variance_ ? 4 : 3, static_cast<int>(systematic_.block.size()));
-    out.residual.head<3>() << scale * twist_.v_x - state.nav.v_base.x(), scale * twist_.v_y - state.nav.v_base.y(),
-        rotation_scale * turn_scale * twist_.w_z + curvature * twist_.v_x - state.nav.w_base.z();
+    out.residual.head<3>() << scale * v_x - state.nav.v_base.x(), scale * v_y - state.nav.v_base.y(),
+        rotation_scale * turn_scale * twist_.w_z + curvature * v_x - state.nav.w_base.z();
     out.R.diagonal().head<3>() = variance_;
     auto& velocity = out.velocity();
     velocity(0, 0) = 1.0;
@@ -105,12 +116,19 @@ class TwistUpdate final : public Update {
     out.mark_block_considered();
     auto& block = out.block();
     if (const int k = systematic_.index[Systematic::kSpeedScale]; k >= 0) {
-      block(0, k) = -twist_.v_x;
-      block(1, k) = -twist_.v_y;
+      block(0, k) = -v_x;
+      block(1, k) = -v_y;
       if (scale_rotation_) block(2, k) = -turn_scale * twist_.w_z;
     }
-    if (const int k = systematic_.index[Systematic::kCurvature]; k >= 0) block(2, k) = -twist_.v_x;
+    if (const int k = systematic_.index[Systematic::kCurvature]; k >= 0) block(2, k) = -v_x;
     if (const int k = systematic_.index[Systematic::kYawScale]; k >= 0) block(2, k) = -rotation_scale * twist_.w_z;
+    if (const int k = systematic_.index[Systematic::kTurnLoss]; k >= 0 && kept > 0.0) {
+      const double speed = std::hypot(twist_.v_x, twist_.v_y);
+      const double rate = speed > 0.0 ? std::abs(twist_.w_z) / speed : 0.0;
+      block(0, k) = scale * rate * twist_.v_x;
+      block(1, k) = scale * rate * twist_.v_y;
+      block(2, k) = curvature * rate * twist_.v_x;
+    }
   }
 
  private:
@@ -179,15 +197,28 @@ class Odometry final : public Sensor {
             {"yaw_scale_sigma", "scale error of the rotation as a state: its first σ; 0, and no walk: no state"}, 0.03),
         config.non_negative({"yaw_scale_walk_per_sqrt_m", "1/√m", "walk of the rotation's scale error with distance"},
                             0.0));
+    systematic_.add(
+        Systematic::kTurnLoss, "turn_loss_m",
+        config.non_negative(
+            {"turn_loss_m", "m",
+             "forward speed that is lost in turns, per rate of turn: of skid-steered wheels, or of commands that a "
+             "robot obeys with its outer wheel; it stops, but does not reverse"},
+            0.0),
+        config.non_negative({"turn_loss_sigma_m", "m", "error of `turn_loss_m` as a state: its first σ; 0: no state"},
+                            0.0),
+        0.0);
   }
 
   StateBlock block() const override { return systematic_.block; }
   SensorTraits traits() const override { return {.is_motion_source = true, .observes_height = vertical_.has_value()}; }
 
   std::optional<ObservedMotion> observed_motion(const Measurement& measurement, const Datum*) const override {
-    const WheelTwist twist = model_->twist(measurement);
+    WheelTwist twist = model_->twist(measurement);
     ObservedMotion seen;
     const double scale = 1.0 + systematic_.known[Systematic::kSpeedScale];
+    const double kept = kept_in_turn(twist, systematic_.known[Systematic::kTurnLoss]);
+    twist.v_x *= kept;
+    twist.v_y *= kept;
     seen.speed_mps = scale * twist.v_x;
     seen.lateral_speed_mps = scale * twist.v_y;
     // So much noise is the way to declare that the rotation is not measured.

@@ -16,7 +16,7 @@ using Motion = StateLayout::Motion;
 const std::string kSystematic =
     ", speed_scale_sigma: 0.02, speed_scale_walk_per_sqrt_m: 1e-4, curvature_sigma_per_m: 0.01, "
     "curvature_walk_per_m_sqrt_m: 1e-5,"
-    " yaw_scale_sigma: 0.02, yaw_scale_walk_per_sqrt_m: 1e-4";
+    " yaw_scale_sigma: 0.02, yaw_scale_walk_per_sqrt_m: 1e-4, turn_loss_m: 0.01, turn_loss_sigma_m: 0.01";
 
 void expect_good(const std::string& plugin, const std::string& yaml, const std::vector<Measurement>& measurements,
                  const SensorSetting& setting = {}) {

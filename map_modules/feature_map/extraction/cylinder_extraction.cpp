@@ -85,6 +85,7 @@ double bearing_at_stamp(const ScanView& view, const Candidate& candidate) {
 Detection make_detection(double surface_range, double bearing, double radius, const Pose& T_base_sensor,
                          const DetectionNoise& noise) {
   const double distance = surface_range + radius;
+  const double range_sigma = std::hypot(noise.range, noise.range_share * surface_range);
   const double c = std::cos(bearing);
   const double s = std::sin(bearing);
   // (x, y, r) of (d, bearing, r), plus a tangential part that does not shrink with range.
@@ -92,7 +93,7 @@ Detection make_detection(double surface_range, double bearing, double radius, co
   J << c, -distance * s, c, s, distance * c, s, 0.0, 0.0, 1.0;
   Eigen::Matrix3d R =
       J *
-      Eigen::Vector3d(noise.range * noise.range, noise.bearing * noise.bearing, noise.radius * noise.radius)
+      Eigen::Vector3d(range_sigma * range_sigma, noise.bearing * noise.bearing, noise.radius * noise.radius)
           .asDiagonal() *
       J.transpose();
   const Eigen::Vector3d tangent(-s, c, 0.0);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "map_modules/feature_map/signature.hpp"
+#include "waymark/base/time.hpp"
 
 namespace waymark::feature_map {
 
@@ -22,6 +23,7 @@ struct Landmark {
   std::int64_t id = -1;  ///< -1: none yet
   std::uint64_t birth =
       0;  ///< the detection that made it, the same in the maps of all particles; 0: none, it was loaded
+  Time last_seen{};  ///< stamp of the last detection that was written; 0: none of this run
 };
 
 }  // namespace waymark::feature_map

@@ -65,6 +65,7 @@ void LandmarkLeaf::put(int place, const Landmark& landmark) {
   floor[2][i] = landmark.P_floor(1, 1);
   id[i] = landmark.id;
   birth[i] = landmark.birth;
+  last_seen[i] = landmark.last_seen;
   log_odds[i] = landmark.log_odds;
   sightings[i] = landmark.sightings;
   identity[i] = landmark.identity;
@@ -100,6 +101,7 @@ Landmark LandmarkLeaf::get(int place) const {
   landmark.sightings = sightings[i];
   landmark.id = id[i];
   landmark.birth = birth[i];
+  landmark.last_seen = last_seen[i];
   return landmark;
 }
 

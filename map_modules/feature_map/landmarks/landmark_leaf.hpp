@@ -56,6 +56,7 @@ struct LandmarkLeaf {
   std::array<Column<double>, 3> floor{};       ///< `Landmark::P_floor`: ee, en, nn
   Column<std::int64_t> id{};
   Column<std::uint64_t> birth{};
+  Column<Time> last_seen{};
   Column<float> log_odds{};
   Column<std::int32_t> sightings{};
   Column<std::int32_t> identity{};
@@ -105,6 +106,7 @@ class StoredLandmark {
   std::int32_t sightings() const { return leaf_->sightings[place_]; }
   std::int64_t id() const { return leaf_->id[place_]; }
   std::uint64_t birth() const { return leaf_->birth[place_]; }
+  Time last_seen() const { return leaf_->last_seen[place_]; }
 
   /// All of it, as a copy.
   operator Landmark() const { return leaf_->get(static_cast<int>(place_)); }  // NOLINT(google-explicit-constructor)

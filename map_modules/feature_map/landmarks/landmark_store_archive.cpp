@@ -36,7 +36,7 @@ void serialize_landmark(Archive& archive, Landmark& landmark) {
   archive.within(landmark.signature_views, 0, kMostCounted);
   archive(landmark.identity, landmark.log_odds);
   archive.within(landmark.sightings, 0, kMostCounted);
-  archive(landmark.id, landmark.birth);
+  archive(landmark.id, landmark.birth, landmark.last_seen);
 }
 
 void save_leaf(const LandmarkLeaf& leaf, OutArchive& out) {
@@ -74,7 +74,7 @@ struct LandmarkStore::Loaded {
 };
 
 void LandmarkStore::save(OutArchive& out) const {
-  out.section("landmarks", 4);
+  out.section("landmarks", 5);
   out.value(static_cast<std::uint64_t>(count_));
   out.value(next_id_);
   out.value(static_cast<std::int32_t>(height_));
@@ -100,7 +100,7 @@ void LandmarkStore::save_node(const Node& node, OutArchive& out) {
 }
 
 void LandmarkStore::load(InArchive& in) {
-  check(in.section("landmarks", 4) == 4, "written by a version whose maps are not read any more");
+  check(in.section("landmarks", 5) == 5, "written by a version whose maps are not read any more");
   LandmarkStore store;
   std::uint64_t count = 0;
   std::int32_t height = 0;

@@ -60,6 +60,7 @@ Landmark merged(const Landmark& a, const Landmark& b, const FeatureMapSettings& 
     result.signature = other.signature;
     result.signature_views = other.signature_views;
   }
+  result.last_seen = std::max(a.last_seen, b.last_seen);
   if (result.identity < 0) result.identity = std::max(a.identity, b.identity);
   return result;
 }

@@ -72,6 +72,29 @@ TEST(LandmarkFusion, TheRadiusConvergesWithThePosition) {
   EXPECT_NEAR(only(map).P(2, 2), 0.05 * 0.05 / 4.0, 1e-12);
 }
 
+/// Variance of a detection as it reaches the joint Gaussian, in a map that saw the same landmark `since` seconds
+/// before.
+double reported_variance(double since) {
+  auto map = map_with("{ noise: { correlation_s: 2 }, " + kWideGate);
+  const Eigen::Vector3d pose(0.0, 0.0, 0.0);
+  FeatureObservation observation = observation_of({detection_of({5.0, 1.0}, pose)});
+  observation.stamp = Time(from_seconds(100.0));
+  step(map, pose, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), observation);
+  observation.stamp = Time(from_seconds(100.0 + since));
+  Refinement refinement;
+  map.refine(feature_map_test::gaussian_at(pose, Eigen::Matrix3d::Zero()), {}, observation, refinement);
+  Correspondences found;
+  map.correspond(observation, refinement.association.get(), found);
+  return found.landmarks.at(0).is_new ? -1.0 : found.landmarks.at(0).R(0, 0);
+}
+
+// n values of a chain with ρ = exp(−Δt/τ) say (n (1 − ρ) + 2 ρ)/(1 + ρ) times as much about a constant as one.
+TEST(LandmarkFusion, ErrorsThatRepeatThemselvesAreReportedOnce) {
+  const double rho = std::exp(-0.5 / 2.0);
+  EXPECT_NEAR(0.05 * 0.05 / reported_variance(0.5), (1.0 - rho) / (1.0 + rho), 1e-9);
+  EXPECT_NEAR(reported_variance(100.0), 0.05 * 0.05, 1e-12);
+}
+
 /// A robot that stands: the error that its pose kept is common to all scans.
 struct Standstill {
   static constexpr std::array<int, 4> kLooks = {10, 100, 1000, 10000};

@@ -200,6 +200,37 @@ TEST(Odometry, AnErrorWithoutSigmaAndWalkIsNoState) {
   EXPECT_EQ(block[1].initial_sigma, 0.03);
 }
 
+const std::string kLosesSpeedInTurns = "{ model: twist, turn_loss_m: 0.1, " + kStateless + " }";
+
+TEST(Odometry, ALossInTurnsIsTakenOffTheSpeedButNotOffTheRate) {
+  auto bench = odometry(kLosesSpeedInTurns);
+  for (const double way : {1.0, -1.0}) {
+    for (const double side : {1.0, -1.0}) {
+      const auto& model = bench.feed(twist(way * 0.09, 0.0, side * 0.4));
+      EXPECT_NEAR(model.residual[0], way * 0.05, kExact);
+      EXPECT_NEAR(model.residual[2], side * 0.4, kExact);
+    }
+  }
+  const auto seen = make_sensor("odometry", kLosesSpeedInTurns)->observed_motion(twist(0.09, 0.0, 0.4), nullptr);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->speed_mps, 0.05, kExact);
+}
+
+TEST(Odometry, WhatLosesSpeedInTurnsStopsAndDoesNotReverse) {
+  auto bench = odometry(kLosesSpeedInTurns);
+  EXPECT_NEAR(bench.feed(twist(0.01, 0.0, 0.4)).residual[0], 0.0, kExact);
+  EXPECT_NEAR(bench.feed(twist(0.0, 0.0, 0.4)).residual[0], 0.0, kExact);
+}
+
+TEST(Odometry, TheErrorOfTheLossInTurnsIsAState) {
+  auto bench = odometry("{ model: twist, turn_loss_m: 0.07, turn_loss_sigma_m: 0.05, " + kStateless + " }");
+  bench.mean.block[0] = 0.1;
+  const auto& model = bench.feed(twist(0.09, 0.0, -0.4));
+  EXPECT_NEAR(model.residual[0], 0.05, kExact);
+  EXPECT_NEAR(model.get_block()(0, 0), 0.4, kExact);
+  EXPECT_FALSE(model.estimates_block());
+}
+
 // Densities a + b·|v| (+ c·|ω|); the variance of a sample is density² / Δt.
 const std::string kNoisyTwist =
     "{ model: twist, speed_noise_m_per_sqrt_s: [0.02, 0.05], lateral_noise_m_per_sqrt_s: [0.01, 0.1],"

@@ -296,6 +296,11 @@ TEST(MakeDetection, NoiseIsThatOfRangeBearingAndRadiusInTheBase) {
   EXPECT_NEAR((detection.xyr.head<2>() - Eigen::Vector2d(0.4, -0.1)).norm(), 5.2, 1e-12);
 }
 
+TEST(MakeDetection, NoiseOfTheRangeGrowsWithIt) {
+  const DetectionNoise noise{.range = 0.03, .bearing = 1e-3, .tangential = 0.0, .radius = 0.0, .range_share = 0.01};
+  EXPECT_NEAR(make_detection(4.0, 0.0, 0.0, {}, noise).R(0, 0), 0.05 * 0.05, 1e-12);
+}
+
 TEST(MakeDetection, WithoutTheAttributeTheRadiusHasNoNoise) {
   const auto settings = settings_of("{ attributes: [] }");
   const auto found = extract_cylinders(scan_of(World{{{{6.0, 1.0}, 0.2}}, {}}), {}, settings);
