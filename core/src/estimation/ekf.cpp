@@ -175,6 +175,11 @@ void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Ran
   sample<3>(belief, layout, fraction, eigen.values, eigen.vectors, gaussian::standard_normal(random));
 }
 
+void take_pose(Belief& belief, const StateLayout& layout, double fraction) {
+  const gaussian::Eigen3 eigen = gaussian::eigen(pose_covariance(belief, layout));
+  sample<3>(belief, layout, fraction, eigen.values, eigen.vectors, Eigen::Vector3d::Zero());
+}
+
 void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random) {
   SpatialVector normal;
   normal.head<3>() = gaussian::standard_normal(random);

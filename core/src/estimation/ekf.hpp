@@ -47,6 +47,9 @@ WAYMARK_API bool apply_spatial_information(Belief& belief, const StateLayout& la
 /// fraction 1 − a stays as covariance. a in [0, 1].
 WAYMARK_API void sample_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 
+/// The same with δ = 0: x, y and yaw are taken as they are.
+WAYMARK_API void take_pose(Belief& belief, const StateLayout& layout, double fraction);
+
 /// The same on all six of the pose, for spatial motion.
 WAYMARK_API void sample_spatial_pose(Belief& belief, const StateLayout& layout, double fraction, Random& random);
 

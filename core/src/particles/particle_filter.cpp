@@ -57,6 +57,10 @@ class ParticleFilter::Present final : public Instant {
       Belief& belief = filter_.set_[i].belief;
       const double fraction = filter_.settings_.sampling_fraction;
       if (begins_maps) return ekf::take_spatial_pose(belief, filter_.layout(), fraction);
+      if (filter_.set_.size() == 1) {  // a draw would only move its map
+        const auto take = filter_.is_spatial_ ? ekf::take_spatial_pose : ekf::take_pose;
+        return take(belief, filter_.layout(), fraction);
+      }
       Random stream = filter_.streams_(slot, filter_.stamp(), sensor);
       const auto spatial =
           filter_.mapping_.begins_spatial_map(i) ? ekf::sample_first_spatial_pose : ekf::sample_spatial_pose;

@@ -22,7 +22,7 @@ struct Landmark {
   std::int32_t sightings = 0;
   std::int64_t id = -1;  ///< -1: none yet
   std::uint64_t birth =
-      0;  ///< the detection that made it, the same in the maps of all particles; 0: none, it was loaded
+      0;             ///< the detection that made it, the same in the maps of all particles; 0: none, it was loaded
   Time last_seen{};  ///< stamp of the last detection that was written; 0: none of this run
 };
 
