@@ -125,6 +125,9 @@ inline constexpr double kTilts = 4.0 * kDegree;  // more, and such a heading pro
 /// By how much the robot drives beside a heading, as positions show; nothing if it is not known.
 std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading);
 
+/// The same of a robot that is taken to move forwards all the time: nobody's way counts.
+std::optional<Angle> positions_beside_heading(const Case& c, std::size_t heading);
+
 /// The same by the path of the positions against dead reckoning, where the robot turns too often for directions.
 std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, std::size_t receiver,
                                  const Track& heading);
@@ -184,6 +187,9 @@ void check_dips(Case& c, const MotionAgreement& motion);
 
 /// A way that is counted forwards where positions go backwards.
 void check_reversals(Case& c, const MotionAgreement& motion);
+
+/// Speeds without a sign of their own against accelerations and headings: one of them faces backwards.
+void check_backwards(Case& c, const MotionAgreement& motion);
 
 /// Positions against dead reckoning over tens of seconds: mirrored, or late by seconds.
 void check_paths(Case& c, const MotionAgreement& motion);
