@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "checks.hpp"
+#include "fit.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/math/so3.hpp"
 
@@ -171,8 +172,8 @@ void check_field(Case& c, std::size_t i) {
         0.0);
 }
 
-/// How far others turn within 10 s, in the third of these in which they turn most, by the one that turns least [rad];
-/// nothing if nobody turns: of all that measure it, since one may be wrong by itself.
+/// How far others turn within 10 s beyond what they turn always (the rest value of a gyro), in the third of these in
+/// which it is most, by the one that turns least: one may be wrong by itself [rad]. Nothing if nobody measures it.
 std::optional<double> turned_by_others(const Case& c, std::size_t except) {
   constexpr double kSpan = 10.0;  // [s]
   constexpr std::size_t kLeastSpans = 6;
@@ -182,9 +183,11 @@ std::optional<double> turned_by_others(const Case& c, std::size_t except) {
     for (const Track* track : {&c.sensor(k).yaw, &c.sensor(k).course}) {
       std::vector<double> turns;
       for (double t = 0.0; t + kSpan <= c.watch.newest(); t += kSpan) {
-        if (const auto turned = track->change(t, t + kSpan)) turns.push_back(std::abs(*turned));
+        if (const auto turned = track->change(t, t + kSpan)) turns.push_back(*turned);
       }
       if (turns.size() < kLeastSpans) continue;
+      const double always = median(turns);
+      for (double& turn : turns) turn = std::abs(turn - always);
       std::ranges::sort(turns, std::greater());
       const double turned = turns[turns.size() / 3];
       least = std::min(least.value_or(turned), turned);
@@ -198,7 +201,7 @@ void check_radians(Case& c, std::size_t i) {
   constexpr double kWhole = 2.0 * std::numbers::pi * kDegree;
   constexpr double kMost = 1.01 * kWhole;
   constexpr double kLeast = 0.4 * kWhole;  // of those from −π to π half is reached
-  constexpr double kTurned = 60.0 * kDegree;
+  constexpr double kTurned = 4.0 * kWhole;
   const WatchedSensor& sensor = c.sensor(i);
   if (sensor.headings.size() < kLeastValues) return;
   const double most = sensor.headings.quantile(1.0);

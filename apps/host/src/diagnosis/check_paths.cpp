@@ -57,20 +57,6 @@ void add_late(Case& c, const MotionAgreement& motion, std::size_t receiver, cons
         std::abs(lag.value) / std::max(lag.sigma, kLeastLagSigma));
 }
 
-/// A receiver's velocity, summed up, against its own positions.
-void check_own_path(Case& c, std::size_t receiver) {
-  const WatchedSensor& sensor = c.sensor(receiver);
-  if (sensor.course.samples() == 0) return;
-  const PathFit path(sensor, sensor.course, sensor.ground_way);
-  const auto late = path.is_known() ? path.late() : std::nullopt;
-  if (!late) return;
-  c.add(Certainty::named, "delay", {receiver},
-        fmt::format("its course and speed are {:.1f} ± {:.1f} s {} its positions", std::abs(late->value), late->sigma,
-                    late->value < 0.0 ? "behind" : "ahead of"),
-        fmt::format("source: course and speed of {}: another message of the receiver, or leave them out", sensor.name),
-        std::abs(late->value) / std::max(late->sigma, kLeastLagSigma));
-}
-
 /// Others that measure turns, all of which agree; nobody if they do not.
 std::vector<const Observer*> turning_alike(const Case& c, const Agreement& yaw, std::size_t receiver) {
   std::vector<const Observer*> alike;
@@ -136,9 +122,8 @@ std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, s
 
 void check_paths(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
-    if (c.sensor(i).fixes.empty() || c.is_concerned(i)) continue;
-    check_own_path(c, i);
-    if (measured_way(c.watch) == nullptr && !c.is_concerned(i)) check_path_without_wheels(c, motion, i);
+    if (measured_way(c.watch) != nullptr || c.sensor(i).fixes.empty() || c.is_concerned(i)) continue;
+    check_path_without_wheels(c, motion, i);
   }
   const Reckoned by = reckoned(c, motion);
   if (!by) return;

@@ -191,6 +191,9 @@ void check_reversals(Case& c, const MotionAgreement& motion);
 /// Speeds without a sign of their own against accelerations and headings: one of them faces backwards.
 void check_backwards(Case& c, const MotionAgreement& motion);
 
+/// A receiver's velocity, summed up, against its own positions: of a time that is seconds away.
+void check_own_velocities(Case& c);
+
 /// Positions against dead reckoning over tens of seconds: mirrored, or late by seconds.
 void check_paths(Case& c, const MotionAgreement& motion);
 

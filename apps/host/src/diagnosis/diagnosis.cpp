@@ -106,6 +106,7 @@ struct Diagnosis::Parts {
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
     diagnosis::check_reversals(c, motion);
+    diagnosis::check_own_velocities(c);
     diagnosis::check_backwards(c, motion);
     diagnosis::check_paths(c, motion);
     diagnosis::check_mounting(c, motion);

@@ -44,16 +44,17 @@ std::vector<Fix> thinned(const std::vector<Fix>& fixes) {
   return out;
 }
 
-std::vector<PathFit::Block> blocks_of(const std::vector<Fix>& fixes) {
+/// Stretches of fixes within which the path is known.
+std::vector<PathFit::Block> blocks_of(const std::vector<Fix>& fixes, const DeadReckoning& path) {
   std::vector<PathFit::Block> blocks;
-  if (fixes.empty()) return blocks;
   auto begin = fixes.begin();
-  for (auto fix = fixes.begin();; ++fix) {
-    if (fix != fixes.end() && fix->t - begin->t < kBlock) continue;
+  for (auto fix = fixes.begin(); fix != fixes.end(); ++fix) {
+    const bool is_known = path.step(begin->t, fix->t).has_value();
+    if (is_known && fix->t - begin->t < kBlock && fix + 1 != fixes.end()) continue;
     if (fix - begin >= static_cast<std::ptrdiff_t>(kLeastFixes)) blocks.emplace_back(begin, fix);
-    if (fix == fixes.end()) return blocks;
     begin = fix;
   }
+  return blocks;
 }
 
 Complex antenna_of(const WatchedSensor& receiver) {
@@ -75,7 +76,7 @@ PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& w
       way_of_(of),
       path_(yaw, way, 0.0, 0.0, 0.0),
       fixes_(thinned(receiver.fixes)),
-      blocks_(blocks_of(fixes_)),
+      blocks_(blocks_of(fixes_, path_)),
       antenna_(antenna_of(receiver)) {
   for (const Block& block : blocks_) as_given_.push_back(fit(path_, block, 0.0, false));
 }
