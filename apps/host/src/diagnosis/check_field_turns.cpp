@@ -9,6 +9,7 @@
 
 #include "checks.hpp"
 #include "field_turns.hpp"
+#include "motion_scales.hpp"
 #include "waymark/math/so3.hpp"
 
 namespace waymark::host::diagnosis {
@@ -83,6 +84,29 @@ void add_own(Case& c, std::size_t i, const FieldTurns& turns) {
         0.0);
 }
 
+/// A gyro that turns so many times as far as the field, which has no scale of its own for that.
+void add_scale(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns) {
+  const WatchedSensor& sensor = c.sensor(imu);
+  c.add(Certainty::named, "field", {imu},
+        fmt::format("its gyro turns {:.3g} ± {:.2g} times as far as the field{}: {}", turns.scale, turns.scale_sigma,
+                    imu == i ? "" : " of " + c.sensor(i).name, left_of(turns)),
+        fmt::format("source: w_x_radps, w_y_radps, w_z_radps of {} times {:.4g}{}", sensor.name, 1.0 / turns.scale,
+                    is_near(turns.scale, 1.0 / kDegree) ? " (deg/s)" : ""),
+        0.0);
+}
+
+/// A mirrored gyro, or another order of the field, of a robot that turns about one axis alone.
+void add_open(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns) {
+  const std::string seen = fmt::format("the field of {} does not turn as the gyro of {} does: {}", c.sensor(i).name,
+                                       c.sensor(imu).name, left_of(turns));
+  const std::string change = fmt::format("source: the order or the signs of the field of {}", c.sensor(i).name);
+  if (imu == i) {
+    c.add(Certainty::named, "field", {i}, seen, change + ", or of its gyro", 0.0);
+  } else {
+    c.add(Certainty::one_of, "field", {i, imu}, seen, change + "; or of the gyro of " + c.sensor(imu).name, 0.0);
+  }
+}
+
 /// One of two sensors is turned about the vertical axis against the other.
 void add_mounting(Case& c, const MotionAgreement& motion, std::size_t imu, std::size_t i, const FieldTurns& turns) {
   const WatchedSensor& magnetometer = c.sensor(i);
@@ -124,6 +148,10 @@ std::vector<FieldMounting> check_field_axes(Case& c) {
       if (!turns) continue;
       if (turns->is_about_z) {
         mountings.push_back({imu, i, *turns});
+      } else if (turns->scale != 1.0) {
+        add_scale(c, imu, i, *turns);
+      } else if (turns->is_open) {
+        add_open(c, imu, i, *turns);
       } else {
         add_axes(c, imu, i, *turns);
       }

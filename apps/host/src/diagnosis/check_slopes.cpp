@@ -141,10 +141,28 @@ std::optional<Climb> climb_of(const Case& c, std::size_t i, const Track& way) {
   return std::nullopt;
 }
 
+/// Heights that fall where gravity shows that the robot climbs: accelerations show that it is not the sign of the
+/// force.
+void judge_sign(Case& c, std::size_t i, const Climb& climb) {
+  const ForceFit& forwards = climb.fit;
+  const bool is_force_right =
+      forwards.is_known && forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
+  const bool falls = forwards.slope.low < 0.0 && forwards.slope.high + kSigmas * forwards.slope_sigma < 0.0;
+  const WatchedSensor& heights = c.sensor(climb.with_heights);
+  if (!is_force_right || !falls || !heights.is_altimeter()) return;
+  c.add(Certainty::named, "height", {climb.with_heights},
+        fmt::format("its heights fall where gravity in {} shows that the robot climbs ({} spans)", c.sensor(i).name,
+                    forwards.spans),
+        fmt::format("source: the sign of the height of {}: a depth", heights.name), 0.0);
+}
+
 /// Heights against the slopes that gravity shows.
 void judge_climb(Case& c, std::size_t i, const Climb& climb) {
   const ForceFit& forwards = climb.fit;
-  if (!(forwards.slope.low > 0.0)) return;
+  if (!(forwards.slope.low > 0.0)) {
+    judge_sign(c, i, climb);
+    return;
+  }
   const double margin = kSigmas * forwards.slope_sigma;
   const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
                        forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
@@ -200,7 +218,11 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
   if (way == nullptr || c.is_blamed(way->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    if (const auto climb = climb_of(c, i, *way->track)) judge_climb(c, i, *climb);
+    for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+      if (k == i || !c.has_heights(k)) continue;
+      const Climb climb{k, fit_forwards(c.sensor(i), *way->track, &c.sensor(k).height, c.watch.newest())};
+      if (climb.fit.is_slope_known) judge_climb(c, i, climb);
+    }
   }
 }
 

@@ -188,6 +188,9 @@ void check_dips(Case& c, const MotionAgreement& motion);
 /// A way that is counted forwards where positions go backwards.
 void check_reversals(Case& c, const MotionAgreement& motion);
 
+/// Wheels whose speeds have lost their signs, by the turns of others.
+void check_unsigned_wheels(Case& c);
+
 /// Speeds without a sign of their own against accelerations and headings: one of them faces backwards.
 void check_backwards(Case& c, const MotionAgreement& motion);
 

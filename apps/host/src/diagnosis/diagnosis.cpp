@@ -99,6 +99,7 @@ struct Diagnosis::Parts {
     diagnosis::check_magnitudes(c);
     diagnosis::check_frozen(c);
     diagnosis::check_directions(c);
+    diagnosis::check_unsigned_wheels(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_clock_rates(c, motion.yaw);
