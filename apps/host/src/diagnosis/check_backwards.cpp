@@ -28,9 +28,7 @@ bool is_backwards(const Angle& angle) {
   return std::abs(so3::wrap(angle.value)) > std::numbers::pi - kTolerance - angle.sigma;
 }
 
-bool is_known(const std::optional<Angle>& angle) {
-  return angle && kSigmas * angle->sigma < 0.5 * std::numbers::pi;
-}
+bool is_known(const std::optional<Angle>& angle) { return angle && kSigmas * angle->sigma < 0.5 * std::numbers::pi; }
 
 /// True if the trusted way is that of one sensor, whose turns do not show whether it is reversed: those of wheels do.
 bool may_be_reversed(const Case& c, const MotionAgreement& motion, const Observer& way) {
@@ -96,11 +94,11 @@ void check_backwards(Case& c, const MotionAgreement& motion) {
   std::string change = fmt::format("source: the sign of the speed of {}", sensor.name);
   if (is_open)
     change += fmt::format("; or sensors.{}.base_T_sensor.yaw_deg, which would be half a turn off", others.front());
-  c.add(is_open ? Certainty::one_of : Certainty::named, "way", suspects,
-        fmt::format("{}it drives backwards where {} forwards", is_open ? sensor.name + ": " : "",
-                    others.size() == 1 ? others.front() + " moves"
-                                       : fmt::format("{} move", fmt::join(others, " and "))),
-        change, 0.0);
+  c.add(
+      is_open ? Certainty::one_of : Certainty::named, "way", suspects,
+      fmt::format("{}it drives backwards where {} forwards", is_open ? sensor.name + ": " : "",
+                  others.size() == 1 ? others.front() + " moves" : fmt::format("{} move", fmt::join(others, " and "))),
+      change, 0.0);
 }
 
 }  // namespace waymark::host::diagnosis

@@ -29,14 +29,14 @@ constexpr double kTiltTolerance = 0.35;  // [s]
 constexpr double kUsualDelay = 0.1;      // [s], of a receiver whose positions are exact
 constexpr double kPositionSigmas = 2.0;  // as far as a robot drives in a delay that does not matter
 constexpr double kShareOfInterval = 0.6;
-constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
-constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
+constexpr double kEarly = 2.0;          // by so much an early stamp is less likely than a late one
+constexpr double kDecides = 1.5;        // by so much one delay must be likelier than another to be named
 constexpr double kSpeaksAgainst = 4.0;  // squares of σ by which another explanation must fit worse: 2 σ
-constexpr double kLeastSigma = 1e-3;  // [s]
-constexpr double kShiftSigma = 0.1;   // [s], of a shift that is known by its step only
-constexpr double kLeastSpeed = 0.05;  // [m/s]
-constexpr double kSpeedSpread = 0.3;  // of the speed in turns, as a share
-constexpr double kPerScale = 8.0;     // [s] of a lag that is no mistake, by the σ of the turns' scale
+constexpr double kLeastSigma = 1e-3;    // [s]
+constexpr double kShiftSigma = 0.1;     // [s], of a shift that is known by its step only
+constexpr double kLeastSpeed = 0.05;    // [m/s]
+constexpr double kSpeedSpread = 0.3;    // of the speed in turns, as a share
+constexpr double kPerScale = 8.0;       // [s] of a lag that is no mistake, by the σ of the turns' scale
 
 /// How far the stamps of one sensor are behind those of another.
 struct Delay {

@@ -146,12 +146,11 @@ std::vector<FieldMounting> check_field_axes(Case& c) {
       if (c.is_concerned(imu) || c.is_concerned(i)) continue;
       const auto turns = field_turns(c.sensor(i), c.sensor(imu), c.watch.newest());
       if (!turns) continue;
-      if (turns->is_about_z) {
+      // Turns and headings decide first where the field alone does not.
+      if (turns->is_about_z || turns->is_open) {
         mountings.push_back({imu, i, *turns});
       } else if (turns->scale != 1.0) {
         add_scale(c, imu, i, *turns);
-      } else if (turns->is_open) {
-        add_open(c, imu, i, *turns);
       } else {
         add_axes(c, imu, i, *turns);
       }
@@ -163,7 +162,9 @@ std::vector<FieldMounting> check_field_axes(Case& c) {
 void check_field_mountings(Case& c, const MotionAgreement& motion, const std::vector<FieldMounting>& mountings) {
   for (const FieldMounting& mounting : mountings) {
     if (c.is_concerned(mounting.imu) || c.is_concerned(mounting.magnetometer)) continue;
-    if (mounting.imu == mounting.magnetometer) {
+    if (mounting.turns.is_open) {
+      add_open(c, mounting.imu, mounting.magnetometer, mounting.turns);
+    } else if (mounting.imu == mounting.magnetometer) {
       add_own(c, mounting.imu, mounting.turns);
     } else {
       add_mounting(c, motion, mounting.imu, mounting.magnetometer, mounting.turns);

@@ -168,8 +168,8 @@ void check_turns_are_alive(Case& c, std::size_t i) {
 
 /// True if the turn per way stays exactly the same, while the robot drives.
 bool is_curvature_steady(const WatchedSensor& sensor, double from, double to) {
-  constexpr double kLeastStep = 0.2;   // [m] of a step
-  constexpr double kRounding = 1e-6;   // [rad/m]
+  constexpr double kLeastStep = 0.2;  // [m] of a step
+  constexpr double kRounding = 1e-6;  // [rad/m]
   std::optional<double> first;
   double driven = 0.0;
   for (double t = from; t + kStep <= to; t += kStep) {

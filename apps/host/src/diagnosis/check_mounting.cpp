@@ -144,12 +144,16 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
             fmt::format("source: the order and the signs of the quaternion, or of the field, of {}", sensor.name), 0.0);
       return;
     }
-    const auto by_path = beside_path(c, motion, k, heading);
-    if (by_path && (!offset || by_path->sigma < offset->sigma)) offset = by_path;
+    // Directions that are off, but not known well enough to say so.
+    const double tolerance = heading_tolerance(sensor);
+    if (!offset || (kSigmas * offset->sigma > tolerance && std::abs(offset->value) > tolerance)) {
+      const auto by_path = beside_path(c, motion, k, heading);
+      if (by_path && (!offset || by_path->sigma < offset->sigma)) offset = by_path;
+    }
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});
-    const double sigmas = beyond(offset->value, heading_tolerance(sensor), offset->sigma);
+    const double sigmas = beyond(offset->value, tolerance, offset->sigma);
     if (sigmas < kSigmas) continue;
     const double fits = std::round(in_turn(yaw_deg(sensor) - offset->value / kDegree)) + 0.0;  // not −0
     c.add(Certainty::named, "heading", {i},

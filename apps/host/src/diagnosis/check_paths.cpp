@@ -86,8 +86,7 @@ void check_path_without_wheels(Case& c, const MotionAgreement& motion, std::size
   // With one other sensor alone it may be the clock of that one, unless it is a receiver's mistake.
   const bool is_open = turns.size() < 2 && why.empty();
   std::string change = fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + behind);
-  if (is_open)
-    change += fmt::format("; or sensors.{}.delay_s: {:.2f}", other.name, to_seconds(other.delay) - behind);
+  if (is_open) change += fmt::format("; or sensors.{}.delay_s: {:.2f}", other.name, to_seconds(other.delay) - behind);
   c.add(is_open ? Certainty::one_of : Certainty::named, "delay",
         is_open ? std::vector{receiver, turns.front()->sensor} : std::vector{receiver},
         fmt::format("{}its path is {:.1f} ± {:.1f} s {} the turns of {}{}", is_open ? sensor.name + ": " : "",

@@ -68,8 +68,8 @@ std::optional<double> find_shift(const std::vector<Span>& spans, const Track& tr
   return best.behind;
 }
 
-/// True if a sensor that measures turns is known to be wrong: from which fix to which the positions drive straight on is
-/// known by the turns of all (observers.cpp).
+/// True if a sensor that measures turns is known to be wrong: from which fix to which the positions drive straight on
+/// is known by the turns of all (observers.cpp).
 bool are_chords_wrong(const Case& c) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).yaw.samples() > 0 && c.is_blamed(i, "way")) return true;

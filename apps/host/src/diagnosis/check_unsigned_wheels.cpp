@@ -92,13 +92,14 @@ void check_unsigned_wheels(Case& c) {
       // Headings are too noisy over spans so short.
       if (k == i || other.yaw.samples() == 0 || other.has_heading || c.is_concerned(k)) continue;
       if (!have_no_signs(turns_of(sensor, other.yaw, c.watch.newest()))) continue;
-      c.add(Finding::Certainty::named, "way", {i},
-            fmt::format("its wheels never run backwards: some turns are those of {}, and the others fit with signs that "
-                        "were lost",
-                        other.name),
-            fmt::format("source: the signs of the speeds of {}, where the robot reverses or turns on the spot",
-                        sensor.name),
-            0.0);
+      c.add(
+          Finding::Certainty::named, "way", {i},
+          fmt::format("its wheels never run backwards: some turns are those of {}, and the others fit with signs that "
+                      "were lost",
+                      other.name),
+          fmt::format("source: the signs of the speeds of {}, where the robot reverses or turns on the spot",
+                      sensor.name),
+          0.0);
     }
   }
 }

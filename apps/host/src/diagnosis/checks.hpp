@@ -172,8 +172,8 @@ struct FieldMounting {
   FieldTurns turns;
 };
 
-/// The magnetic field against the turns of a gyro: axes of either that are mirrored or in another order. Returns those
-/// that are turned.
+/// The magnetic field against the turns of a gyro: its scale, and axes of either that are mirrored or in another order.
+/// Returns those that are turned, or of which the field alone does not show who it is.
 std::vector<FieldMounting> check_field_axes(Case& c);
 
 /// Who of those it is, as headings and accelerations show.

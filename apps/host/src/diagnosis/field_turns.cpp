@@ -120,7 +120,7 @@ Order turned_by(double angle) {
 struct ScaleFit {
   double scale;
   double sigma;
-  double left;   ///< σ of the field's change [T]
+  double left;    ///< σ of the field's change [T]
   bool is_whole;  ///< of all turns: no part of them fits worse, as another axis of a magnetometer does
 };
 

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <random>
+#include <string>
 
 #include "tests/unit/apps/host/diagnosis/curving_robot.hpp"
 
@@ -42,6 +44,31 @@ TEST(HeadingDiagnosis, NamesACompassThatClaimsLessNoiseThanItHas) {
   ASSERT_THAT(examined.findings, SizeIs(1));
   EXPECT_EQ(examined.findings.front().check, "noise");
   EXPECT_NEAR(number_after("scatters by ", examined.findings.front().seen), 0.02 / kDegree, 0.4);
+}
+
+TEST(HeadingDiagnosis, NamesRadiansThatAreTakenForDegrees) {
+  const auto in_radians = [](Readings& r) {
+    const double heading = r.compass.heading_rad;
+    r.compass.heading_rad = (heading < 0.0 ? heading + 2.0 * M_PI : heading) * kDegree;
+  };
+  const Examined examined = examine(in_radians, kTurning);
+  EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
+  ASSERT_THAT(examined.findings, SizeIs(1));
+  EXPECT_EQ(examined.findings.front().check, "unit");
+}
+
+TEST(HeadingDiagnosis, ThePathShowsADeclinationWhereDirectionsAreVague) {
+  std::mt19937 dice(5);
+  std::normal_distribution<double> noise(0.0, 1.5);
+  std::string yaml = kCurvingRobot;
+  yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: 1.5");
+  const Examined examined = examine(
+      [&](Readings& r) {
+        r.compass.heading_rad += 30.0 * kDegree;
+        r.gps.p_map_antenna += Eigen::Vector3d(noise(dice), noise(dice), 0.0);
+      },
+      {.yaml = yaml, .turns = 2.0});
+  EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
 }
 
 }  // namespace

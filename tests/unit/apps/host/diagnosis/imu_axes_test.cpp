@@ -42,18 +42,27 @@ struct Course {
   double turns = 1.0;
   double slopes = 1.0;
   double pitch_rad = 0.0;  ///< of the robot, all the way
+  bool pauses = false;     ///< it turns for 4 s of each 16 s
 };
 
+const std::string kNoWheels = [] {
+  std::string yaml = kYaml;
+  return yaml.replace(yaml.find("name: wheels"), 6, "enabled: false, name: ");
+}();
+
 /// Drives with changing speed over ground whose slopes change within seconds.
-std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, const Course& course = {}) {
+std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, const Course& course = {},
+                             const std::string& yaml = kYaml) {
   constexpr double kStep = 0.02;
-  const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+  const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
   std::normal_distribution<double> noise(0.0, 1.0);
   const auto noise3 = [&] { return Eigen::Vector3d(noise(dice), noise(dice), noise(dice)); };
   const auto attitude = [&](double t) {
-    const double yaw = course.turns * (2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
+    const double turn = std::fmod(t, 16.0);
+    const double paused = 1.5 * std::floor(t / 16.0) + 0.75 * (1.0 - std::cos(M_PI * std::min(1.0, turn / 4.0)));
+    const double yaw = course.turns * (course.pauses ? paused : 2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
     return Eigen::AngleAxisd(0.3 + yaw, Eigen::Vector3d::UnitZ()) *
            Eigen::AngleAxisd(course.pitch_rad + course.slopes * 0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
            Eigen::AngleAxisd(course.slopes * 0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
@@ -188,6 +197,31 @@ TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
   };
   const auto findings = examine(mistake, {.slopes = 0.0});
   expect_one(findings, "compass", "m_x_t and m_y_t of compass");
+}
+
+TEST(ImuAxesDiagnosis, NamesAGyroInDegreesByTheField) {
+  const auto findings = examine([](Readings& seen) { seen.imu.w_sensor *= 180.0 / M_PI; }, {.turns = 0.5}, kNoWheels);
+  expect_one(findings, "imu", "(deg/s)");
+  EXPECT_EQ(findings.at(0).check, "field");
+}
+
+TEST(ImuAxesDiagnosis, AMagnetometerWithAnAxisOfAnotherScaleIsNoGyroOfAnotherScale) {
+  const auto findings = examine([](Readings& seen) { seen.field.m_sensor.x() *= 1.8; }, {.turns = 0.5, .slopes = 0.0});
+  for (const Finding& finding : findings) EXPECT_THAT(finding.sensors, testing::Not(testing::Contains("imu")));
+}
+
+/// A robot that drives straight on most of the time.
+TEST(ImuAxesDiagnosis, NamesAxesThatTurnsAloneShow) {
+  const Course course{.slopes = 0.0, .pauses = true};
+  EXPECT_THAT(examine([](Readings&) {}, course), IsEmpty());
+  const auto field =
+      examine([](Readings& seen) { std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y()); }, course, kNoWheels);
+  ASSERT_EQ(field.size(), 1U);
+  EXPECT_THAT(field.front().sensors, testing::Contains("compass"));
+  const auto gyro = examine([](Readings& seen) { std::swap(seen.imu.w_sensor.y(), seen.imu.w_sensor.z()); },
+                            {.slopes = 0.3, .pauses = true});
+  ASSERT_FALSE(gyro.empty());
+  for (const Finding& finding : gyro) EXPECT_THAT(finding.sensors, ElementsAre("imu"));
 }
 
 TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
