@@ -90,8 +90,9 @@ void add_scale(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns)
   c.add(Certainty::named, "field", {imu},
         fmt::format("its gyro turns {:.3g} ± {:.2g} times as far as the field{}: {}", turns.scale, turns.scale_sigma,
                     imu == i ? "" : " of " + c.sensor(i).name, left_of(turns)),
-        fmt::format("source: w_x_radps, w_y_radps, w_z_radps of {} times {:.4g}{}", sensor.name, 1.0 / turns.scale,
-                    is_near(turns.scale, 1.0 / kDegree) ? " (deg/s)" : ""),
+        is_near(turns.scale, 1.0 / kDegree)
+            ? fmt::format("source: rates of {} times {:.9f} (degrees per second)", sensor.name, kDegree)
+            : fmt::format("source: rates of {} times {:.4g}", sensor.name, 1.0 / turns.scale),
         0.0);
 }
 

@@ -131,22 +131,22 @@ struct Climb {
   ForceFit fit;
 };
 
-/// With the heights of the first sensor that shows slopes; nothing if none does.
-std::optional<Climb> climb_of(const Case& c, std::size_t i, const Track& way) {
+/// With the heights of every sensor that shows slopes.
+std::vector<Climb> climbs_of(const Case& c, std::size_t i, const Track& way) {
+  std::vector<Climb> climbs;
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     if (k == i || !c.has_heights(k)) continue;
     const ForceFit fit = fit_forwards(c.sensor(i), way, &c.sensor(k).height, c.watch.newest());
-    if (fit.is_slope_known) return Climb{k, fit};
+    if (fit.is_slope_known) climbs.push_back({k, fit});
   }
-  return std::nullopt;
+  return climbs;
 }
 
-/// Heights that fall where gravity shows that the robot climbs: accelerations show that it is not the sign of the
-/// force.
-void judge_sign(Case& c, std::size_t i, const Climb& climb) {
+/// Heights that fall where gravity shows that the robot climbs: accelerations, or the heights of others, show that it
+/// is not the sign of the force.
+void judge_sign(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
   const ForceFit& forwards = climb.fit;
-  const bool is_force_right =
-      forwards.is_known && forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
+  const bool is_force_right = others_climb || forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
   const bool falls = forwards.slope.low < 0.0 && forwards.slope.high + kSigmas * forwards.slope_sigma < 0.0;
   const WatchedSensor& heights = c.sensor(climb.with_heights);
   if (!is_force_right || !falls || !heights.is_altimeter()) return;
@@ -157,10 +157,10 @@ void judge_sign(Case& c, std::size_t i, const Climb& climb) {
 }
 
 /// Heights against the slopes that gravity shows.
-void judge_climb(Case& c, std::size_t i, const Climb& climb) {
+void judge_climb(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
   const ForceFit& forwards = climb.fit;
   if (!(forwards.slope.low > 0.0)) {
-    judge_sign(c, i, climb);
+    judge_sign(c, i, climb, others_climb);
     return;
   }
   const double margin = kSigmas * forwards.slope_sigma;
@@ -218,10 +218,11 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
   if (way == nullptr || c.is_blamed(way->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
-      if (k == i || !c.has_heights(k)) continue;
-      const Climb climb{k, fit_forwards(c.sensor(i), *way->track, &c.sensor(k).height, c.watch.newest())};
-      if (climb.fit.is_slope_known) judge_climb(c, i, climb);
+    const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
+    for (const Climb& climb : climbs) {
+      const bool others_climb = std::ranges::any_of(
+          climbs, [](const Climb& other) { return other.fit.slope.low - kSigmas * other.fit.slope_sigma > 0.0; });
+      judge_climb(c, i, climb, others_climb);
     }
   }
 }
@@ -233,8 +234,9 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& sensor = c.sensor(i);
     if (sensor.force.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    const auto climb = climb_of(c, i, *way->track);
-    const ForceFit forwards = climb ? climb->fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
+    const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
+    const ForceFit forwards =
+        !climbs.empty() ? climbs.front().fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
     const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, c.watch.newest());
     if (!forwards.is_known || !leftwards.is_known) continue;
     check_signs(c, i, forwards, leftwards, *way);

@@ -23,6 +23,7 @@ constexpr double kAsGood = 1.1;             // likewise
 constexpr double kLeastExplained = 0.1e-6;  // [T], less changes no heading by a degree
 constexpr double kVague = 8.0 * kDegree;
 constexpr double kOtherScale = 0.4;  // logarithm of the scale of a gyro, which no gyro has by itself
+constexpr double kSameScale = 0.2;   // likewise, of both axes in the plane
 constexpr double kScaleShare = 0.1;  // σ of a scale that is known, as a share
 constexpr double kWhole = 0.3;       // logarithm of the scale of turns that are whole
 
@@ -120,14 +121,24 @@ Order turned_by(double angle) {
 struct ScaleFit {
   double scale;
   double sigma;
-  double left;    ///< σ of the field's change [T]
-  bool is_whole;  ///< of all turns: no part of them fits worse, as another axis of a magnetometer does
+  double left;  ///< σ of the field's change [T]
 };
 
-/// Root mean square of what a fit leaves of all rows, outliers among them.
-double rms_of(const Rows& rows, const Fit& fit) {
-  const Eigen::VectorXd left = rows.y.head(rows.count) - rows.A.topRows(rows.count) * fit.x;
-  return std::sqrt(left.squaredNorm() / static_cast<double>(rows.count));
+/// The same by one axis of the field alone; 0 if it is not known.
+double scale_of_axis(const Spans& spans, Eigen::Index axis) {
+  Rows rows(static_cast<Eigen::Index>(spans.size()), 2);
+  for (const TurnedVector& span : spans) {
+    rows.A.row(rows.count) << span.by_turn()(axis), 1.0;
+    rows.y(rows.count++) = span.change(axis);
+  }
+  const Fit fit = fit_rows(rows);
+  return fit.valid && fit.x(0) > 0.0 ? 1.0 / fit.x(0) : 0.0;
+}
+
+/// A robust fit follows one axis, where a magnetometer has another scale on one of them.
+bool is_of_both_axes(const Spans& spans, double scale) {
+  const auto is_near = [&](double other) { return other > 0.0 && std::abs(std::log(other / scale)) < kSameScale; };
+  return is_near(scale_of_axis(spans, 0)) && is_near(scale_of_axis(spans, 1));
 }
 
 std::optional<ScaleFit> fit_scale(const Spans& spans) {
@@ -136,10 +147,7 @@ std::optional<ScaleFit> fit_scale(const Spans& spans) {
     rows.A.block<3, 1>(3 * static_cast<Eigen::Index>(k), 6) = spans[k].by_turn();
   const Fit fit = fit_rows(rows);
   if (!fit.valid || !(fit.x(6) > 0.0)) return std::nullopt;
-  Fit as_it_is = fit;
-  as_it_is.x(6) = 1.0;
-  return ScaleFit{1.0 / fit.x(6), fit.sigma(6) / (fit.x(6) * fit.x(6)), fit.residual,
-                  rms_of(rows, fit) < kClearlyBetter * rms_of(rows, as_it_is)};
+  return ScaleFit{1.0 / fit.x(6), fit.sigma(6) / (fit.x(6) * fit.x(6)), fit.residual};
 }
 
 /// The turn about z of what the gyro shows with which it fits, linear in its cosine and sine.
@@ -201,8 +209,9 @@ std::optional<FieldTurns> turns_of(const Spans& spans) {
   };
   if (!std::isfinite(turns.as_it_is) || !is_clear(least_left(spans))) return std::nullopt;
   const auto scale = fit_scale(spans);
-  const auto is_other_scale = [](const ScaleFit& fit) {
-    return std::abs(std::log(fit.scale)) > kOtherScale && fit.sigma < kScaleShare * fit.scale && fit.is_whole;
+  const auto is_other_scale = [&](const ScaleFit& fit) {
+    return std::abs(std::log(fit.scale)) > kOtherScale && fit.sigma < kScaleShare * fit.scale &&
+           is_of_both_axes(spans, fit.scale);
   };
   const Orders best = best_orders(spans);
   const double least = std::min({best.mirrored.left, best.about_z.left, best.other.left});

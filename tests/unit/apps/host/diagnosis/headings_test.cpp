@@ -59,7 +59,7 @@ TEST(HeadingDiagnosis, NamesRadiansThatAreTakenForDegrees) {
 
 TEST(HeadingDiagnosis, ThePathShowsADeclinationWhereDirectionsAreVague) {
   std::mt19937 dice(5);
-  std::normal_distribution<double> noise(0.0, 1.5);
+  std::normal_distribution<double> noise(0.0, 0.6);
   std::string yaml = kCurvingRobot;
   yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: 1.5");
   const Examined examined = examine(
@@ -67,7 +67,7 @@ TEST(HeadingDiagnosis, ThePathShowsADeclinationWhereDirectionsAreVague) {
         r.compass.heading_rad += 30.0 * kDegree;
         r.gps.p_map_antenna += Eigen::Vector3d(noise(dice), noise(dice), 0.0);
       },
-      {.yaml = yaml, .turns = 2.0});
+      {.yaml = yaml, .turns = 2.5});
   EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
 }
 

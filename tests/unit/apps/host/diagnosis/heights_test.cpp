@@ -197,7 +197,7 @@ TEST(HeightDiagnosis, GravityShowsADepthBesideAReceiverThatWanders) {
   const std::vector<Finding> depth = examine([](double height) { return -height; }, {.yaml = yaml, .surge = 0.3});
   ASSERT_EQ(depth.size(), 1U);
   EXPECT_EQ(depth.front().certainty, Finding::Certainty::named);
-  EXPECT_THAT(depth.front().sensors, ElementsAre("baro"));
+  EXPECT_THAT(depth.front().sensors, ElementsAre("baro")) << describe(depth.front());
   const std::vector<Finding> feet = examine([](double height) { return height / 0.3048; }, {.yaml = yaml});
   ASSERT_EQ(feet.size(), 1U);
   EXPECT_THAT(feet.front().sensors, ElementsAre("baro"));

@@ -201,13 +201,14 @@ TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
 
 TEST(ImuAxesDiagnosis, NamesAGyroInDegreesByTheField) {
   const auto findings = examine([](Readings& seen) { seen.imu.w_sensor *= 180.0 / M_PI; }, {.turns = 0.5}, kNoWheels);
-  expect_one(findings, "imu", "(deg/s)");
+  expect_one(findings, "imu", "(degrees per second)");
   EXPECT_EQ(findings.at(0).check, "field");
 }
 
 TEST(ImuAxesDiagnosis, AMagnetometerWithAnAxisOfAnotherScaleIsNoGyroOfAnotherScale) {
   const auto findings = examine([](Readings& seen) { seen.field.m_sensor.x() *= 1.8; }, {.turns = 0.5, .slopes = 0.0});
-  for (const Finding& finding : findings) EXPECT_THAT(finding.sensors, testing::Not(testing::Contains("imu")));
+  for (const Finding& finding : findings)
+    EXPECT_THAT(finding.sensors, testing::Not(testing::Contains("imu"))) << describe(finding);
 }
 
 /// A robot that drives straight on most of the time.
