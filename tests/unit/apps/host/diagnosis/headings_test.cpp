@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <random>
-#include <string>
 
 #include "tests/unit/apps/host/diagnosis/curving_robot.hpp"
 
@@ -55,20 +53,6 @@ TEST(HeadingDiagnosis, NamesRadiansThatAreTakenForDegrees) {
   EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
   ASSERT_THAT(examined.findings, SizeIs(1));
   EXPECT_EQ(examined.findings.front().check, "unit");
-}
-
-TEST(HeadingDiagnosis, ThePathShowsADeclinationWhereDirectionsAreVague) {
-  std::mt19937 dice(5);
-  std::normal_distribution<double> noise(0.0, 0.6);
-  std::string yaml = kCurvingRobot;
-  yaml.replace(yaml.find("sigma_m: 0.2"), 12, "sigma_m: 1.5");
-  const Examined examined = examine(
-      [&](Readings& r) {
-        r.compass.heading_rad += 30.0 * kDegree;
-        r.gps.p_map_antenna += Eigen::Vector3d(noise(dice), noise(dice), 0.0);
-      },
-      {.yaml = yaml, .turns = 2.5});
-  EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
 }
 
 }  // namespace

@@ -42,7 +42,6 @@ struct Course {
   double turns = 1.0;
   double slopes = 1.0;
   double pitch_rad = 0.0;  ///< of the robot, all the way
-  bool pauses = false;     ///< it turns for 4 s of each 16 s
 };
 
 const std::string kNoWheels = [] {
@@ -60,9 +59,7 @@ std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, cons
   std::normal_distribution<double> noise(0.0, 1.0);
   const auto noise3 = [&] { return Eigen::Vector3d(noise(dice), noise(dice), noise(dice)); };
   const auto attitude = [&](double t) {
-    const double turn = std::fmod(t, 16.0);
-    const double paused = 1.5 * std::floor(t / 16.0) + 0.75 * (1.0 - std::cos(M_PI * std::min(1.0, turn / 4.0)));
-    const double yaw = course.turns * (course.pauses ? paused : 2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
+    const double yaw = course.turns * (2.0 * std::sin(0.21 * t) + 0.5 * std::sin(0.7 * t));
     return Eigen::AngleAxisd(0.3 + yaw, Eigen::Vector3d::UnitZ()) *
            Eigen::AngleAxisd(course.pitch_rad + course.slopes * 0.05 * std::sin(0.9 * t), Eigen::Vector3d::UnitY()) *
            Eigen::AngleAxisd(course.slopes * 0.06 * std::sin(0.61 * t + 1.0), Eigen::Vector3d::UnitX());
@@ -209,20 +206,6 @@ TEST(ImuAxesDiagnosis, AMagnetometerWithAnAxisOfAnotherScaleIsNoGyroOfAnotherSca
   const auto findings = examine([](Readings& seen) { seen.field.m_sensor.x() *= 1.8; }, {.turns = 0.5, .slopes = 0.0});
   for (const Finding& finding : findings)
     EXPECT_THAT(finding.sensors, testing::Not(testing::Contains("imu"))) << describe(finding);
-}
-
-/// A robot that drives straight on most of the time.
-TEST(ImuAxesDiagnosis, NamesAxesThatTurnsAloneShow) {
-  const Course course{.slopes = 0.0, .pauses = true};
-  EXPECT_THAT(examine([](Readings&) {}, course), IsEmpty());
-  const auto field =
-      examine([](Readings& seen) { std::swap(seen.field.m_sensor.x(), seen.field.m_sensor.y()); }, course, kNoWheels);
-  ASSERT_EQ(field.size(), 1U);
-  EXPECT_THAT(field.front().sensors, testing::Contains("compass"));
-  const auto gyro = examine([](Readings& seen) { std::swap(seen.imu.w_sensor.y(), seen.imu.w_sensor.z()); },
-                            {.slopes = 0.3, .pauses = true});
-  ASSERT_FALSE(gyro.empty());
-  for (const Finding& finding : gyro) EXPECT_THAT(finding.sensors, ElementsAre("imu"));
 }
 
 TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
