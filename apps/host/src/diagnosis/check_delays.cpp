@@ -29,13 +29,14 @@ constexpr double kTiltTolerance = 0.35;  // [s]
 constexpr double kUsualDelay = 0.1;      // [s], of a receiver whose positions are exact
 constexpr double kPositionSigmas = 2.0;  // as far as a robot drives in a delay that does not matter
 constexpr double kShareOfInterval = 0.6;
-constexpr double kEarly = 2.0;        // by so much an early stamp is less likely than a late one
-constexpr double kDecides = 1.5;      // by so much one delay must be likelier than another to be named
-constexpr double kLeastSigma = 1e-3;  // [s]
-constexpr double kShiftSigma = 0.1;   // [s], of a shift that is known by its step only
-constexpr double kLeastSpeed = 0.05;  // [m/s]
-constexpr double kSpeedSpread = 0.3;  // of the speed in turns, as a share
-constexpr double kPerScale = 8.0;     // [s] of a lag that is no mistake, by the σ of the turns' scale
+constexpr double kEarly = 2.0;          // by so much an early stamp is less likely than a late one
+constexpr double kDecides = 1.5;        // by so much one delay must be likelier than another to be named
+constexpr double kSpeaksAgainst = 4.0;  // squares of σ by which another explanation must fit worse: 2 σ
+constexpr double kLeastSigma = 1e-3;    // [s]
+constexpr double kShiftSigma = 0.1;     // [s], of a shift that is known by its step only
+constexpr double kLeastSpeed = 0.05;    // [m/s]
+constexpr double kSpeedSpread = 0.3;    // of the speed in turns, as a share
+constexpr double kPerScale = 8.0;       // [s] of a lag that is no mistake, by the σ of the turns' scale
 
 /// How far the stamps of one sensor are behind those of another.
 struct Delay {
@@ -259,14 +260,17 @@ struct Culprit {
   std::size_t sensor = 0;
   double late = 0.0;
   std::size_t contradictions = 0;  ///< that remain
+  double misfit = 0.0;             ///< sum of the squares of all delays that remain, in σ
   double unlikely = 0.0;           ///< of the delay that the YAML would then give it [s]
 
   bool is_simpler_than(const Culprit& other) const {
     if (contradictions != other.contradictions) return contradictions < other.contradictions;
     return unlikely < other.unlikely;
   }
+  /// `other` is the simplest one; the delays that are no contradictions may speak against it.
   bool is_as_simple_as(const Culprit& other) const {
-    return contradictions == other.contradictions && unlikely < kDecides * other.unlikely;
+    return contradictions == other.contradictions &&
+           (unlikely < kDecides * other.unlikely || misfit + kSpeaksAgainst < other.misfit);
   }
 };
 
@@ -276,6 +280,16 @@ double unlikeliness(double delay_s) { return delay_s >= 0.0 ? delay_s : -kEarly 
 std::size_t contradictions(const std::vector<Delay>& delays, const std::vector<double>& own) {
   return static_cast<std::size_t>(
       std::ranges::count_if(delays, [&](const Delay& delay) { return delay.sigmas(own) >= kSigmas; }));
+}
+
+double misfit(const std::vector<Delay>& delays, const std::vector<double>& own) {
+  double sum = 0.0;
+  for (const Delay& delay : delays) {
+    const double rest = delay.lag.value - own[delay.sensor] + own[delay.against];
+    // The tolerance is that of 3 σ of what is usual.
+    sum += std::pow(rest / std::hypot(delay.lag.sigma, delay.tolerance / 3.0), 2);
+  }
+  return sum;
 }
 
 /// Sensors whose delay alone explains some contradictions, the simplest explanation first; those that explain less are
@@ -292,6 +306,7 @@ std::vector<Culprit> simplest(const Case& c, const std::vector<Delay>& delays, c
       std::vector<double> moved = own;
       moved[tried.sensor] = tried.late;
       tried.contradictions = contradictions(delays, moved);
+      tried.misfit = misfit(delays, moved);
       tried.unlikely = unlikeliness(to_seconds(c.sensor(tried.sensor).delay) + tried.late);
       if (tried.contradictions < before) culprits.push_back(tried);
     }

@@ -9,6 +9,7 @@
 
 #include "checks.hpp"
 #include "field_turns.hpp"
+#include "motion_scales.hpp"
 #include "waymark/math/so3.hpp"
 
 namespace waymark::host::diagnosis {
@@ -83,6 +84,30 @@ void add_own(Case& c, std::size_t i, const FieldTurns& turns) {
         0.0);
 }
 
+/// A gyro that turns so many times as far as the field, which has no scale of its own for that.
+void add_scale(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns) {
+  const WatchedSensor& sensor = c.sensor(imu);
+  c.add(Certainty::named, "field", {imu},
+        fmt::format("its gyro turns {:.3g} ± {:.2g} times as far as the field{}: {}", turns.scale, turns.scale_sigma,
+                    imu == i ? "" : " of " + c.sensor(i).name, left_of(turns)),
+        is_near(turns.scale, 1.0 / kDegree)
+            ? fmt::format("source: rates of {} times {:.9f} (degrees per second)", sensor.name, kDegree)
+            : fmt::format("source: rates of {} times {:.4g}", sensor.name, 1.0 / turns.scale),
+        0.0);
+}
+
+/// A mirrored gyro, or another order of the field, of a robot that turns about one axis alone.
+void add_open(Case& c, std::size_t imu, std::size_t i, const FieldTurns& turns) {
+  const std::string seen = fmt::format("the field of {} does not turn as the gyro of {} does: {}", c.sensor(i).name,
+                                       c.sensor(imu).name, left_of(turns));
+  const std::string change = fmt::format("source: the order or the signs of the field of {}", c.sensor(i).name);
+  if (imu == i) {
+    c.add(Certainty::named, "field", {i}, seen, change + ", or of its gyro", 0.0);
+  } else {
+    c.add(Certainty::one_of, "field", {i, imu}, seen, change + "; or of the gyro of " + c.sensor(imu).name, 0.0);
+  }
+}
+
 /// One of two sensors is turned about the vertical axis against the other.
 void add_mounting(Case& c, const MotionAgreement& motion, std::size_t imu, std::size_t i, const FieldTurns& turns) {
   const WatchedSensor& magnetometer = c.sensor(i);
@@ -122,8 +147,11 @@ std::vector<FieldMounting> check_field_axes(Case& c) {
       if (c.is_concerned(imu) || c.is_concerned(i)) continue;
       const auto turns = field_turns(c.sensor(i), c.sensor(imu), c.watch.newest());
       if (!turns) continue;
-      if (turns->is_about_z) {
+      // Turns and headings decide first where the field alone does not.
+      if (turns->is_about_z || turns->is_open) {
         mountings.push_back({imu, i, *turns});
+      } else if (turns->scale != 1.0) {
+        add_scale(c, imu, i, *turns);
       } else {
         add_axes(c, imu, i, *turns);
       }
@@ -135,7 +163,9 @@ std::vector<FieldMounting> check_field_axes(Case& c) {
 void check_field_mountings(Case& c, const MotionAgreement& motion, const std::vector<FieldMounting>& mountings) {
   for (const FieldMounting& mounting : mountings) {
     if (c.is_concerned(mounting.imu) || c.is_concerned(mounting.magnetometer)) continue;
-    if (mounting.imu == mounting.magnetometer) {
+    if (mounting.turns.is_open) {
+      add_open(c, mounting.imu, mounting.magnetometer, mounting.turns);
+    } else if (mounting.imu == mounting.magnetometer) {
       add_own(c, mounting.imu, mounting.turns);
     } else {
       add_mounting(c, motion, mounting.imu, mounting.magnetometer, mounting.turns);

@@ -166,6 +166,56 @@ void check_turns_are_alive(Case& c, std::size_t i) {
   }
 }
 
+/// True if the turn per way stays exactly the same, while the robot drives.
+bool is_curvature_steady(const WatchedSensor& sensor, double from, double to) {
+  constexpr double kLeastStep = 0.2;  // [m] of a step
+  constexpr double kRounding = 1e-6;  // [rad/m]
+  std::optional<double> first;
+  double driven = 0.0;
+  for (double t = from; t + kStep <= to; t += kStep) {
+    const auto way = sensor.way.change(t, t + kStep);
+    const auto turn = sensor.yaw.change(t, t + kStep);
+    if (!way || !turn) return false;
+    if (std::abs(*way) < kLeastStep) continue;
+    driven += std::abs(*way);
+    const double curvature = *turn / *way;
+    if (!first) first = curvature;
+    if (std::abs(curvature - *first) > kRounding) return false;
+  }
+  return driven > kFarther;
+}
+
+/// A steering angle that stays exactly the same while another sensor turns now more, now less than it shows.
+void check_steering_is_alive(Case& c, std::size_t i) {
+  constexpr int kParts = 4;
+  const WatchedSensor& sensor = c.sensor(i);
+  if (!sensor.usual.yaw_scales_with_speed || sensor.yaw.samples() == 0 || c.is_blamed(i)) return;
+  for (const WatchedSensor& other : c.watch.sensors()) {
+    if (&other == &sensor || other.yaw.samples() == 0) continue;
+    for (double from = 0.0; from + kLongest <= c.watch.newest(); from += 0.25 * kLongest) {
+      if (!is_curvature_steady(sensor, from, from + kLongest)) continue;
+      double least = std::numeric_limits<double>::infinity();
+      double most = -least;
+      for (int part = 0; part < kParts; ++part) {
+        const double begin = from + part * kLongest / kParts;
+        const auto own = sensor.yaw.change(begin, begin + kLongest / kParts);
+        const auto turned = other.yaw.change(begin, begin + kLongest / kParts);
+        if (!own || !turned) continue;
+        least = std::min(least, *turned - *own);
+        most = std::max(most, *turned - *own);
+      }
+      if (most - least < kMissed) continue;
+      c.add(Certainty::named, "frozen", {i},
+            fmt::format("its turn per way stays the same to the last digit for {:.0f} s, in which {} turns otherwise",
+                        kLongest, other.name),
+            fmt::format("source: {} repeats an old steering angle; the device, its driver or a column of the log",
+                        sensor.name),
+            0.0);
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 void check_frozen(Case& c) {
@@ -177,6 +227,7 @@ void check_frozen(Case& c) {
     if (!is_found && sensor.ground_way.samples() > 0)
       check_position(c, i, sensor.ground_way, "its velocity sums up to");
     check_turns_are_alive(c, i);
+    check_steering_is_alive(c, i);
     if (!is_spatial) continue;
     check_height(c, i);
     if (way != nullptr) check_height_is_alive(c, i, *way);

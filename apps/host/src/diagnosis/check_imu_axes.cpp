@@ -99,7 +99,20 @@ double unexplained(const Spans& spans, const AxesOrder& order) {
   return kMadToSigma * median(sizes);
 }
 
+/// The spans in which the robot turns: of one that does so now and then, half of all spans show little.
+Spans turning(const Spans& spans) {
+  constexpr double kTurning = 0.1;  // [rad]
+  Spans some;
+  for (std::size_t k = 0; k < spans.changes.size(); ++k) {
+    if (spans.changes[k].turn.norm() < kTurning) continue;
+    some.changes.push_back(spans.changes[k]);
+    some.own.push_back(spans.own[k]);
+  }
+  return some;
+}
+
 void check_imu(Case& c, std::size_t i, const Spans& spans) {
+  if (spans.changes.size() < kLeastSpans) return;
   const WatchedSensor& imu = c.sensor(i);
   const auto left = [&](const AxesOrder& order) { return unexplained(spans, order); };
   const double as_it_is = left({});
@@ -140,7 +153,8 @@ void check_imu_axes(Case& c, const MotionAgreement& motion) {
     if (imu.turn.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
     const Spans spans = gravity_spans(imu, way, is_own ? imu.yaw : *yaw->track, c.watch.newest());
-    if (spans.changes.size() >= kLeastSpans) check_imu(c, i, spans);
+    check_imu(c, i, spans);
+    if (!c.is_concerned(i)) check_imu(c, i, turning(spans));
   }
 }
 

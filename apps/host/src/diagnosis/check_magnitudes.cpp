@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "checks.hpp"
+#include "fit.hpp"
 #include "waymark/interface/payloads.hpp"
 #include "waymark/math/so3.hpp"
 
@@ -168,6 +172,48 @@ void check_field(Case& c, std::size_t i) {
         0.0);
 }
 
+/// How far others turn within 10 s beyond what they turn always (the rest value of a gyro), in the third of these in
+/// which it is most, by the one that turns least: one may be wrong by itself [rad]. Nothing if nobody measures it.
+std::optional<double> turned_by_others(const Case& c, std::size_t except) {
+  constexpr double kSpan = 10.0;  // [s]
+  constexpr std::size_t kLeastSpans = 6;
+  std::optional<double> least;
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    if (k == except) continue;
+    for (const Track* track : {&c.sensor(k).yaw, &c.sensor(k).course}) {
+      std::vector<double> turns;
+      for (double t = 0.0; t + kSpan <= c.watch.newest(); t += kSpan) {
+        if (const auto turned = track->change(t, t + kSpan)) turns.push_back(*turned);
+      }
+      if (turns.size() < kLeastSpans) continue;
+      const double always = median(turns);
+      for (double& turn : turns) turn = std::abs(turn - always);
+      std::ranges::sort(turns, std::greater());
+      const double turned = turns[turns.size() / 3];
+      least = std::min(least.value_or(turned), turned);
+    }
+  }
+  return least;
+}
+
+/// A heading in radians that is taken for degrees: it stays within a few degrees while the robot turns round.
+void check_radians(Case& c, std::size_t i) {
+  constexpr double kWhole = 2.0 * std::numbers::pi * kDegree;
+  constexpr double kMost = 1.01 * kWhole;
+  constexpr double kLeast = 0.4 * kWhole;  // of those from −π to π half is reached
+  constexpr double kTurned = 4.0 * kWhole;
+  const WatchedSensor& sensor = c.sensor(i);
+  if (sensor.headings.size() < kLeastValues) return;
+  const double most = sensor.headings.quantile(1.0);
+  const auto turned = turned_by_others(c, i);
+  if (most > kMost || most < kLeast || !turned || *turned < kTurned) return;
+  c.add(Certainty::named, "unit", {i},
+        fmt::format("headings up to {:.2f} degrees, while the others turn by {:.0f} degrees within 10 s: they are in "
+                    "radians",
+                    most / kDegree, *turned / kDegree),
+        fmt::format("source: heading_deg of {} is heading_rad", sensor.name), 0.0);
+}
+
 void check_angles(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const double most = 2.0 * std::numbers::pi + 0.1;
@@ -284,6 +330,7 @@ void check_magnitudes(Case& c) {
     check_force(c, i);
     check_field(c, i);
     check_angles(c, i);
+    check_radians(c, i);
     check_ranges(c, i);
     check_still(c, i);
     check_place(c, i);

@@ -98,6 +98,17 @@ double yaw_deg(const WatchedSensor& sensor) { return so3::yaw(sensor.T_base_sens
 
 double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
 
+/// By how much the first receiver's positions move beside a heading. `way`: shows where it drives backwards; may be
+/// null.
+std::optional<Angle> beside_directions(const Case& c, std::size_t heading, const Track* way) {
+  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
+    if (c.sensor(k).fixes.empty() || k == heading || c.is_blamed(k)) continue;
+    const auto offset = middle_of(directions(c.sensor(k), heading_of(c.sensor(heading)), way));
+    if (offset) return Angle{offset->value, offset->sigma};
+  }
+  return std::nullopt;
+}
+
 /// A receiver's course against the way from fix to fix of its own.
 void check_course(Case& c, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
@@ -118,7 +129,7 @@ void check_course(Case& c, std::size_t i) {
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const Track& heading = heading_of(sensor);
-  if (heading.samples() == 0 || c.is_blamed(i)) return;
+  if (heading.samples() == 0 || c.is_blamed(i) || c.is_blamed(i, "way")) return;
   const Track* way = driven_way(c, motion);
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     const WatchedSensor& fix = c.sensor(k);
@@ -133,11 +144,16 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
             fmt::format("source: the order and the signs of the quaternion, or of the field, of {}", sensor.name), 0.0);
       return;
     }
-    if (!offset) offset = beside_path(c, motion, k, heading);
+    // Directions that are off, but not known well enough to say so.
+    const double tolerance = heading_tolerance(sensor);
+    if (!offset || (kSigmas * offset->sigma > tolerance && std::abs(offset->value) > tolerance)) {
+      const auto by_path = beside_path(c, motion, k, heading);
+      if (by_path && (!offset || by_path->sigma < offset->sigma)) offset = by_path;
+    }
     if (!offset) continue;
     c.comparisons.push_back({"heading", fix.name + " positions", sensor.name, offset->value / kDegree,
                              offset->sigma / kDegree, 0, "degrees between them"});
-    const double sigmas = beyond(offset->value, heading_tolerance(sensor), offset->sigma);
+    const double sigmas = beyond(offset->value, tolerance, offset->sigma);
     if (sigmas < kSigmas) continue;
     const double fits = std::round(in_turn(yaw_deg(sensor) - offset->value / kDegree)) + 0.0;  // not −0
     c.add(Certainty::named, "heading", {i},
@@ -194,13 +210,11 @@ double heading_tolerance(const WatchedSensor& sensor) {
 }
 
 std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading) {
-  const WatchedSensor& sensor = c.sensor(heading);
-  for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
-    if (c.sensor(k).fixes.empty() || k == heading || c.is_blamed(k)) continue;
-    const auto offset = middle_of(directions(c.sensor(k), heading_of(sensor), driven_way(c, motion)));
-    if (offset) return Angle{offset->value, offset->sigma};
-  }
-  return std::nullopt;
+  return beside_directions(c, heading, driven_way(c, motion));
+}
+
+std::optional<Angle> positions_beside_heading(const Case& c, std::size_t heading) {
+  return beside_directions(c, heading, nullptr);
 }
 
 void check_mounting(Case& c, const MotionAgreement& motion) {

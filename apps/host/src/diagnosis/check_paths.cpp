@@ -57,6 +57,43 @@ void add_late(Case& c, const MotionAgreement& motion, std::size_t receiver, cons
         std::abs(lag.value) / std::max(lag.sigma, kLeastLagSigma));
 }
 
+/// Others that measure turns, all of which agree; nobody if they do not.
+std::vector<const Observer*> turning_alike(const Case& c, const Agreement& yaw, std::size_t receiver) {
+  std::vector<const Observer*> alike;
+  int group = -1;
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    const Observer& observer = yaw.observers[i];
+    if (observer.sensor == receiver || observer.kind != Observer::Kind::measured || c.is_concerned(observer.sensor))
+      continue;
+    if (!alike.empty() && yaw.groups[i] != group) return {};
+    group = yaw.groups[i];
+    alike.push_back(&observer);
+  }
+  std::ranges::stable_sort(alike, {}, &Observer::usual_sigma);
+  return alike;
+}
+
+/// Without wheels: the way is the receiver's own, as late as its positions, and the turns are those of others.
+void check_path_without_wheels(Case& c, const MotionAgreement& motion, std::size_t receiver) {
+  const WatchedSensor& sensor = c.sensor(receiver);
+  const std::vector<const Observer*> turns = turning_alike(c, motion.yaw, receiver);
+  if (turns.empty() || sensor.ground_way.samples() == 0) return;
+  const PathFit path(sensor, *turns.front()->track, sensor.ground_way, PathFit::WayOf::receiver);
+  const auto late = path.is_known() ? path.late() : std::nullopt;
+  if (!late) return;
+  const auto [behind, why] = shift_of_clock(late->value);
+  const WatchedSensor& other = c.sensor(turns.front()->sensor);
+  // With one other sensor alone it may be the clock of that one, unless it is a receiver's mistake.
+  const bool is_open = turns.size() < 2 && why.empty();
+  std::string change = fmt::format("sensors.{}.delay_s: {:.2f} fits", sensor.name, to_seconds(sensor.delay) + behind);
+  if (is_open) change += fmt::format("; or sensors.{}.delay_s: {:.2f}", other.name, to_seconds(other.delay) - behind);
+  c.add(is_open ? Certainty::one_of : Certainty::named, "delay",
+        is_open ? std::vector{receiver, turns.front()->sensor} : std::vector{receiver},
+        fmt::format("{}its path is {:.1f} ± {:.1f} s {} the turns of {}{}", is_open ? sensor.name + ": " : "",
+                    std::abs(behind), late->sigma, behind > 0.0 ? "behind" : "ahead of", other.name, why),
+        change, std::abs(late->value) / std::max(late->sigma, kLeastLagSigma));
+}
+
 /// Trusted turns and ways of sensors that no finding concerns.
 struct Reckoned {
   const Observer* turns = nullptr;
@@ -83,6 +120,10 @@ std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, s
 }
 
 void check_paths(Case& c, const MotionAgreement& motion) {
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (measured_way(c.watch) != nullptr || c.sensor(i).fixes.empty() || c.is_concerned(i)) continue;
+    check_path_without_wheels(c, motion, i);
+  }
   const Reckoned by = reckoned(c, motion);
   if (!by) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {

@@ -68,8 +68,18 @@ std::optional<double> find_shift(const std::vector<Span>& spans, const Track& tr
   return best.behind;
 }
 
+/// True if a sensor that measures turns is known to be wrong: from which fix to which the positions drive straight on
+/// is known by the turns of all (observers.cpp).
+bool are_chords_wrong(const Case& c) {
+  for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
+    if (c.sensor(i).yaw.samples() > 0 && c.is_blamed(i, "way")) return true;
+  }
+  return false;
+}
+
 std::vector<Shift> find_shifts(const Case& c, const Agreement& yaw) {
   std::vector<Shift> shifts;
+  const bool has_chords = !are_chords_wrong(c);
   const auto are_known = [&](std::size_t one, std::size_t other) {
     return std::ranges::any_of(shifts, [&](const Shift& shift) {
       return (shift.sensor == one && shift.against == other) || (shift.sensor == other && shift.against == one);
@@ -78,6 +88,7 @@ std::vector<Shift> find_shifts(const Case& c, const Agreement& yaw) {
   for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
     for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
       const Observer& one = yaw.observers[i];
+      if (one.kind == Observer::Kind::chord && !has_chords) continue;
       const Observer& other = yaw.observers[j];
       // Of two tracks once, as the turns are compared (compare_motion.cpp).
       if (i == j || other.track == nullptr || (one.track != nullptr && j < i)) continue;

@@ -131,20 +131,38 @@ struct Climb {
   ForceFit fit;
 };
 
-/// With the heights of the first sensor that shows slopes; nothing if none does.
-std::optional<Climb> climb_of(const Case& c, std::size_t i, const Track& way) {
+/// With the heights of every sensor that shows slopes.
+std::vector<Climb> climbs_of(const Case& c, std::size_t i, const Track& way) {
+  std::vector<Climb> climbs;
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     if (k == i || !c.has_heights(k)) continue;
     const ForceFit fit = fit_forwards(c.sensor(i), way, &c.sensor(k).height, c.watch.newest());
-    if (fit.is_slope_known) return Climb{k, fit};
+    if (fit.is_slope_known) climbs.push_back({k, fit});
   }
-  return std::nullopt;
+  return climbs;
+}
+
+/// Heights that fall where gravity shows that the robot climbs: accelerations, or the heights of others, show that it
+/// is not the sign of the force.
+void judge_sign(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
+  const ForceFit& forwards = climb.fit;
+  const bool is_force_right = others_climb || forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
+  const bool falls = forwards.slope.low < 0.0 && forwards.slope.high + kSigmas * forwards.slope_sigma < 0.0;
+  const WatchedSensor& heights = c.sensor(climb.with_heights);
+  if (!is_force_right || !falls || !heights.is_altimeter()) return;
+  c.add(Certainty::named, "height", {climb.with_heights},
+        fmt::format("its heights fall where gravity in {} shows that the robot climbs ({} spans)", c.sensor(i).name,
+                    forwards.spans),
+        fmt::format("source: the sign of the height of {}: a depth", heights.name), 0.0);
 }
 
 /// Heights against the slopes that gravity shows.
-void judge_climb(Case& c, std::size_t i, const Climb& climb) {
+void judge_climb(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
   const ForceFit& forwards = climb.fit;
-  if (!(forwards.slope.low > 0.0)) return;
+  if (!(forwards.slope.low > 0.0)) {
+    judge_sign(c, i, climb, others_climb);
+    return;
+  }
   const double margin = kSigmas * forwards.slope_sigma;
   const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
                        forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
@@ -200,7 +218,12 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
   if (way == nullptr || c.is_blamed(way->sensor)) return;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    if (const auto climb = climb_of(c, i, *way->track)) judge_climb(c, i, *climb);
+    const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
+    for (const Climb& climb : climbs) {
+      const bool others_climb = std::ranges::any_of(
+          climbs, [](const Climb& other) { return other.fit.slope.low - kSigmas * other.fit.slope_sigma > 0.0; });
+      judge_climb(c, i, climb, others_climb);
+    }
   }
 }
 
@@ -211,8 +234,9 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& sensor = c.sensor(i);
     if (sensor.force.samples() < kLeastSamples || c.is_concerned(i)) continue;
-    const auto climb = climb_of(c, i, *way->track);
-    const ForceFit forwards = climb ? climb->fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
+    const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
+    const ForceFit forwards =
+        !climbs.empty() ? climbs.front().fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
     const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, c.watch.newest());
     if (!forwards.is_known || !leftwards.is_known) continue;
     check_signs(c, i, forwards, leftwards, *way);

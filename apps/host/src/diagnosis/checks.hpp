@@ -125,6 +125,9 @@ inline constexpr double kTilts = 4.0 * kDegree;  // more, and such a heading pro
 /// By how much the robot drives beside a heading, as positions show; nothing if it is not known.
 std::optional<Angle> beside_heading(const Case& c, const MotionAgreement& motion, std::size_t heading);
 
+/// The same of a robot that is taken to move forwards all the time: nobody's way counts.
+std::optional<Angle> positions_beside_heading(const Case& c, std::size_t heading);
+
 /// The same by the path of the positions against dead reckoning, where the robot turns too often for directions.
 std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, std::size_t receiver,
                                  const Track& heading);
@@ -169,8 +172,8 @@ struct FieldMounting {
   FieldTurns turns;
 };
 
-/// The magnetic field against the turns of a gyro: axes of either that are mirrored or in another order. Returns those
-/// that are turned.
+/// The magnetic field against the turns of a gyro: its scale, and axes of either that are mirrored or in another order.
+/// Returns those that are turned, or of which the field alone does not show who it is.
 std::vector<FieldMounting> check_field_axes(Case& c);
 
 /// Who of those it is, as headings and accelerations show.
@@ -184,6 +187,15 @@ void check_dips(Case& c, const MotionAgreement& motion);
 
 /// A way that is counted forwards where positions go backwards.
 void check_reversals(Case& c, const MotionAgreement& motion);
+
+/// Wheels whose speeds have lost their signs, by the turns of others.
+void check_unsigned_wheels(Case& c);
+
+/// Speeds without a sign of their own against accelerations and headings: one of them faces backwards.
+void check_backwards(Case& c, const MotionAgreement& motion);
+
+/// A receiver's velocity, summed up, against its own positions: of a time that is seconds away.
+void check_own_velocities(Case& c);
 
 /// Positions against dead reckoning over tens of seconds: mirrored, or late by seconds.
 void check_paths(Case& c, const MotionAgreement& motion);

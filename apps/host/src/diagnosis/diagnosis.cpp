@@ -99,6 +99,7 @@ struct Diagnosis::Parts {
     diagnosis::check_magnitudes(c);
     diagnosis::check_frozen(c);
     diagnosis::check_directions(c);
+    diagnosis::check_unsigned_wheels(c);
     diagnosis::MotionAgreement motion = diagnosis::compare_motion(c);
     diagnosis::check_shifted_clocks(c, motion.yaw);
     diagnosis::check_clock_rates(c, motion.yaw);
@@ -106,6 +107,8 @@ struct Diagnosis::Parts {
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
     diagnosis::check_reversals(c, motion);
+    diagnosis::check_own_velocities(c);
+    diagnosis::check_backwards(c, motion);
     diagnosis::check_paths(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);

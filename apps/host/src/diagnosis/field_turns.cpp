@@ -17,11 +17,15 @@ namespace {
 constexpr double kHalfWindow = 0.1;  // [s], over which the field is averaged
 constexpr long kLeastSamples = 100;
 constexpr std::size_t kLeastSpans = 30;
+constexpr double kTurning = 0.1;            // [rad] over a span
 constexpr double kClearlyBetter = 0.75;     // σ of what is left
 constexpr double kAsGood = 1.1;             // likewise
 constexpr double kLeastExplained = 0.1e-6;  // [T], less changes no heading by a degree
 constexpr double kVague = 8.0 * kDegree;
-constexpr double kWhole = 0.3;  // logarithm of the scale of turns that are whole
+constexpr double kOtherScale = 0.4;  // logarithm of the scale of a gyro, which no gyro has by itself
+constexpr double kSameScale = 0.2;   // likewise, of both axes in the plane
+constexpr double kScaleShare = 0.1;  // σ of a scale that is known, as a share
+constexpr double kWhole = 0.3;       // logarithm of the scale of turns that are whole
 
 using Spans = std::vector<TurnedVector>;
 
@@ -113,6 +117,39 @@ Order turned_by(double angle) {
   return order;
 }
 
+/// How many times as far as the field the gyro turns, whatever the field's scale is.
+struct ScaleFit {
+  double scale;
+  double sigma;
+  double left;  ///< σ of the field's change [T]
+};
+
+/// The same by one axis of the field alone; 0 if it is not known.
+double scale_of_axis(const Spans& spans, Eigen::Index axis) {
+  Rows rows(static_cast<Eigen::Index>(spans.size()), 2);
+  for (const TurnedVector& span : spans) {
+    rows.A.row(rows.count) << span.by_turn()(axis), 1.0;
+    rows.y(rows.count++) = span.change(axis);
+  }
+  const Fit fit = fit_rows(rows);
+  return fit.valid && fit.x(0) > 0.0 ? 1.0 / fit.x(0) : 0.0;
+}
+
+/// A robust fit follows one axis, where a magnetometer has another scale on one of them.
+bool is_of_both_axes(const Spans& spans, double scale) {
+  const auto is_near = [&](double other) { return other > 0.0 && std::abs(std::log(other / scale)) < kSameScale; };
+  return is_near(scale_of_axis(spans, 0)) && is_near(scale_of_axis(spans, 1));
+}
+
+std::optional<ScaleFit> fit_scale(const Spans& spans) {
+  Rows rows = rows_of(spans, 1);
+  for (std::size_t k = 0; k < spans.size(); ++k)
+    rows.A.block<3, 1>(3 * static_cast<Eigen::Index>(k), 6) = spans[k].by_turn();
+  const Fit fit = fit_rows(rows);
+  if (!fit.valid || !(fit.x(6) > 0.0)) return std::nullopt;
+  return ScaleFit{1.0 / fit.x(6), fit.sigma(6) / (fit.x(6) * fit.x(6)), fit.residual};
+}
+
 /// The turn about z of what the gyro shows with which it fits, linear in its cosine and sine.
 std::optional<YawFit> fit_yaw_once(const Spans& spans) {
   Rows rows = rows_of(spans, 2);
@@ -163,11 +200,7 @@ Orders best_orders(const Spans& spans) {
   return best;
 }
 
-}  // namespace
-
-std::optional<FieldTurns> field_turns(const WatchedSensor& magnetometer, const WatchedSensor& imu, double newest) {
-  const Spans spans = spans_of(magnetometer, imu, newest);
-  if (spans.empty()) return std::nullopt;
+std::optional<FieldTurns> turns_of(const Spans& spans) {
   FieldTurns turns;
   turns.as_it_is = left_with(spans, Order::Identity());
   const auto is_clear = [&](double left) {
@@ -175,8 +208,19 @@ std::optional<FieldTurns> field_turns(const WatchedSensor& magnetometer, const W
            turns.as_it_is * turns.as_it_is - left * left > kLeastExplained * kLeastExplained;
   };
   if (!std::isfinite(turns.as_it_is) || !is_clear(least_left(spans))) return std::nullopt;
+  const auto scale = fit_scale(spans);
+  const auto is_other_scale = [&](const ScaleFit& fit) {
+    return std::abs(std::log(fit.scale)) > kOtherScale && fit.sigma < kScaleShare * fit.scale &&
+           is_of_both_axes(spans, fit.scale);
+  };
   const Orders best = best_orders(spans);
   const double least = std::min({best.mirrored.left, best.about_z.left, best.other.left});
+  if (scale && is_other_scale(*scale) && is_clear(scale->left) && scale->left < kAsGood * least) {
+    turns.left = scale->left;
+    turns.scale = scale->scale;
+    turns.scale_sigma = scale->sigma;
+    return turns;
+  }
   // Turned by any angle: simpler than mirrored axes, or than several signs.
   const auto yaw = fit_yaw(spans);
   if (yaw && is_known(*yaw)) {
@@ -188,10 +232,22 @@ std::optional<FieldTurns> field_turns(const WatchedSensor& magnetometer, const W
   }
   const BestOrder& kind = best.mirrored.left < best.other.left ? best.mirrored : best.other;
   const double rival = std::min(std::max(best.mirrored.left, best.other.left), best.about_z.left);
-  if (!is_clear(kind.left) || rival < kAsGood * kind.left) return std::nullopt;
+  if (!is_clear(kind.left) || best.about_z.left < kAsGood * kind.left) return std::nullopt;
+  turns.is_open = rival < kAsGood * kind.left;
   turns.left = kind.left;
   turns.gyro = kind.order;
   return turns;
+}
+
+}  // namespace
+
+std::optional<FieldTurns> field_turns(const WatchedSensor& magnetometer, const WatchedSensor& imu, double newest) {
+  Spans spans = spans_of(magnetometer, imu, newest);
+  if (spans.empty()) return std::nullopt;
+  if (const auto turns = turns_of(spans)) return turns;
+  // Of a robot that turns now and then, turns are what a robust fit leaves out.
+  std::erase_if(spans, [](const TurnedVector& span) { return span.turn.norm() < kTurning; });
+  return spans.size() < kLeastSpans ? std::nullopt : turns_of(spans);
 }
 
 bool confirms_vertical(const WatchedSensor& magnetometer, const WatchedSensor& imu, double newest) {

@@ -17,7 +17,10 @@ struct FieldTurns {
   bool is_about_z = false;   ///< one of both is turned about the vertical axis, or the field's z has the other sign
   double angle = 0.0;        ///< then: by which the gyro would have to be turned [rad]
   double angle_sigma = 0.0;  ///< likewise
-  Order gyro = Order::Identity();  ///< otherwise: what the gyro shows, by what would fit
+  double scale = 1.0;        ///< if not 1: so many times as far as the field the gyro turns
+  double scale_sigma = 0.0;
+  bool is_open = false;            ///< otherwise: a mirrored gyro and another order of the field fit alike
+  Order gyro = Order::Identity();  ///< what the gyro shows, by what would fit
 };
 
 /// The Earth's field stays in the world, so it turns in the robot as its gyro does, only to the other side. Nothing if

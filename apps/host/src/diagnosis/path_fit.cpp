@@ -44,16 +44,17 @@ std::vector<Fix> thinned(const std::vector<Fix>& fixes) {
   return out;
 }
 
-std::vector<PathFit::Block> blocks_of(const std::vector<Fix>& fixes) {
+/// Stretches of fixes within which the path is known.
+std::vector<PathFit::Block> blocks_of(const std::vector<Fix>& fixes, const DeadReckoning& path) {
   std::vector<PathFit::Block> blocks;
-  if (fixes.empty()) return blocks;
   auto begin = fixes.begin();
-  for (auto fix = fixes.begin();; ++fix) {
-    if (fix != fixes.end() && fix->t - begin->t < kBlock) continue;
+  for (auto fix = fixes.begin(); fix != fixes.end(); ++fix) {
+    const bool is_known = path.step(begin->t, fix->t).has_value();
+    if (is_known && fix->t - begin->t < kBlock && fix + 1 != fixes.end()) continue;
     if (fix - begin >= static_cast<std::ptrdiff_t>(kLeastFixes)) blocks.emplace_back(begin, fix);
-    if (fix == fixes.end()) return blocks;
     begin = fix;
   }
+  return blocks;
 }
 
 Complex antenna_of(const WatchedSensor& receiver) {
@@ -69,18 +70,27 @@ bool PathFit::Gain::is_clear() const {
   return blocks >= kLeastBlocks && mean > kBetter && sigmas > kSigmas && left < kSame;
 }
 
-PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way)
-    : path_(yaw, way, 0.0, 0.0, 0.0),
+PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way, WayOf of)
+    : yaw_(yaw),
+      way_(way),
+      way_of_(of),
+      path_(yaw, way, 0.0, 0.0, 0.0),
       fixes_(thinned(receiver.fixes)),
-      blocks_(blocks_of(fixes_)),
+      blocks_(blocks_of(fixes_, path_)),
       antenna_(antenna_of(receiver)) {
-  for (const Block& block : blocks_) as_given_.push_back(fit(block, 0.0, false));
+  for (const Block& block : blocks_) as_given_.push_back(fit(path_, block, 0.0, false));
 }
 
 bool PathFit::is_known() const { return blocks_.size() >= kLeastBlocks; }
 
+/// Dead reckoning if the fixes are behind it by so much [s].
+DeadReckoning PathFit::path_if(double late) const {
+  return way_of_ == WayOf::receiver && late != 0.0 ? DeadReckoning(yaw_, way_, 0.0, 0.0, late) : path_;
+}
+
 /// `late`: by so much the fixes are behind dead reckoning [s].
-std::optional<PathFit::OfBlock> PathFit::fit(const Block& block, double late, bool is_mirrored) const {
+std::optional<PathFit::OfBlock> PathFit::fit(const DeadReckoning& path, const Block& block, double late,
+                                             bool is_mirrored) const {
   Complex sum_z;
   Complex sum_w;
   double zz = 0.0;
@@ -89,7 +99,7 @@ std::optional<PathFit::OfBlock> PathFit::fit(const Block& block, double late, bo
   double n = 0.0;
   const double first = block.first->t - late;
   for (auto fix = block.first; fix != block.second; ++fix) {
-    const auto step = path_.step(first, fix->t - late);
+    const auto step = path.step(first, fix->t - late);
     if (!step) return std::nullopt;
     const Eigen::Vector2d moved = fix->p - block.first->p;
     const Complex z(moved.x(), is_mirrored ? -moved.y() : moved.y());
@@ -116,9 +126,10 @@ std::optional<PathFit::OfBlock> PathFit::fit(const Block& block, double late, bo
 PathFit::Gain PathFit::gain(double late, bool is_mirrored) const {
   std::vector<double> gains;
   std::vector<double> left;
+  const DeadReckoning path = path_if(late);
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     const auto& as_given = as_given_[k];
-    const auto other = fit(blocks_[k], late, is_mirrored);
+    const auto other = fit(path, blocks_[k], late, is_mirrored);
     if (!as_given || !other || other->size < kFloor) continue;
     gains.push_back(std::log((as_given->mean_square + kFloor * kFloor) / (other->mean_square + kFloor * kFloor)));
     left.push_back(std::sqrt(other->mean_square) / other->size);
@@ -183,15 +194,15 @@ std::optional<Lag> PathFit::late() const {
     late = tried;
   }
   if (std::abs(late) < kNear || !best.is_clear() || best.mean < gain_of_antenna() + kLikelier) return std::nullopt;
-  std::vector<std::vector<double>> costs;
-  for (const Block& block : blocks_) {
-    std::vector<double> of_block;
-    for (int k = -kFineSteps; k <= kFineSteps; ++k) {
-      const auto found = fit(block, late + k * kFineStep, false);
-      if (found) of_block.push_back(std::log(found->mean_square + kFloor * kFloor));
+  std::vector<std::vector<double>> costs(blocks_.size());
+  for (int k = -kFineSteps; k <= kFineSteps; ++k) {
+    const DeadReckoning path = path_if(late + k * kFineStep);
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      const auto found = fit(path, blocks_[b], late + k * kFineStep, false);
+      if (found) costs[b].push_back(std::log(found->mean_square + kFloor * kFloor));
     }
-    if (of_block.size() == 2 * kFineSteps + 1) costs.push_back(std::move(of_block));
   }
+  std::erase_if(costs, [](const auto& of_block) { return of_block.size() < 2 * kFineSteps + 1; });
   Lag lag = lag_of(costs, kFineStep);
   if (!lag.is_known) return std::nullopt;
   lag.value += late;

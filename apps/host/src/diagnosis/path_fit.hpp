@@ -16,8 +16,13 @@ namespace waymark::host::diagnosis {
 /// for itself: shapes are compared, so robots that turn often are no worse than others.
 class PathFit {
  public:
-  /// The receiver must outlive the object.
-  PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way);
+  /// Whose stamps the way has.
+  enum class WayOf {
+    others,   ///< those of the yaw
+    receiver  ///< those of the fixes: it is as late as they are
+  };
+  /// Receiver, yaw and way must outlive the object.
+  PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way, WayOf of = WayOf::others);
 
   using Block = std::pair<std::vector<Fix>::const_iterator, std::vector<Fix>::const_iterator>;
 
@@ -48,13 +53,17 @@ class PathFit {
   std::optional<Angle> beside(const Track& heading) const;
 
  private:
-  std::optional<OfBlock> fit(const Block& block, double late, bool is_mirrored) const;
+  DeadReckoning path_if(double late) const;
+  std::optional<OfBlock> fit(const DeadReckoning& path, const Block& block, double late, bool is_mirrored) const;
   Gain gain(double late, bool is_mirrored) const;
   /// What is left of a block with the antenna wherever it fits best, within reach [m²].
   std::optional<double> left_with_antenna(const Block& block) const;
   /// The gain of an antenna that stands elsewhere, over the blocks; 0 if none fits.
   double gain_of_antenna() const;
 
+  const Track& yaw_;
+  const Track& way_;
+  WayOf way_of_;
   DeadReckoning path_;
   std::vector<Fix> fixes_;
   std::vector<Block> blocks_;

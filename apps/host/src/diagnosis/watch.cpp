@@ -174,6 +174,8 @@ void Watch::take_motion(WatchedSensor& sensor, double t, const ObservedMotion& m
   }
   if (std::isfinite(motion.ground_speed_mps)) {
     sensor.ground_way.add_rate(t, motion.ground_speed_mps);
+    sensor.velocity_east.add_rate(t, motion.ground_speed_mps * std::cos(motion.course_rad));
+    sensor.velocity_north.add_rate(t, motion.ground_speed_mps * std::sin(motion.course_rad));
     if (std::isfinite(motion.course_rad) && motion.ground_speed_mps > kCourseSpeed)
       sensor.course.add_total(t, motion.course_rad, true);
   }

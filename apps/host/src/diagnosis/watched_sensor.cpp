@@ -44,6 +44,8 @@ void WatchedSensor::clear_window() {
   sideways.clear();
   course.clear();
   ground_way.clear();
+  velocity_east.clear();
+  velocity_north.clear();
   force.clear();
   turn.clear();
   field.clear();

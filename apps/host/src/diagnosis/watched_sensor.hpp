@@ -97,6 +97,8 @@ struct WatchedSensor {
   Track sideways;  ///< way to the left; from the first one on that is not 0
   Track course;    ///< direction of the motion over ground, where the speed is measured by itself
   Track ground_way;
+  Track velocity_east;  ///< of a receiver, summed up [m]
+  Track velocity_north;
   bool has_heading = false;  ///< `yaw` counts from east
   Track heading;             ///< the heading of a sensor whose `yaw` is that of its gyro
   VectorTrack force;         ///< specific force [m/s]

@@ -32,6 +32,7 @@ struct Readings {
   double speed = 0.0;  // [m/s]
   double rate = 0.0;   // [rad/s]
   WheelSpeeds wheels = {};
+  std::shared_ptr<Payload> odometry = {};  ///< if given: what `wheels` delivers instead
   ImuSample imu = {};
   GnssFix gps = {};
   CompassHeading compass = {};
@@ -53,6 +54,8 @@ struct Drive {
   std::string yaml = kCurvingRobot;
   double compass_late_s = 0.0;  ///< of its stamps
   double imu_late_s = 0.0;
+  double gps_late_s = 0.0;
+  double wheels_late_s = 0.0;
   int imu_every = 1;                 ///< steps of 0.02 s between two measurements of the IMU
   double chirp = 0.0;                ///< [rad/s²], ever faster turns, since periodic ones look alike at other times
   double compass_until_s = kLength;  ///< it delivers nothing from then on
@@ -91,15 +94,25 @@ inline Examined examine(const std::function<void(Readings&)>& mistake, const Dri
     readings.gps.p_map_antenna = {x + 0.1 * noise(dice), y + 0.1 * noise(dice), 0.0};
     readings.compass.heading_rad = std::remainder(0.5 * M_PI - yaw + 0.02 * noise(dice), 2.0 * M_PI);
     mistake(readings);
-    feed.pass(kWheels, t, std::make_shared<WheelSpeeds>(readings.wheels));
+    const double wheels_stamp = t + drive.wheels_late_s;
+    if (readings.odometry) {
+      feed.pass(kWheels, wheels_stamp, readings.odometry);
+    } else {
+      feed.pass(kWheels, wheels_stamp, std::make_shared<WheelSpeeds>(readings.wheels));
+    }
     const double imu_stamp = t * (1.0 + drive.imu_clock_fast) + drive.imu_late_s;
     if (k % drive.imu_every == 0) feed.pass(kImu, imu_stamp, std::make_shared<ImuSample>(readings.imu));
-    if (k % 25 == 0) feed.pass(kGps, t, std::make_shared<GnssFix>(readings.gps));
+    if (k % 25 == 0) feed.pass(kGps, t + drive.gps_late_s, std::make_shared<GnssFix>(readings.gps));
     if (k % 5 == 0 && t < drive.compass_until_s)
       feed.pass(kCompass, t + drive.compass_late_s, std::make_shared<CompassHeading>(readings.compass));
   }
   diagnosis.finish();
   return {diagnosis.findings()};
+}
+
+/// The YAML without one of its sensors.
+inline std::string without(std::string yaml, const std::string& sensor) {
+  return yaml.replace(yaml.find("name: " + sensor), 6, "enabled: false, name: ");
 }
 
 /// The number that follows a text; NaN if the text is not there.

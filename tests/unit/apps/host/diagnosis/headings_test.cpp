@@ -44,5 +44,16 @@ TEST(HeadingDiagnosis, NamesACompassThatClaimsLessNoiseThanItHas) {
   EXPECT_NEAR(number_after("scatters by ", examined.findings.front().seen), 0.02 / kDegree, 0.4);
 }
 
+TEST(HeadingDiagnosis, NamesRadiansThatAreTakenForDegrees) {
+  const auto in_radians = [](Readings& r) {
+    const double heading = r.compass.heading_rad;
+    r.compass.heading_rad = (heading < 0.0 ? heading + 2.0 * M_PI : heading) * kDegree;
+  };
+  const Examined examined = examine(in_radians, kTurning);
+  EXPECT_THAT(examined.named(), testing::ElementsAre("compass"));
+  ASSERT_THAT(examined.findings, SizeIs(1));
+  EXPECT_EQ(examined.findings.front().check, "unit");
+}
+
 }  // namespace
 }  // namespace waymark::host

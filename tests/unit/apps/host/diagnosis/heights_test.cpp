@@ -38,6 +38,7 @@ struct Mistakes {
   double fix_height = 1.0;
   bool has_barometer = true;
   double pace = 0.05;  ///< of up and down [rad/s]
+  double surge = 0.0;  ///< by how much the speed changes to and fro [m/s]
 };
 
 double right(double height) { return height; }
@@ -55,17 +56,20 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
   for (int k = 0; k < 300 * 20; ++k) {
     const double t = 0.05 * k;
     const double rate = 0.4 * std::sin(0.23 * t);
-    p += 0.05 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    const double speed = 1.0 + others.surge * std::sin(0.8 * t);
+    p += 0.05 * speed * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
     yaw += 0.05 * rate;
     slow += 0.05 / 60.0 * -slow + 0.5 * std::sqrt(2.0 * 0.05 / 60.0) * noise(dice);
     const double z = 6.0 * std::sin(others.pace * t);
     const double slope = 6.0 * others.pace * std::cos(others.pace * t);
     WheelSpeeds wheels;
-    wheels.left_mps = 1.0 - 0.25 * rate;
-    wheels.right_mps = 1.0 + 0.25 * rate;
+    wheels.left_mps = speed - 0.25 * rate;
+    wheels.right_mps = speed + 0.25 * rate;
     ImuSample imu;
     imu.w_sensor = {0.0, 0.0, rate + 0.01 * noise(dice)};
-    const Eigen::Vector3d force(9.81 * slope + 0.2 * noise(dice), rate + 0.2 * noise(dice), 9.81);
+    const double surging = 0.8 * others.surge * std::cos(0.8 * t);
+    const double steepness = slope / speed;  // climbing takes its time at any speed
+    const Eigen::Vector3d force(9.81 * steepness + surging + 0.2 * noise(dice), speed * rate + 0.2 * noise(dice), 9.81);
     imu.f_sensor = Eigen::AngleAxisd(-others.imu_pitch, Eigen::Vector3d::UnitY()) *
                    (Eigen::AngleAxisd(-others.imu_yaw, Eigen::Vector3d::UnitZ()) * force);
     imu.f_sensor.x() *= others.force_x;
@@ -184,6 +188,20 @@ TEST(HeightDiagnosis, NamesAReceiverWhoseHeightsAreInFeetWithoutAnAltimeter) {
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings.front().sensors, ElementsAre("gps"));
   EXPECT_THAT(findings.front().change, HasSubstr("0.3048 (feet)"));
+}
+
+TEST(HeightDiagnosis, GravityShowsADepthBesideAReceiverThatWanders) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("sigma_vertical_m: 1"), 19, "sigma_vertical_m: 1, offset_vertical_sigma_m: 9");
+  EXPECT_THAT(examine(right, {.yaml = yaml}), IsEmpty());
+  const std::vector<Finding> depth = examine([](double height) { return -height; }, {.yaml = yaml, .surge = 0.3});
+  ASSERT_EQ(depth.size(), 1U);
+  EXPECT_EQ(depth.front().certainty, Finding::Certainty::named);
+  EXPECT_THAT(depth.front().sensors, ElementsAre("baro")) << describe(depth.front());
+  const std::vector<Finding> feet = examine([](double height) { return height / 0.3048; }, {.yaml = yaml});
+  ASSERT_EQ(feet.size(), 1U);
+  EXPECT_THAT(feet.front().sensors, ElementsAre("baro"));
+  EXPECT_THAT(feet.front().change, HasSubstr("(feet)"));
 }
 
 TEST(HeightDiagnosis, NamesAnImuThatIsTilted) {

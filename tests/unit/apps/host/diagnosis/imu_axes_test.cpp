@@ -44,10 +44,16 @@ struct Course {
   double pitch_rad = 0.0;  ///< of the robot, all the way
 };
 
+const std::string kNoWheels = [] {
+  std::string yaml = kYaml;
+  return yaml.replace(yaml.find("name: wheels"), 6, "enabled: false, name: ");
+}();
+
 /// Drives with changing speed over ground whose slopes change within seconds.
-std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, const Course& course = {}) {
+std::vector<Finding> examine(const std::function<void(Readings&)>& mistake, const Course& course = {},
+                             const std::string& yaml = kYaml) {
   constexpr double kStep = 0.02;
-  const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+  const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   std::mt19937 dice(7);
   std::normal_distribution<double> noise(0.0, 1.0);
@@ -188,6 +194,18 @@ TEST(ImuAxesDiagnosis, NamesTheColumnsOfAMirroredFieldOnALevelFloor) {
   };
   const auto findings = examine(mistake, {.slopes = 0.0});
   expect_one(findings, "compass", "m_x_t and m_y_t of compass");
+}
+
+TEST(ImuAxesDiagnosis, NamesAGyroInDegreesByTheField) {
+  const auto findings = examine([](Readings& seen) { seen.imu.w_sensor *= 180.0 / M_PI; }, {.turns = 0.5}, kNoWheels);
+  expect_one(findings, "imu", "(degrees per second)");
+  EXPECT_EQ(findings.at(0).check, "field");
+}
+
+TEST(ImuAxesDiagnosis, AMagnetometerWithAnAxisOfAnotherScaleIsNoGyroOfAnotherScale) {
+  const auto findings = examine([](Readings& seen) { seen.field.m_sensor.x() *= 1.8; }, {.turns = 0.5, .slopes = 0.0});
+  for (const Finding& finding : findings)
+    EXPECT_THAT(finding.sensors, testing::Not(testing::Contains("imu"))) << describe(finding);
 }
 
 TEST(ImuAxesDiagnosis, FitsTheYawOfAMagnetometerBesideAGyro) {
