@@ -57,7 +57,8 @@ class ParticleFilter::Present final : public Instant {
       Belief& belief = filter_.set_[i].belief;
       const double fraction = filter_.settings_.sampling_fraction;
       if (begins_maps) return ekf::take_spatial_pose(belief, filter_.layout(), fraction);
-      if (filter_.set_.size() == 1) {  // a draw would only move its map
+      // A single draw would only move its map; with 1 it is FastSLAM as published.
+      if (filter_.set_.size() == 1 && fraction < 1.0) {
         const auto take = filter_.is_spatial_ ? ekf::take_spatial_pose : ekf::take_pose;
         return take(belief, filter_.layout(), fraction);
       }
