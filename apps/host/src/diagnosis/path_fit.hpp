@@ -17,7 +17,7 @@ namespace waymark::host::diagnosis {
 class PathFit {
  public:
   /// The receiver must outlive the object.
-  PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way);
+  PathFit(const WatchedSensor& receiver, const Track& yaw, const Way& way);
 
   using Block = std::pair<std::vector<Fix>::const_iterator, std::vector<Fix>::const_iterator>;
 
@@ -38,6 +38,8 @@ class PathFit {
   };
 
   bool is_known() const;  ///< there are blocks enough
+  /// The same positions with this dead reckoning against another one, both as given.
+  Gain gain_over(const PathFit& other) const;
   /// East or north with the other sign, or both swapped.
   Gain mirrored() const { return gain(0.0, true); }
   /// The delay of seconds with which the positions fit, if they do not without it.
@@ -48,6 +50,9 @@ class PathFit {
   std::optional<Angle> beside(const Track& heading) const;
 
  private:
+  /// Of hypotheses about the blocks against as many others.
+  static Gain gain_of(const std::vector<std::optional<OfBlock>>& ours,
+                      const std::vector<std::optional<OfBlock>>& theirs);
   std::optional<OfBlock> fit(const Block& block, double late, bool is_mirrored) const;
   Gain gain(double late, bool is_mirrored) const;
   /// What is left of a block with the antenna wherever it fits best, within reach [m²].
