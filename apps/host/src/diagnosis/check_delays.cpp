@@ -186,7 +186,7 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
     }
     const double late = lag_of_way(c, *way, *reference);
     const AntennaFit antenna = fit_antenna(c.sensor(i).fixes, c.sensor(i).usual.p_base_point.head<2>(),
-                                           *reference->track, *way->track, per_way, bias, late);
+                                           *reference->track, way_of(c, *way), per_way, bias, late);
     // Late or off the axle, fixes follow each other as smoothly as others.
     if (antenna.is_known) {
       const double scatter = std::min(antenna.residual / std::numbers::sqrt2, noise_of(c.sensor(i).fixes));
@@ -194,7 +194,9 @@ void add_delays_of_positions(Case& c, const MotionAgreement& motion, std::vector
       if (c.is_blamed(i)) continue;
     }
     const double tolerance = least_delay_that_matters(c.sensor(i), speed);
-    const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier;
+    // A long one that explains nothing is noise, which has its least somewhere.
+    const bool is_noise = !antenna.is_lag_likelier && std::abs(antenna.lag.value) > kFixTolerance;
+    const bool may_be_late = antenna.lag.is_known && !antenna.is_lever_likelier && !is_noise;
     if (may_be_late) delays.push_back({i, reference->sensor, antenna.lag, tolerance});
     // At one speed a delay looks like an antenna further back.
     const bool is_late = may_be_late && beyond(antenna.lag.value, tolerance, antenna.lag.sigma) >= kSigmas;

@@ -132,6 +132,18 @@ void check_beams(Case& c, const Agreement& yaw) {
   }
 }
 
+/// Directions from fix to fix of a robot that reverses, and nobody says where.
+void forgive_chords(Agreement& yaw) {
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    if (yaw.observers[i].kind != Observer::Kind::chord) continue;
+    for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
+      for (Ratio* ratio : {&yaw.ratios[i][j], &yaw.ratios[j][i]}) {
+        if (ratio->value > 0.0 && ratio->verdict == Ratio::Verdict::differ) ratio->verdict = Ratio::Verdict::unknown;
+      }
+    }
+  }
+}
+
 /// Latitude and longitude swapped: the path is mirrored, and its axes are stretched by cos λ and 1 / cos φ of the
 /// latitude φ and longitude λ that are there, so that its length is wrong, too.
 void check_swapped(Case& c, const MotionAgreement& motion) {
@@ -160,7 +172,7 @@ void check_swapped(Case& c, const MotionAgreement& motion) {
 
 void check_motion(Case& c, MotionAgreement& motion) {
   const auto yaw_cost = [&](const Observer& observer, const Ratio& ratio) {
-    return cost_of_yaw(c, observer.sensor, ratio, scales_of(motion, observer.sensor, -1));
+    return cost_of_yaw(c, motion, observer.sensor, ratio, scales_of(motion, observer.sensor, -1));
   };
   const auto way_cost = [&](const Observer& observer, const Ratio& ratio) {
     return cost_of_way(c, motion, observer, ratio, scales_of(motion, observer.sensor, -1));
@@ -170,6 +182,7 @@ void check_motion(Case& c, MotionAgreement& motion) {
   check_gyro_offset(c, motion.yaw);
   decide(motion.yaw, yaw_cost);
   check_beams(c, motion.yaw);
+  if (check_reversals(c, motion)) forgive_chords(motion.yaw);
   // Ways first: a scale of the wheels that shows there explains their turns.
   const Verdict way = decide(motion.way, way_cost);
   add_findings(

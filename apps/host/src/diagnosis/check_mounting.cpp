@@ -37,6 +37,14 @@ struct Middle {
   double value = 0.0;
   double sigma = 0.0;
   double scatter = 0.0;
+  double deviation = 0.0;  ///< of a single angle (σ)
+  double wander = 0.0;     ///< of that, what lasts longer than from one angle to the next (J. von Neumann, 1941)
+
+  /// True for an angle to the same side all the time: a mounting, and no motion sideways.
+  bool is_constant() const {
+    constexpr double kWanders = 3.0;
+    return std::abs(value) > std::max(deviation, kWanders * wander);
+  }
 };
 
 std::optional<Middle> middle_of(const std::vector<double>& angles) {
@@ -63,6 +71,15 @@ std::optional<Middle> middle_of(const std::vector<double>& angles) {
     const double part = middle(angles.size() * p / kParts, angles.size() * (p + 1) / kParts);
     parts.push_back(std::abs(part - center));
   }
+  double squares = 0.0;
+  double steps = 0.0;
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    squares += std::pow(so3::wrap(angles[k] - result.value), 2);
+    if (k > 0) steps += std::pow(so3::wrap(angles[k] - angles[k - 1]), 2);
+  }
+  const auto count = static_cast<double>(angles.size());
+  result.deviation = std::sqrt(squares / count);
+  result.wander = std::sqrt(std::max(0.0, squares / count - 0.5 * steps / (count - 1.0)));
   result.scatter = kMadToSigma * median(parts);
   result.sigma = std::max(1.25 * result.scatter / std::sqrt(static_cast<double>(kParts)), 0.1 * kDegree);
   return result;
@@ -104,7 +121,7 @@ std::optional<Angle> beside_directions(const Case& c, std::size_t heading, const
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
     if (c.sensor(k).fixes.empty() || k == heading || c.is_blamed(k)) continue;
     const auto offset = middle_of(directions(c.sensor(k), heading_of(c.sensor(heading)), way));
-    if (offset) return Angle{offset->value, offset->sigma};
+    if (offset) return Angle{offset->value, is_free(c) ? std::hypot(offset->sigma, offset->wander) : offset->sigma};
   }
   return std::nullopt;
 }
@@ -126,6 +143,9 @@ void check_course(Case& c, std::size_t i) {
         sigmas);
 }
 
+/// What has no wheels may drive beside its heading.
+bool is_free(const Case& c) { return measured_way(c.watch) == nullptr; }
+
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
   const Track& heading = heading_of(sensor);
@@ -135,8 +155,9 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
     const WatchedSensor& fix = c.sensor(k);
     if (fix.fixes.empty() || k == i || c.is_blamed(k)) continue;
     const std::vector<double> offsets = directions(fix, heading, way);
+    const auto middle = middle_of(offsets);
     std::optional<Angle> offset;
-    if (const auto middle = middle_of(offsets)) offset = Angle{middle->value, middle->sigma};
+    if (middle) offset = Angle{middle->value, middle->sigma};
     if (!offset && way != nullptr && offsets.size() >= kMostDirections && !sensor.has_heading) {
       c.add(Certainty::named, "heading", {i},
             fmt::format("its heading has no fixed angle to the direction in which the robot drives, as {} shows",
@@ -155,6 +176,7 @@ void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
                              offset->sigma / kDegree, 0, "degrees between them"});
     const double sigmas = beyond(offset->value, tolerance, offset->sigma);
     if (sigmas < kSigmas) continue;
+    if (is_free(c) && middle && !middle->is_constant()) continue;
     const double fits = std::round(in_turn(yaw_deg(sensor) - offset->value / kDegree)) + 0.0;  // not −0
     c.add(Certainty::named, "heading", {i},
           fmt::format("the robot drives {:.1f} ± {:.1f} degrees beside its heading, as {} shows",

@@ -116,7 +116,7 @@ std::optional<Angle> beside_path(const Case& c, const MotionAgreement& motion, s
                                  const Track& heading) {
   const Reckoned by = reckoned(c, motion);
   if (!by || c.is_concerned(receiver)) return std::nullopt;
-  return PathFit(c.sensor(receiver), *by.turns->track, *by.way->track).beside(heading);
+  return PathFit(c.sensor(receiver), *by.turns->track, way_of(c, *by.way)).beside(heading);
 }
 
 void check_paths(Case& c, const MotionAgreement& motion) {
@@ -129,7 +129,7 @@ void check_paths(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& sensor = c.sensor(i);
     if (sensor.fixes.empty() || c.is_concerned(i) || i == by.turns->sensor || i == by.way->sensor) continue;
-    const PathFit path(sensor, *by.turns->track, *by.way->track);
+    const PathFit path(sensor, *by.turns->track, way_of(c, *by.way));
     if (!path.is_known()) continue;
     const PathFit::Gain mirrored = path.mirrored();
     if (mirrored.is_clear()) {

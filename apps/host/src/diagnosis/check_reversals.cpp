@@ -69,18 +69,31 @@ std::size_t reversals(const std::vector<double>& angles) {
   return count;
 }
 
+/// True for positions that go round the other way: mirrored, they show no reversals.
+bool is_mirrored(const Agreement& yaw, std::size_t receiver) {
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    if (yaw.observers[i].sensor != receiver) continue;
+    for (const Ratio& ratio : yaw.ratios[i]) {
+      if (ratio.verdict == Ratio::Verdict::differ && ratio.value < 0.0) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
-void check_reversals(Case& c, const MotionAgreement& motion) {
-  const Observer* way = motion.way.trusted_track();
-  if (way == nullptr || way->is_unsigned || c.is_blamed(way->sensor)) return;
+bool check_reversals(Case& c, const MotionAgreement& motion) {
+  const auto way = std::ranges::find_if(motion.way.observers, [](const Observer& observer) {
+    return observer.kind == Observer::Kind::measured && observer.track != nullptr;
+  });
+  if (way == motion.way.observers.end() || c.is_concerned(way->sensor)) return false;
   // Wheels that lose the sign of their speeds turn to the wrong side there, too.
   const Observer* turns = motion.yaw.trusted_track(&c.sensor(way->sensor).yaw);
-  if (turns == nullptr || c.is_concerned(turns->sensor)) return;
+  if (turns == nullptr || c.is_concerned(turns->sensor)) return false;
   const DeadReckoning path(*turns->track, *way->track, 0.0, 0.0, 0.0);
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     const WatchedSensor& receiver = c.sensor(i);
-    if (receiver.fixes.empty() || c.is_concerned(i) || i == way->sensor) continue;
+    if (receiver.fixes.empty() || c.is_concerned(i) || i == way->sensor || is_mirrored(motion.yaw, i)) continue;
     const double least = std::max(kLeastWay, kNoises * noise_of(receiver.fixes));
     const std::size_t found = reversals(angles_of(receiver.fixes, path, *way->track, c.watch.newest(), least));
     if (found < kLeastReversals) continue;
@@ -88,8 +101,9 @@ void check_reversals(Case& c, const MotionAgreement& motion) {
           fmt::format("it drives forwards in {} stretches in which {} goes backwards", found, receiver.name),
           fmt::format("source: the sign of the speed of {}, where the robot reverses", c.sensor(way->sensor).name),
           0.0);
-    return;
+    return true;
   }
+  return false;
 }
 
 }  // namespace waymark::host::diagnosis

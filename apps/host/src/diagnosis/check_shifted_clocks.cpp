@@ -121,6 +121,18 @@ bool is_of_receiver(const WatchedSensor& sensor) {
   return sensor.role() == Role::fix || sensor.role() == Role::heading;
 }
 
+/// True if a sensor turns at the same times as one that has no part in the shifts.
+bool has_the_time_of_others(const Agreement& yaw, std::size_t sensor, const std::vector<int>& clocks) {
+  for (std::size_t i = 0; i < yaw.observers.size(); ++i) {
+    for (std::size_t j = 0; j < yaw.observers.size(); ++j) {
+      const Ratio& ratio = yaw.ratios[i][j];
+      const bool is_third = yaw.observers[i].sensor == sensor && clocks[yaw.observers[j].sensor] < 0;
+      if (is_third && ratio.verdict == Ratio::Verdict::agree && std::abs(ratio.shift) < kSpan) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 ClockShift shift_of_clock(double behind) {
@@ -140,7 +152,7 @@ void check_shifted_clocks(Case& c, const Agreement& yaw) {
   }
   const int wrong = balance > 0.0 ? 1 : 0;
   for (std::size_t i = 0; i < clocks.size(); ++i) {
-    if (clocks[i] != wrong || c.is_blamed(i)) continue;
+    if (clocks[i] != wrong || c.is_blamed(i) || has_the_time_of_others(yaw, i, clocks)) continue;
     std::vector<std::string> others;
     double behind = 0.0;
     for (const Shift& shift : shifts) {

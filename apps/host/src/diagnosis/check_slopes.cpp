@@ -23,6 +23,9 @@ constexpr double kLeastWay = 2.5;    // [m] of a span that has a slope
 constexpr double kSteepest = 2.0;    // in feet, too
 constexpr long kLeastSamples = 100;
 constexpr double kSigmas = 5.0;
+constexpr double kLeastSign = 0.3;          // of an acceleration whose sign is known
+constexpr double kSlow = 0.3;               // [m/s], a slower way has no slope
+constexpr double kRollSigmas = 3.0;         // by which a vehicle leans that is not compared
 constexpr double kSign = 0.5;               // as much of an acceleration must show, with the opposite sign
 constexpr double kLean = 10.0 * kDegree;    // a mounting by eye, a floor that is not level
 constexpr double kLeastCorrelation2 = 0.3;  // of slopes that are more than noise
@@ -92,6 +95,24 @@ ForceFit fit_leftwards(const WatchedSensor& imu, const Track& way, const Track& 
   return {true, fit.x(0), fit.sigma(0), false, {}, 0.0, fit.x(1), fit.sigma(1), static_cast<long>(rows.count)};
 }
 
+/// True if its own gyro shows that it leans into curves so far that gravity takes half of their acceleration away, or
+/// more: it rolls as the acceleration changes.
+bool rolls_into_curves(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest) {
+  constexpr double kShort = 1.0;  // [s]
+  if (imu.turn.samples() < kLeastSamples) return false;
+  Rows rows(static_cast<Eigen::Index>(newest / kShort) + 1, 2);
+  for (double t = 2.0 * kHalfWindow; t + kShort + 2.0 * kHalfWindow < newest && !rows.full(); t += kShort) {
+    const auto rolled = imu.turn.x().change(t, t + kShort);
+    const auto before = acceleration(way, yaw, t);
+    const auto after = acceleration(way, yaw, t + kShort);
+    if (!rolled || !before || !after) continue;
+    rows.A.row(rows.count) << after->y() - before->y(), kShort;
+    rows.y(rows.count++) = kGravity * *rolled;
+  }
+  const Fit fit = fit_rows(rows);
+  return fit.valid && fit.x(0) + kRollSigmas * fit.sigma(0) < kSign - 1.0;
+}
+
 void check_signs(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit& leftwards, const Observer& way) {
   const bool is_slope_opposite =
       forwards.is_slope_known && forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign;
@@ -142,27 +163,71 @@ std::vector<Climb> climbs_of(const Case& c, std::size_t i, const Track& way) {
   return climbs;
 }
 
-/// Heights that fall where gravity shows that the robot climbs: accelerations, or the heights of others, show that it
-/// is not the sign of the force.
-void judge_sign(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
+/// The sign of a factor; 0 if it is not known, or near 0.
+int sign_of(double factor, double sigma) {
+  if (std::abs(factor) - kRollSigmas * sigma < kLeastSign) return 0;
+  return factor > 0.0 ? 1 : -1;
+}
+
+/// Whether the heights rise where a gyro turns the bow up: 1, or −1 for the contrary; 0 if that is not known.
+int sign_of_heights_by_gyro(const WatchedSensor& imu, const Track& way, const Track& height, double newest) {
+  constexpr double kApart = 3.0;  // [s] between two slopes
+  constexpr double kHalf = 1.5;   // [s] over which a slope is taken, before and after
+  if (imu.turn.samples() < kLeastSamples) return 0;
+  const auto slope = [&](double t) -> std::optional<double> {
+    const auto driven = way.change(t - kHalf, t + kHalf);
+    const auto climbed = height.change(t - kHalf, t + kHalf);
+    if (!driven || !climbed || std::abs(*driven) < kHalf * kSlow) return std::nullopt;
+    return std::clamp(*climbed / *driven, -1.0, 1.0);
+  };
+  Rows rows(static_cast<Eigen::Index>(newest / kApart) + 1, 2);
+  for (double t = kHalf; t + kApart + kHalf < newest && !rows.full(); t += kApart) {
+    const auto before = slope(t);
+    const auto after = slope(t + kApart);
+    const auto pitched = imu.turn.y().change(t, t + kApart);
+    if (!before || !after || !pitched) continue;
+    rows.A.row(rows.count) << -*pitched, kApart;
+    rows.y(rows.count++) = *after - *before;
+  }
+  const Fit fit = fit_rows(rows);
+  return fit.valid ? sign_of(fit.x(0), fit.sigma(0)) : 0;
+}
+
+/// Heights that fall where gravity shows that the way climbs: they have the opposite sign, or the IMU has it. `yaw`:
+/// may be null. `others_climb`: other heights rise where gravity shows it.
+void judge_fall(Case& c, std::size_t i, const Climb& climb, const Observer& way, const Observer* yaw,
+                bool others_climb) {
   const ForceFit& forwards = climb.fit;
-  const bool is_force_right = others_climb || forwards.acceleration - kSigmas * forwards.acceleration_sigma > kSign;
-  const bool falls = forwards.slope.low < 0.0 && forwards.slope.high + kSigmas * forwards.slope_sigma < 0.0;
-  const WatchedSensor& heights = c.sensor(climb.with_heights);
-  if (!is_force_right || !falls || !heights.is_altimeter()) return;
-  c.add(Certainty::named, "height", {climb.with_heights},
-        fmt::format("its heights fall where gravity in {} shows that the robot climbs ({} spans)", c.sensor(i).name,
-                    forwards.spans),
-        fmt::format("source: the sign of the height of {}: a depth", heights.name), 0.0);
+  if (!(forwards.slope.high + kSigmas * forwards.slope_sigma < -kSign)) return;
+  const WatchedSensor& imu = c.sensor(i);
+  const Track& height = c.sensor(climb.with_heights).height;
+  const int by_gyro = sign_of_heights_by_gyro(imu, *way.track, height, c.watch.newest());
+  if (by_gyro > 0) return;  // f_x has the opposite sign
+  // Accelerations, in which heights have no part.
+  const int by_acceleration = forwards.is_known ? sign_of(forwards.acceleration, forwards.acceleration_sigma) : 0;
+  const int ahead = others_climb ? 1 : by_acceleration;
+  const bool shows_left = yaw != nullptr && !leans_into_curves(imu, *way.track, *yaw->track, c.watch.newest());
+  const ForceFit leftwards = shows_left ? fit_leftwards(imu, *way.track, *yaw->track, c.watch.newest()) : ForceFit{};
+  const int aside = leftwards.is_known ? sign_of(leftwards.acceleration, leftwards.acceleration_sigma) : 0;
+  if (ahead < 0 || (ahead == 0 && aside < 0)) return;  // the IMU is turned round
+  const std::string& name = c.sensor(climb.with_heights).name;
+  // A gyro that contradicts the heights may be turned round with its IMU, which accelerations to the left show, too.
+  const bool is_named = ahead > 0 || (by_gyro < 0 && aside > 0);
+  c.add(
+      is_named ? Certainty::named : Certainty::one_of, "height",
+      is_named ? std::vector{climb.with_heights} : std::vector{climb.with_heights, i},
+      fmt::format("{}its heights climb {:.2g} ± {:.2g} times as much as gravity in {} shows",
+                  is_named ? "" : name + ": ", 1.0 / forwards.slope.high,
+                  forwards.slope_sigma / std::pow(forwards.slope.high, 2), imu.name),
+      fmt::format("source: the opposite sign of the height of {} (up is positive){}", name,
+                  is_named ? "" : fmt::format("; or sensors.{}.base_T_sensor, the sign of its forward axis", imu.name)),
+      0.0);
 }
 
 /// Heights against the slopes that gravity shows.
-void judge_climb(Case& c, std::size_t i, const Climb& climb, bool others_climb) {
+void judge_climb(Case& c, std::size_t i, const Climb& climb) {
   const ForceFit& forwards = climb.fit;
-  if (!(forwards.slope.low > 0.0)) {
-    judge_sign(c, i, climb, others_climb);
-    return;
-  }
+  if (!(forwards.slope.low > 0.0)) return;
   const double margin = kSigmas * forwards.slope_sigma;
   const bool differs = forwards.slope.low - margin > 1.0 + kScaleTolerance ||
                        forwards.slope.high + margin < 1.0 / (1.0 + kScaleTolerance);
@@ -206,6 +271,7 @@ void check_lean(Case& c, std::size_t i, const ForceFit& forwards, const ForceFit
 }  // namespace
 
 bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& yaw, double newest) {
+  if (rolls_into_curves(imu, way, yaw, newest)) return true;
   const ForceFit forwards = fit_forwards(imu, way, nullptr, newest);
   const ForceFit leftwards = fit_leftwards(imu, way, yaw, newest);
   const bool feels_forwards =
@@ -215,14 +281,17 @@ bool leans_into_curves(const WatchedSensor& imu, const Track& way, const Track& 
 
 void check_climbs(Case& c, const MotionAgreement& motion) {
   const Observer* way = motion.trusted_way(c);
+  const Observer* yaw = motion.yaw.trusted_track();
   if (way == nullptr || c.is_blamed(way->sensor)) return;
+  if (yaw != nullptr && c.is_blamed(yaw->sensor)) yaw = nullptr;
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
     for (const Climb& climb : climbs) {
       const bool others_climb = std::ranges::any_of(
           climbs, [](const Climb& other) { return other.fit.slope.low - kSigmas * other.fit.slope_sigma > 0.0; });
-      judge_climb(c, i, climb, others_climb);
+      judge_climb(c, i, climb);
+      judge_fall(c, i, climb, *way, yaw, others_climb);
     }
   }
 }
@@ -239,7 +308,8 @@ void check_slopes(Case& c, const MotionAgreement& motion) {
         !climbs.empty() ? climbs.front().fit : fit_forwards(sensor, *way->track, nullptr, c.watch.newest());
     const ForceFit leftwards = fit_leftwards(sensor, *way->track, *yaw->track, c.watch.newest());
     if (!forwards.is_known || !leftwards.is_known) continue;
-    check_signs(c, i, forwards, leftwards, *way);
+    const bool leans = leans_into_curves(sensor, *way->track, *yaw->track, c.watch.newest());
+    check_signs(c, i, forwards, leans ? ForceFit{} : leftwards, *way);
     if (!c.is_concerned(i)) check_lean(c, i, forwards, leftwards);
   }
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "dead_reckoning.hpp"
 #include "field_turns.hpp"
 #include "lever_fit.hpp"
 #include "observers.hpp"
@@ -114,6 +115,9 @@ struct MotionAgreement {
   const Observer* trusted_way(const Case& c) const;
 };
 
+/// The way of an observer, with what its sensor measures to the left.
+Way way_of(const Case& c, const Observer& way);
+
 /// True for a heading out of a magnetic field, whose direction turns late and early as the robot rolls.
 bool is_field(const Case& c, const Observer& observer);
 
@@ -185,8 +189,11 @@ std::optional<bool> points_as_the_earths(const Case& c, std::size_t magnetometer
 /// The magnetic field against gravity: as the robot tilts, the angle between them stays.
 void check_dips(Case& c, const MotionAgreement& motion);
 
-/// A way that is counted forwards where positions go backwards.
-void check_reversals(Case& c, const MotionAgreement& motion);
+/// A way that is counted forwards where positions go backwards. Returns whether there is one.
+bool check_reversals(Case& c, const MotionAgreement& motion);
+
+/// A speed to the left with the wrong sign, by the path of positions.
+void check_sideways(Case& c, const MotionAgreement& motion);
 
 /// Wheels whose speeds have lost their signs, by the turns of others.
 void check_unsigned_wheels(Case& c);

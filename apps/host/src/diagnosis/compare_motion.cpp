@@ -252,6 +252,11 @@ void add_scanners(Case& c, MotionAgreement& motion, const Track* way) {
 
 }  // namespace
 
+Way way_of(const Case& c, const Observer& way) {
+  const Track& left = c.sensor(way.sensor).sideways;
+  return {*way.track, way.kind == Observer::Kind::measured && left.samples() > 0 ? &left : nullptr};
+}
+
 bool is_field(const Case& c, const Observer& observer) {
   const WatchedSensor& sensor = c.sensor(observer.sensor);
   return observer.kind == Observer::Kind::measured && sensor.role() == Role::heading && sensor.usual.m_base.allFinite();

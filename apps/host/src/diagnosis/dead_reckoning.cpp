@@ -3,7 +3,7 @@
 
 namespace waymark::host::diagnosis {
 
-DeadReckoning::DeadReckoning(const Track& yaw, const Track& way, double per_way, double per_s, double late) {
+DeadReckoning::DeadReckoning(const Track& yaw, const Way& way, double per_way, double per_s, double late) {
   points_.assign(Track::kEdges, {});
   stretch_.assign(Track::kEdges, 0);
   int stretch = 1;
@@ -12,13 +12,16 @@ DeadReckoning::DeadReckoning(const Track& yaw, const Track& way, double per_way,
   for (int k = 1; k < Track::kEdges; ++k) {
     const auto edge = static_cast<std::size_t>(k);
     const auto turn = yaw.change((k - 1) * Track::kStep, k * Track::kStep);
-    const auto driven = way.change((k - 1) * Track::kStep + late, k * Track::kStep + late);
+    const auto driven = way.forwards.change((k - 1) * Track::kStep + late, k * Track::kStep + late);
+    // Before its first motion to the left a sensor may not give any.
+    const auto left = way.left != nullptr ? way.left->change((k - 1) * Track::kStep + late, k * Track::kStep + late)
+                                          : std::optional<double>();
     if (!turn || !driven) {
       ++stretch;
       continue;
     }
     const double corrected = *turn - per_way * *driven - per_s * Track::kStep;
-    p += *driven * std::polar(1.0, turned + 0.5 * corrected);
+    p += std::complex<double>(*driven, way.left_scale * left.value_or(0.0)) * std::polar(1.0, turned + 0.5 * corrected);
     turned += corrected;
     points_[edge] = {p, turned};
     stretch_[edge] = stretch;

@@ -25,7 +25,7 @@ bool contains(const std::vector<Finding>& findings, const Finding& finding) {
 /// True for what a part of the window may show by its noise alone, and the whole of it does not.
 bool is_of_whole_window(const Finding& finding) {
   return finding.check == "way" || finding.check == "height" || finding.check == "lever arm" ||
-         finding.check == "delay";
+         finding.check == "delay" || finding.check == "heading";
 }
 
 bool is_of_motion(const Finding& finding) {
@@ -59,13 +59,19 @@ struct Diagnosis::Parts {
     return false;
   }
 
-  /// True if the whole window shows the IMU of a finding to be mounted as the YAML has it.
+  /// True if the whole window shows the IMU of a finding to be mounted as the YAML has it, or to lean into curves, so
+  /// that its accelerations show nothing.
   bool accelerates_along_its_axes(const Finding& finding, const diagnosis::Case& c,
                                   const diagnosis::MotionAgreement& motion) const {
     constexpr double kAlong = 10.0 * diagnosis::kDegree;
     constexpr double kSigmas = 2.0;
     for (std::size_t i = 0; i < watch.sensors().size(); ++i) {
       if (watch.sensors()[i].name != finding.sensors.front()) continue;
+      const diagnosis::Observer* way = motion.trusted_way(c);
+      const diagnosis::Observer* yaw = motion.yaw.trusted_track();
+      if (way != nullptr && yaw != nullptr &&
+          diagnosis::leans_into_curves(watch.sensors()[i], *way->track, *yaw->track, watch.newest()))
+        return true;
       const auto angle = diagnosis::beside_acceleration(c, motion, i);
       return angle && std::abs(angle->value) + kSigmas * angle->sigma < kAlong;
     }
@@ -80,10 +86,11 @@ struct Diagnosis::Parts {
       if (early.check == "acceleration" && accelerates_along_its_axes(early, c, motion)) return true;
       return is_of_whole_window(early) || (early.check == "yaw" && !is_contradicted(early, motion.yaw)) ||
              std::ranges::any_of(of_window, [&](const Finding& other) {
-               // Heights that are wrong make slopes, and so accelerations, wrong.
-               const bool is_by_heights = other.check == "height" && early.check == "acceleration";
+               // Heights that are wrong make slopes, and so accelerations, wrong; and so do ways.
+               const bool is_of_slope =
+                   (other.check == "height" || other.check == "way") && early.check == "acceleration";
                const bool is_rival =
-                   other.check == early.check || is_by_heights || (is_of_motion(other) && is_of_motion(early));
+                   other.check == early.check || is_of_slope || (is_of_motion(other) && is_of_motion(early));
                return is_rival && other.certainty == Finding::Certainty::named;
              });
     };
@@ -109,6 +116,7 @@ struct Diagnosis::Parts {
     diagnosis::check_reversals(c, motion);
     diagnosis::check_own_velocities(c);
     diagnosis::check_backwards(c, motion);
+    diagnosis::check_sideways(c, motion);
     diagnosis::check_paths(c, motion);
     diagnosis::check_mounting(c, motion);
     diagnosis::check_delays(c, motion);

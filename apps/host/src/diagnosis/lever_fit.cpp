@@ -205,7 +205,7 @@ MountingFit fit_mounting(const std::vector<ScanStep>& steps, const Track& way, d
   return mounting;
 }
 
-AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
+AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Way& way,
                        double per_way, double per_s, double late) {
   AntennaFit antenna;
   if (fixes.size() < 4 * static_cast<std::size_t>(kLeastRows)) return antenna;
@@ -249,16 +249,21 @@ AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lev
   }
   antenna.lag = lag_of(costs, kLagStep);
   if (!antenna.is_known || !antenna.lag.is_known) return antenna;
-  double gain = 0.0;
+  double of_lever = 0.0;
+  double of_lag = 0.0;
   double count = 0.0;
   for (const auto& [from, to] : blocks) {
-    const auto of_lever = residual_with(rows_of(fixes, from, to, path, 0.0), antenna.lever);
-    const auto of_lag = residual_with(rows_of(fixes, from, to, path, antenna.lag.value), lever);
-    if (!of_lever || !of_lag) continue;
-    gain += std::log(std::max(*of_lag, 1e-12) / std::max(*of_lever, 1e-12));
+    const Rows rows = rows_of(fixes, from, to, path, 0.0);
+    const auto as_given = residual_with(rows, lever);
+    const auto with_lever = residual_with(rows, antenna.lever);
+    const auto with_lag = residual_with(rows_of(fixes, from, to, path, antenna.lag.value), lever);
+    if (!as_given || !with_lever || !with_lag) continue;
+    of_lever += std::log(std::max(*as_given, 1e-12) / std::max(*with_lever, 1e-12));
+    of_lag += std::log(std::max(*as_given, 1e-12) / std::max(*with_lag, 1e-12));
     count += 1.0;
   }
-  antenna.is_lever_likelier = gain > kLikelier * count;
+  antenna.is_lever_likelier = of_lever - of_lag > kLikelier * count;
+  antenna.is_lag_likelier = of_lag > kLikelier * count;
   return antenna;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "comparison.hpp"
+#include "dead_reckoning.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -34,12 +35,14 @@ struct AntennaFit {
   double residual = 0.0;  ///< [m], of a step from fix to fix
   /// Clearly better than the lag with the lever arm of the YAML is this lever arm without a lag.
   bool is_lever_likelier = false;
+  /// Clearly better than no lag is this one.
+  bool is_lag_likelier = false;
 };
 /// `yaw` and `way` must agree with the other sensors; `per_way` is the yaw's turn per way that is to be taken out, and
 /// `per_s` its bias.
 /// `lever`: where the YAML has the antenna. `late`: by so much the stamps of the way are behind those of the yaw [s],
 /// against which the lag of the fixes counts.
-AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Track& way,
+AntennaFit fit_antenna(const std::vector<Fix>& fixes, const Eigen::Vector2d& lever, const Track& yaw, const Way& way,
                        double per_way, double per_s, double late);
 
 }  // namespace waymark::host::diagnosis

@@ -62,6 +62,7 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
         return fmt::format("sensors.{}.wheelbase_m: {:.3g} fits, or steering_rad times {:.3g}", name,
                            c.setting(i, "wheelbase_m") * r, 1.0 / r);
       }
+      if (is_absurd) return fmt::format("source: the rotation of {}: the sign, the unit or the column of it", name);
       return fmt::format("source: rotation of {} times {:.4g}", name, 1.0 / r);
     case Role::gyro:
       if (ratio.verdict == Ratio::Verdict::unrelated || (is_absurd && !is_degrees && !is_near(std::abs(r), kDegree)))
@@ -107,8 +108,12 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
 std::string change_of_way(const Case& c, const Observer& observer, const Ratio& ratio, const Scales& scales) {
   const WatchedSensor& sensor = c.sensor(observer.sensor);
   const double r = ratio.value;
-  if (observer.kind == Observer::Kind::chord)
-    return fmt::format("source: positions of {} times {:.4g}", sensor.name, 1.0 / r);
+  if (observer.kind == Observer::Kind::chord) {
+    constexpr double kFoot = 0.3048;
+    const bool is_feet = is_near(r * kFoot, 1.0);
+    return fmt::format("source: positions of {} times {:.4g}{}", sensor.name, is_feet ? kFoot : 1.0 / r,
+                       is_feet ? " (feet)" : "");
+  }
   if (sensor.role() == Role::scanner) {
     if (r > 0.0) return fmt::format("source: ranges_m of {} times {:.4g}", sensor.name, 1.0 / r);
     // Mirrored scans turn the wrong way, too.

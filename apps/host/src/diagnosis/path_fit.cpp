@@ -70,7 +70,7 @@ bool PathFit::Gain::is_clear() const {
   return blocks >= kLeastBlocks && mean > kBetter && sigmas > kSigmas && left < kSame;
 }
 
-PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way, WayOf of)
+PathFit::PathFit(const WatchedSensor& receiver, const Track& yaw, const Way& way, WayOf of)
     : yaw_(yaw),
       way_(way),
       way_of_(of),
@@ -124,15 +124,25 @@ std::optional<PathFit::OfBlock> PathFit::fit(const DeadReckoning& path, const Bl
 }
 
 PathFit::Gain PathFit::gain(double late, bool is_mirrored) const {
+  std::vector<std::optional<OfBlock>> others;
+  others.reserve(blocks_.size());
+  const DeadReckoning path = path_if(late);
+  for (const Block& block : blocks_) others.push_back(fit(path, block, late, is_mirrored));
+  return gain_of(others, as_given_);
+}
+
+PathFit::Gain PathFit::gain_over(const PathFit& other) const { return gain_of(as_given_, other.as_given_); }
+
+PathFit::Gain PathFit::gain_of(const std::vector<std::optional<OfBlock>>& ours,
+                               const std::vector<std::optional<OfBlock>>& theirs) {
   std::vector<double> gains;
   std::vector<double> left;
-  const DeadReckoning path = path_if(late);
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    const auto& as_given = as_given_[k];
-    const auto other = fit(path, blocks_[k], late, is_mirrored);
-    if (!as_given || !other || other->size < kFloor) continue;
-    gains.push_back(std::log((as_given->mean_square + kFloor * kFloor) / (other->mean_square + kFloor * kFloor)));
-    left.push_back(std::sqrt(other->mean_square) / other->size);
+  for (std::size_t k = 0; k < ours.size(); ++k) {
+    const auto& one = ours[k];
+    const auto& other = theirs[k];
+    if (!one || !other || one->size < kFloor) continue;
+    gains.push_back(std::log((other->mean_square + kFloor * kFloor) / (one->mean_square + kFloor * kFloor)));
+    left.push_back(std::sqrt(one->mean_square) / one->size);
   }
   Gain result;
   result.blocks = gains.size();

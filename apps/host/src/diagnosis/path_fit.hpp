@@ -21,8 +21,8 @@ class PathFit {
     others,   ///< those of the yaw
     receiver  ///< those of the fixes: it is as late as they are
   };
-  /// Receiver, yaw and way must outlive the object.
-  PathFit(const WatchedSensor& receiver, const Track& yaw, const Track& way, WayOf of = WayOf::others);
+  /// The receiver and the tracks must outlive the object.
+  PathFit(const WatchedSensor& receiver, const Track& yaw, const Way& way, WayOf of = WayOf::others);
 
   using Block = std::pair<std::vector<Fix>::const_iterator, std::vector<Fix>::const_iterator>;
 
@@ -43,6 +43,8 @@ class PathFit {
   };
 
   bool is_known() const;  ///< there are blocks enough
+  /// The same positions with this dead reckoning against another one, both as given.
+  Gain gain_over(const PathFit& other) const;
   /// East or north with the other sign, or both swapped.
   Gain mirrored() const { return gain(0.0, true); }
   /// The delay of seconds with which the positions fit, if they do not without it.
@@ -55,6 +57,9 @@ class PathFit {
  private:
   DeadReckoning path_if(double late) const;
   std::optional<OfBlock> fit(const DeadReckoning& path, const Block& block, double late, bool is_mirrored) const;
+  /// Of hypotheses about the blocks against as many others.
+  static Gain gain_of(const std::vector<std::optional<OfBlock>>& ours,
+                      const std::vector<std::optional<OfBlock>>& theirs);
   Gain gain(double late, bool is_mirrored) const;
   /// What is left of a block with the antenna wherever it fits best, within reach [m²].
   std::optional<double> left_with_antenna(const Block& block) const;
@@ -62,7 +67,7 @@ class PathFit {
   double gain_of_antenna() const;
 
   const Track& yaw_;
-  const Track& way_;
+  Way way_;
   WayOf way_of_;
   DeadReckoning path_;
   std::vector<Fix> fixes_;

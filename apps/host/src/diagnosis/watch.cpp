@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "waymark/base/error.hpp"
 #include "waymark/interface/payloads.hpp"
@@ -37,10 +38,12 @@ int scans_of_pair(const WatchedSensor& sensor) {
 
 /// How many decimals a number was written with, at most kManyDecimals.
 int decimals_of(double value) {
-  constexpr double kRounding = 1e-4;  // of the last decimal
+  // Of a double that was scaled, and no more: where a robot rests near a round number, further decimals are 0 or 9.
+  constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   double scale = 1.0;
   for (int decimals = 0; decimals < kManyDecimals; ++decimals, scale *= 10.0) {
-    if (std::abs(scale * value - std::round(scale * value)) < kRounding) return decimals;
+    const double scaled = scale * value;
+    if (std::abs(scaled - std::round(scaled)) < kRounding * std::max(1.0, std::abs(scaled))) return decimals;
   }
   return kManyDecimals;
 }

@@ -73,6 +73,18 @@ TEST(Diagnosis, NamesAnImuWithItsHorizontalAxesSwapped) {
   EXPECT_THAT(examined.findings.front().change, HasSubstr("the order or the signs of f_x_mps2 and f_y_mps2"));
 }
 
+TEST(Diagnosis, AVehicleThatLeansIntoCurvesIsNotTakenForAMirroredImu) {
+  constexpr double kLean = 0.3;  // [rad] by an acceleration of 1 m/s²: thrice what takes it away from the IMU
+  double before = 0.0;
+  const Examined examined = examine([&](Readings& r) {
+    const double left = r.speed * r.rate;
+    r.imu.w_sensor.x() = -kLean * (left - before) / 0.02;
+    r.imu.f_sensor.y() = (1.0 - 9.81 * kLean) * left;
+    before = left;
+  });
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
+}
+
 TEST(Diagnosis, AnImuThatIsTurnedByFiveDegreesIsUsual) {
   const Examined examined = examine([](Readings& r) {
     const double turned = 5.0 * M_PI / 180.0;

@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "tests/unit/apps/host/diagnosis/measurement_feed.hpp"
@@ -27,10 +29,25 @@ constexpr const char* kYaml = R"({ initial: { x_m: 0, y_m: 0, yaw_deg: 0 },
             { name: lidar, payload: LaserScan, base_T_sensor: { xyz_m: [0, 0, 0] } }] })";
 enum Sensor : std::uint32_t { kWheels, kLidar };
 
+/// How the scanner is mounted, and whether its scans are mirrored.
+struct Scanner {
+  double yaw_deg = 0.0;
+  bool is_mirrored = false;
+};
+
+LaserScan scan_of(const Scanner& scanner, const Eigen::Vector2d& p, double yaw) {
+  LaserScan scan = scan_from(p.x(), p.y(), yaw + scanner.yaw_deg * M_PI / 180.0, 1.0);
+  if (scanner.is_mirrored) std::ranges::reverse(scan.ranges_m);
+  return scan;
+}
+
 /// Drives stars in a room. `mistake`: the displacement that the odometry measures, for one in the room and a heading.
-std::vector<Finding> examine(const std::function<Eigen::Vector2d(Eigen::Vector2d, double)>& mistake) {
+std::vector<Finding> examine(const std::function<Eigen::Vector2d(Eigen::Vector2d, double)>& mistake,
+                             const Scanner& scanner = {}) {
   constexpr double kStep = 0.1;  // [s]
-  const Robot robot = Robot::live(Config::parse(kYaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("xyz_m: [0, 0, 0]"), 16, "xyz_m: [0, 0, 0], yaw_deg: " + std::to_string(scanner.yaw_deg));
+  const Robot robot = Robot::live(Config::parse(yaml, "robot.yaml"), PluginLoader({WAYMARK_PLUGIN_DIR}));
   Diagnosis diagnosis(robot);
   MeasurementFeed feed(diagnosis);
   std::mt19937 dice(5);
@@ -39,7 +56,7 @@ std::vector<Finding> examine(const std::function<Eigen::Vector2d(Eigen::Vector2d
   double yaw = 0.1;
   for (int k = 0; k < 1800; ++k) {
     const double t = kStep * k;
-    feed.pass(kLidar, t, std::make_shared<LaserScan>(scan_from(p.x(), p.y(), yaw, 1.0)));
+    feed.pass(kLidar, t, std::make_shared<LaserScan>(scan_of(scanner, p, yaw)));
     const bool turns = k % 50 >= 40;  // 2 m on, then turns in place
     const Eigen::Vector2d d =
         turns ? Eigen::Vector2d(0.0, 0.0) : Eigen::Vector2d(Eigen::Rotation2Dd(yaw) * Eigen::Vector2d(0.05, 0.0));
@@ -76,6 +93,15 @@ TEST(DirectionDiagnosis, NamesSwappedAxes) {
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings.front().sensors, ElementsAre("wheels"));
   EXPECT_THAT(findings.front().change, HasSubstr("x and y of wheels"));
+}
+
+TEST(DirectionDiagnosis, NamesMirroredScansByTheDirectionOfTheirMotion) {
+  const auto right = [](const Eigen::Vector2d& d, double) { return d; };
+  EXPECT_THAT(examine(right, {.yaw_deg = 100.0}), IsEmpty());
+  const std::vector<Finding> findings = examine(right, {.yaw_deg = 100.0, .is_mirrored = true});
+  ASSERT_FALSE(findings.empty());
+  for (const Finding& finding : findings) EXPECT_THAT(finding.sensors, ElementsAre("lidar")) << describe(finding);
+  EXPECT_THAT(findings.front().change, HasSubstr("mirrored"));
 }
 
 }  // namespace

@@ -55,5 +55,28 @@ TEST(HeadingDiagnosis, NamesRadiansThatAreTakenForDegrees) {
   EXPECT_EQ(examined.findings.front().check, "unit");
 }
 
+/// A robot without wheels that points beside its path by an angle [rad], which changes with time.
+Examined examine_beside_path(double (*beside)(double t)) {
+  Drive drive{.turns = 0.5};
+  drive.yaml.replace(drive.yaml.find("name: wheels"), 6, "enabled: false, name: ");
+  return examine(
+      [beside](Readings& r) {
+        r.compass.heading_rad = std::remainder(r.compass.heading_rad - beside(r.t), 2.0 * M_PI);
+        r.imu.w_sensor.z() += (beside(r.t + 0.01) - beside(r.t - 0.01)) / 0.02;
+      },
+      drive);
+}
+
+TEST(HeadingDiagnosis, WhatFliesNeedNotPointWhereItGoes) {
+  const auto crabwise = [](double t) { return (40.0 + 35.0 * std::sin(0.06 * t)) * kDegree; };
+  EXPECT_THAT(examine_beside_path(crabwise).findings, IsEmpty());
+}
+
+TEST(HeadingDiagnosis, NamesACompassThatIsTurnedOnWhatFlies) {
+  const Examined examined = examine_beside_path([](double) { return 40.0 * kDegree; });
+  ASSERT_THAT(examined.findings, SizeIs(1));
+  EXPECT_EQ(examined.findings.front().check, "heading");
+}
+
 }  // namespace
 }  // namespace waymark::host

@@ -66,7 +66,9 @@ std::vector<Finding> examine(const std::function<double(double)>& mistake, const
     wheels.left_mps = speed - 0.25 * rate;
     wheels.right_mps = speed + 0.25 * rate;
     ImuSample imu;
-    imu.w_sensor = {0.0, 0.0, rate + 0.01 * noise(dice)};
+    const double pitch_rate = 6.0 * others.pace * others.pace * std::sin(others.pace * t);  // as the slope falls
+    imu.w_sensor = Eigen::AngleAxisd(-others.imu_yaw, Eigen::Vector3d::UnitZ()) *
+                   Eigen::Vector3d(0.0, pitch_rate / speed, rate + 0.01 * noise(dice));
     const double surging = 0.8 * others.surge * std::cos(0.8 * t);
     const double steepness = slope / speed;  // climbing takes its time at any speed
     const Eigen::Vector3d force(9.81 * steepness + surging + 0.2 * noise(dice), speed * rate + 0.2 * noise(dice), 9.81);
@@ -202,6 +204,17 @@ TEST(HeightDiagnosis, GravityShowsADepthBesideAReceiverThatWanders) {
   ASSERT_EQ(feet.size(), 1U);
   EXPECT_THAT(feet.front().sensors, ElementsAre("baro"));
   EXPECT_THAT(feet.front().change, HasSubstr("(feet)"));
+}
+
+TEST(HeightDiagnosis, NamesAReceiverWhoseHeightsCountDownwards) {
+  std::string yaml = kYaml;
+  yaml.erase(yaml.find(",\n            { name: baro"), std::string::npos);
+  yaml += "] }";
+  const std::vector<Finding> findings = examine(right, {.yaml = yaml, .fix_height = -1.0, .has_barometer = false});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().certainty, Finding::Certainty::named);
+  EXPECT_THAT(findings.front().sensors, ElementsAre("gps"));
+  EXPECT_THAT(findings.front().change, HasSubstr("the opposite sign of the height of gps"));
 }
 
 TEST(HeightDiagnosis, NamesAnImuThatIsTilted) {

@@ -7,6 +7,8 @@
 
 #include "diagnosis/comparison.hpp"
 #include "diagnosis/fit.hpp"
+#include "diagnosis/lever_fit.hpp"
+#include "diagnosis/path_fit.hpp"
 #include "diagnosis/scan_registration.hpp"
 #include "diagnosis/track.hpp"
 #include "tests/unit/apps/host/diagnosis/scanned_room.hpp"
@@ -107,6 +109,69 @@ TEST(Comparison, FindsALagAndItsSign) {
   ASSERT_TRUE(lag.is_known);
   EXPECT_NEAR(lag.value, 0.4, 0.02);
   EXPECT_LT(lag.sigma, 0.05);
+}
+
+/// Fixes of a boat that turns to and fro, late and noisy.
+AntennaFit fit_of_late_fixes(double late_s, double noise_m, unsigned seed) {
+  std::mt19937 dice(seed);
+  std::normal_distribution<double> noise(0.0, noise_m);
+  Track yaw;
+  Track way;
+  std::vector<Fix> fixes;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  double heading = 0.0;
+  for (int k = 0; k < 6000; ++k) {
+    const double t = 0.05 * k;
+    const double rate = 0.12 * std::sin(0.13 * t);
+    yaw.add_rate(t, rate);
+    way.add_rate(t, 1.4);
+    if (k % 40 == 0) fixes.push_back({t + late_s, p + Eigen::Vector2d(noise(dice), noise(dice))});
+    p += 0.05 * 1.4 * Eigen::Vector2d(std::cos(heading), std::sin(heading));
+    heading += 0.05 * rate;
+  }
+  return fit_antenna(fixes, Eigen::Vector2d::Zero(), yaw, way, 0.0, 0.0, 0.0);
+}
+
+TEST(AntennaFit, ALagThatExplainsNothingIsNoise) {
+  int far = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const AntennaFit fit = fit_of_late_fixes(0.0, 0.6, seed);
+    if (!fit.lag.is_known || std::abs(fit.lag.value) < 5.0 * fit.lag.sigma || std::abs(fit.lag.value) < 0.4) continue;
+    ++far;
+    EXPECT_FALSE(fit.is_lag_likelier) << seed << ": " << fit.lag.value << " +- " << fit.lag.sigma;
+  }
+  EXPECT_GT(far, 0);
+  const AntennaFit late = fit_of_late_fixes(1.0, 0.05, 1);
+  EXPECT_TRUE(late.is_lag_likelier);
+  EXPECT_NEAR(late.lag.value, 1.0, 0.1);
+}
+
+TEST(PathFit, ShowsTheSignOfASpeedToTheLeft) {
+  std::mt19937 dice(2);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  Track yaw;
+  Track forwards;
+  Track left;
+  WatchedSensor receiver;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  double heading = 0.0;
+  for (int k = 0; k < 6000; ++k) {
+    const double t = 0.05 * k;
+    const double rate = 0.25 * std::sin(0.13 * t);
+    const Eigen::Vector2d current(0.4, 0.1);
+    const Eigen::Vector2d bow(std::cos(heading), std::sin(heading));
+    const Eigen::Vector2d v = 1.2 * bow + current;
+    yaw.add_rate(t, rate);
+    forwards.add_rate(t, v.dot(bow));
+    left.add_rate(t, v.dot(Eigen::Vector2d(-bow.y(), bow.x())));
+    if (k % 20 == 0) receiver.fixes.push_back({t, p + Eigen::Vector2d(noise(dice), noise(dice))});
+    p += 0.05 * v;
+    heading += 0.05 * rate;
+  }
+  const PathFit right(receiver, yaw, Way(forwards, &left));
+  const PathFit opposite(receiver, yaw, Way(forwards, &left, -1.0));
+  EXPECT_TRUE(right.gain_over(opposite).is_clear());
+  EXPECT_FALSE(opposite.gain_over(right).is_clear());
 }
 
 class Registration : public testing::TestWithParam<double> {};

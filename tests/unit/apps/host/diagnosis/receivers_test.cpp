@@ -192,6 +192,12 @@ TEST(ReceiverDiagnosis, TheNoiseOfItsSpeedIsNoMotionOfARobotThatStands) {
   for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
 }
 
+TEST(ReceiverDiagnosis, NamesOneWhosePositionsAreInFeet) {
+  const Examined examined = examine([](Readings& r) { r.gps.p_map_antenna /= 0.3048; });
+  ASSERT_THAT(examined.named(), ElementsAre("gps"));
+  EXPECT_EQ(examined.findings.front().change, "source: positions of gps times 0.3048 (feet)");
+}
+
 TEST(ReceiverDiagnosis, NamesOneWhosePositionsWereRounded) {
   constexpr double kDegreesPerMetre = 1.0 / 111e3;
   const auto rounded = [&](double decimals, const std::string& sigma_m) {
@@ -213,6 +219,18 @@ TEST(ReceiverDiagnosis, NamesOneWhosePositionsWereRounded) {
   EXPECT_THAT(four.findings.front().seen, HasSubstr("latitude and longitude have 4 decimals"));
   const Examined seven = rounded(7.0, "0.2");
   for (const Finding& finding : seven.findings) ADD_FAILURE() << describe(finding);
+}
+
+TEST(ReceiverDiagnosis, ARobotThatRestsNearARoundLatitudeHasAllDecimals) {
+  const Examined examined = examine(
+      [](Readings& r) {
+        r.gps.latitude_deg = -33.9 + 1e-6 * r.gps.p_map_antenna.y();
+        r.gps.longitude_deg = 151.2 + 1e-6 * r.gps.p_map_antenna.x();
+        r.gps.height_m = 0.0;
+        r.gps.p_map_antenna.setConstant(std::nan(""));
+      },
+      {.stands_until_s = kLength});
+  for (const Finding& finding : examined.findings) ADD_FAILURE() << describe(finding);
 }
 
 /// A boat in a current, or a drone: its path has nothing to do with where it looks.
