@@ -115,6 +115,9 @@ double yaw_deg(const WatchedSensor& sensor) { return so3::yaw(sensor.T_base_sens
 
 double in_turn(double degrees) { return std::remainder(degrees, 360.0); }
 
+/// What has no wheels may drive beside its heading.
+bool is_free(const Case& c) { return measured_way(c.watch) == nullptr; }
+
 /// By how much the first receiver's positions move beside a heading. `way`: shows where it drives backwards; may be
 /// null.
 std::optional<Angle> beside_directions(const Case& c, std::size_t heading, const Track* way) {
@@ -142,9 +145,6 @@ void check_course(Case& c, std::size_t i) {
         fmt::format("source: course of {}: another column, or it is not counted clockwise from north", sensor.name),
         sigmas);
 }
-
-/// What has no wheels may drive beside its heading.
-bool is_free(const Case& c) { return measured_way(c.watch) == nullptr; }
 
 void check_heading(Case& c, const MotionAgreement& motion, std::size_t i) {
   const WatchedSensor& sensor = c.sensor(i);
