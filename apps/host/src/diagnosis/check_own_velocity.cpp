@@ -60,12 +60,20 @@ struct Gain {
   double sigma = 0.0;
 };
 
-std::optional<Gain> gain_of(const std::vector<Block>& blocks, const WatchedSensor& receiver, double behind) {
+/// What is left of each block beside the velocity that is so far behind.
+std::vector<std::optional<double>> left_of_each(const std::vector<Block>& blocks, const WatchedSensor& receiver,
+                                                double behind) {
+  std::vector<std::optional<double>> left;
+  left.reserve(blocks.size());
+  for (const Block& block : blocks) left.push_back(left_of(block, receiver, behind));
+  return left;
+}
+
+std::optional<Gain> gain_of(const std::vector<std::optional<double>>& as_given,
+                            const std::vector<std::optional<double>>& shifted) {
   std::vector<double> gains;
-  for (const Block& block : blocks) {
-    const auto as_given = left_of(block, receiver, 0.0);
-    const auto shifted = left_of(block, receiver, behind);
-    if (as_given && shifted) gains.push_back(*as_given - *shifted);
+  for (std::size_t k = 0; k < as_given.size(); ++k) {
+    if (as_given[k] && shifted[k]) gains.push_back(*as_given[k] - *shifted[k]);
   }
   if (gains.size() < kLeastBlocks) return std::nullopt;
   const auto n = static_cast<double>(gains.size());
@@ -83,10 +91,11 @@ void check_own_velocities(Case& c) {
     const WatchedSensor& sensor = c.sensor(i);
     if (sensor.fixes.empty() || sensor.velocity_east.samples() == 0 || c.is_concerned(i)) continue;
     const std::vector<Block> blocks = blocks_of(sensor.fixes);
+    const auto as_given = left_of_each(blocks, sensor, 0.0);
     Gain best;
     double behind = 0.0;
     for (double tried = -kFarthest; tried <= kFarthest; tried += kStep) {
-      const auto gain = gain_of(blocks, sensor, tried);
+      const auto gain = gain_of(as_given, left_of_each(blocks, sensor, tried));
       if (!gain || gain->mean <= best.mean) continue;
       best = *gain;
       behind = tried;
