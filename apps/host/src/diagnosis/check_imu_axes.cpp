@@ -12,6 +12,7 @@
 #include "axis_orders.hpp"
 #include "checks.hpp"
 #include "fit.hpp"
+#include "observers.hpp"
 
 namespace waymark::host::diagnosis {
 
@@ -154,7 +155,8 @@ void check_imu_axes(Case& c, const MotionAgreement& motion) {
     const bool is_own = yaw == nullptr || c.is_concerned(yaw->sensor);
     const Spans spans = gravity_spans(imu, way, is_own ? imu.yaw : *yaw->track, c.watch.newest());
     check_imu(c, i, spans);
-    if (!c.is_concerned(i)) check_imu(c, i, turning(spans));
+    // What flies turns where it accelerates, too.
+    if (!c.is_concerned(i) && measured_way(c.watch) != nullptr) check_imu(c, i, turning(spans));
   }
 }
 

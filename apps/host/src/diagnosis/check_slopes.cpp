@@ -9,6 +9,7 @@
 
 #include "checks.hpp"
 #include "fit.hpp"
+#include "observers.hpp"
 #include "waymark/math/so3.hpp"
 
 namespace waymark::host::diagnosis {
@@ -239,6 +240,8 @@ void judge_climb(Case& c, std::size_t i, const Climb& climb) {
   const double difference = (1.0 - scale) * spread_of(heights.height, c.watch.newest());
   if (!differs || (!heights.is_altimeter() && !exceeds_wander(heights, difference))) return;
   const bool is_feet = std::abs(scale / kFoot - 1.0) < kNearFoot;
+  // What flies climbs on no slope: gravity shows it by accident, and by no factor that is known.
+  if (measured_way(c.watch) == nullptr && !is_feet) return;
   c.add(Certainty::named, "height", {climb.with_heights},
         fmt::format("its heights climb {:.3g} ± {:.2g} times as much as gravity in {} shows", 1.0 / scale,
                     forwards.slope_sigma / (scale * scale), c.sensor(i).name),
