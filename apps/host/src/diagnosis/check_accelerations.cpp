@@ -145,7 +145,7 @@ AccelerationFits best_fits(const Case& c, const WatchedSensor& imu, const Track&
   };
   AccelerationFits best = fits_with(nullptr);
   for (std::size_t k = 0; k < c.watch.sensors().size(); ++k) {
-    if (!c.has_heights(k)) continue;
+    if (!c.has_heights(k) || c.is_blamed(k)) continue;
     const AccelerationFits other = fits_with(&c.sensor(k).height);
     if (other.sigma() < kClearlyBetter * best.sigma()) best = other;
   }

@@ -244,7 +244,7 @@ std::optional<FieldTurns> turns_of(const Spans& spans) {
 std::optional<FieldTurns> field_turns(const WatchedSensor& magnetometer, const WatchedSensor& imu, double newest) {
   Spans spans = spans_of(magnetometer, imu, newest);
   if (spans.empty()) return std::nullopt;
-  if (const auto turns = turns_of(spans)) return turns;
+  if (auto turns = turns_of(spans)) return turns;
   // Of a robot that turns now and then, turns are what a robust fit leaves out.
   std::erase_if(spans, [](const TurnedVector& span) { return span.turn.norm() < kTurning; });
   return spans.size() < kLeastSpans ? std::nullopt : turns_of(spans);

@@ -326,8 +326,8 @@ TEST(FusionBias, DriftingFixesDoNotTearParticlesFromTheirMaps) {
   slot.name = "surveyed";
   slot.module = std::make_shared<Surveyed>();
   slot.inputs = {2};
-  FusionRobot robot(kAtOrigin + "georeference: { enabled: false }\nsensors:\n" + kWheels + gps("jump_sigmas: 0") +
-                        "  - { name: scanner, payload: LaserScan }\n",
+  FusionRobot robot(kAtOrigin + "georeference: { enabled: false }\nfilter: { particles: 2 }\nsensors:\n" + kWheels +
+                        gps("jump_sigmas: 0") + "  - { name: scanner, payload: LaserScan }\n",
                     {}, {slot});
   std::vector<Measurement> log;
   drive(log, 0.0, 60.0, 1.0);
