@@ -290,11 +290,11 @@ void check_climbs(Case& c, const MotionAgreement& motion) {
   for (std::size_t i = 0; i < c.watch.sensors().size(); ++i) {
     if (c.sensor(i).force.samples() < kLeastSamples || c.is_concerned(i)) continue;
     const std::vector<Climb> climbs = climbs_of(c, i, *way->track);
+    const bool some_climb = std::ranges::any_of(
+        climbs, [](const Climb& climb) { return climb.fit.slope.low - kSigmas * climb.fit.slope_sigma > 0.0; });
     for (const Climb& climb : climbs) {
-      const bool others_climb = std::ranges::any_of(
-          climbs, [](const Climb& other) { return other.fit.slope.low - kSigmas * other.fit.slope_sigma > 0.0; });
       judge_climb(c, i, climb);
-      judge_fall(c, i, climb, *way, yaw, others_climb);
+      judge_fall(c, i, climb, *way, yaw, some_climb);
     }
   }
 }

@@ -113,7 +113,6 @@ struct Diagnosis::Parts {
     const std::vector<diagnosis::FieldMounting> fields = diagnosis::check_field_axes(c);
     diagnosis::check_motion(c, motion);
     diagnosis::check_deviations(c, motion);
-    diagnosis::check_reversals(c, motion);
     diagnosis::check_own_velocities(c);
     diagnosis::check_backwards(c, motion);
     diagnosis::check_sideways(c, motion);
