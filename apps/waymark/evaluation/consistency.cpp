@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -120,13 +121,25 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
   const int dimensions = reference.orientation == Orientation::none ? 2 : 3;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
+  std::array<std::vector<double>, 3> sigmas;
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   const auto nees_of = [&](const PoseCovariance& covariance, const Pose& estimated, const Pose& truth) {
     const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
                                 so3::wrap(estimated.yaw() - truth.yaw()));
     const Eigen::Matrix3d P = turn * covariance.P * turn.transpose();
+    squares += error.cwiseAbs2();
+    for (std::size_t i = 0; i < sigmas.size(); ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      sigmas[i].push_back(std::sqrt(std::max(0.0, P(axis, axis))));
+    }
     return squared_in_units_of(P.topLeftCorner(dimensions, dimensions), error.head(dimensions));
   };
-  return score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, dimensions, nees_of);
+  Consistency out = score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, dimensions, nees_of);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) {
+    const double rms = std::sqrt(squares[static_cast<Eigen::Index>(i)] / static_cast<double>(sigmas[i].size()));
+    if (rms > 0.0) out.sigma_by_rms[i] = statistics(std::move(sigmas[i])).median / rms;
+  }
+  return out;
 }
 
 std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,

@@ -38,6 +38,8 @@ struct Consistency {
   double mean_low_95 = 0.0;
   double mean_high_95 = 0.0;
   std::array<double, 4> mean_by_quarter{};  ///< of the scored times: does the filter grow too sure?
+  /// Of x, y and yaw, where they are scored: median σ by RMS error. Much above 1 an NEES is bought by inflation.
+  std::array<std::optional<double>, 3> sigma_by_rms = {};
 };
 
 /// Of at least one NEES of so many degrees of freedom, in the order of time.

@@ -262,6 +262,10 @@ Json consistency_json(const Consistency& c) {
            {"nees_mean_high_95_if_independent", c.mean_high_95}};
   for (std::size_t q = 0; q < c.mean_by_quarter.size(); ++q)
     out[fmt::format("nees_mean_quarter_{}", q + 1)] = c.mean_by_quarter[q];
+  constexpr std::array kAxes{"x", "y", "yaw"};
+  for (std::size_t i = 0; i < kAxes.size(); ++i) {
+    if (c.sigma_by_rms[i]) out[fmt::format("sigma_by_rms_{}", kAxes[i])] = *c.sigma_by_rms[i];
+  }
   return out;
 }
 

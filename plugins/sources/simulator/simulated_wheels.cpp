@@ -22,6 +22,9 @@ SimulatedWheels::SimulatedWheels(const Config& config)
                                          0.5, 0.0)),
       right_scale_(1.0 + config.number_in({"scale_error_right", "measured = (1 + error) · true, of the right wheel"},
                                           -0.5, 0.5, 0.0)),
+      scale_sigma_(config.number_in(
+          {"scale_error_sigma", "σ of a further scale error of each wheel, drawn once from the source's seed"}, 0.0,
+          0.1, 0.0)),
       spin_ratio_(
           config.number_in({"spin_ratio", "wheels that slip turn faster by this share; -1: they slide without turning"},
                            -1.0, 10.0, 0.3)),
@@ -33,6 +36,9 @@ std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration ti
   const double w = motion.w_base().z();
   Random random = stream(truth.seed, Draw::wheels, time);
   const double sigma = noise_m_per_sqrt_s_ / std::sqrt(period_s());
+  Random sizes = stream(truth.seed, Draw::wheel_sizes, Duration{});
+  const double left_scale = left_scale_ + scale_sigma_ * sizes.normal();
+  const double right_scale = right_scale_ + scale_sigma_ * sizes.normal();
   const double spin = spins_.contain(time) ? 1.0 + spin_ratio_ : 1.0;
   // A wheel that stands gives no pulses, so it has no noise either.
   const auto measured = [&](double true_mps, double scale) {
@@ -40,8 +46,8 @@ std::shared_ptr<Payload> SimulatedWheels::sample(const Truth& truth, Duration ti
     return true_mps == 0.0 ? 0.0 : scale * spin * true_mps + noise;
   };
   auto speeds = std::make_shared<WheelSpeeds>();
-  speeds->left_mps = measured(v - 0.5 * track_m_ * w, left_scale_);
-  speeds->right_mps = measured(v + 0.5 * track_m_ * w, right_scale_);
+  speeds->left_mps = measured(v - 0.5 * track_m_ * w, left_scale);
+  speeds->right_mps = measured(v + 0.5 * track_m_ * w, right_scale);
   return speeds;
 }
 

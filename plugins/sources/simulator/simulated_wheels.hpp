@@ -21,6 +21,7 @@ class SimulatedWheels : public SimulatedSensor {
   double noise_m_per_sqrt_s_;
   double left_scale_;
   double right_scale_;
+  double scale_sigma_;
   double spin_ratio_;
   Windows spins_;
 };

@@ -42,7 +42,8 @@ enum class Draw : std::uint32_t {
   traffic,
   traffic_echoes,
   ranges,
-  waves
+  waves,
+  wheel_sizes
 };
 
 /// The stream of one sample, independent of all others. `kind` separates the sensors that share a kind of draw.

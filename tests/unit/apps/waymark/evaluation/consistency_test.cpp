@@ -35,6 +35,13 @@ TEST(Consistency, IsTheErrorInUnitsOfWhatTheFilterSays) {
   EXPECT_EQ(result.share_within_95, 0.0) << "8 is beyond the 95 % quantile, 7.81";
 }
 
+TEST(Consistency, ComparesSigmaWithTheErrorOfEachAxis) {
+  const auto result = score_consistency(covariances({1.0, 0.5, 0.1}), line(1.0, 0.2), line(0.0, 0.0), Pose{}, 1.0);
+  EXPECT_EQ(result.sigma_by_rms[0], std::nullopt) << "x has no error";
+  EXPECT_NEAR(result.sigma_by_rms[1].value(), 0.5, 1e-12);
+  EXPECT_NEAR(result.sigma_by_rms[2].value(), 0.5, 1e-12);
+}
+
 TEST(Consistency, TurnsTheCovarianceWithTheAlignment) {
   // The estimate lies in a frame turned by 90°: its x is the reference's y.
   Trajectory estimate = line(0.0, 0.0);

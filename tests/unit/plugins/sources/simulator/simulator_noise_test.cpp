@@ -43,6 +43,33 @@ double share_of_returns(const std::string& lidar) {
   return returns / beams;
 }
 
+/// Mean speed of a wheel of a robot that drives straight on at 1 m/s.
+double mean_speed(const std::string& wheels, std::uint64_t seed, bool left) {
+  const auto source =
+      make("{ plugin: simulator, seed: " + std::to_string(seed) +
+           ", duration_s: 20, speed_mps: 1, course: { waypoints_m: [0, 0, 30, 0] }, wheels: { sensor: " +
+           "wheels, track_m: 0.5, noise_m_per_sqrt_s: 0.0001" + wheels + " } }");
+  std::vector<double> speeds;
+  for (const Measurement& m : read_all(*source)) {
+    if (m.stamp < Time{from_seconds(5)} || m.stamp > Time{from_seconds(15)}) continue;
+    const auto& speed = m.as<WheelSpeeds>();
+    speeds.push_back(left ? speed.left_mps : speed.right_mps);
+  }
+  return moments(speeds).mean;
+}
+
+TEST(Simulator, WheelsHaveScaleErrorsOfTheirOwn) {
+  std::vector<double> errors;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const double left = mean_speed(", scale_error_left: 0.1, scale_error_sigma: 0.02", seed, true) - 1.1;
+    const double right = mean_speed(", scale_error_sigma: 0.02", seed, false) - 1.0;
+    EXPECT_NE(left, right);
+    errors.insert(errors.end(), {left, right});
+  }
+  EXPECT_NEAR(moments(errors).mean, 0.0, 0.0055);  // 120 draws: 3 σ
+  EXPECT_NEAR(std::sqrt(moments(errors).variance), 0.02, 0.004);
+}
+
 TEST(Simulator, ACylinderIsMissingAsOftenAsAsked) {
   const double always = share_of_returns("beams: 90, step_deg: 3");
   const double missing = share_of_returns("beams: 90, step_deg: 3, miss_probability: 0.4");
