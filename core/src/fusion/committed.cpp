@@ -91,6 +91,14 @@ void Committed::update_health(Time now) {
   health.judge(now, sigma);
 }
 
+void Committed::note_closed_loop(Time stamp) {
+  const auto loop = filter.take_closed_loop();
+  if (!loop) return;
+  note(stamp,
+       fmt::format("a loop of {:.0f} m was closed; the maps were drawn again, with places moved by up to {:.2f} m",
+                   loop->way, loop->shift));
+}
+
 Mark Committed::mark(std::uint64_t at) const {
   Mark mark = mark_without_filter();
   mark.at = at;

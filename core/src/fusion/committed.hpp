@@ -66,6 +66,8 @@ struct Committed {
 
   /// Adds an event.
   void note(Time stamp, std::string text);
+  /// Adds the event that a loop has moved the maps, if one has.
+  void note_closed_loop(Time stamp);
   /// Adds the event that the plugin of `name`, a sensor or map, is taken out of service.
   void note_failure(Time stamp, std::string_view name, std::string_view why);
   /// Drops the plugin of the measurement's sensor and adds the event.

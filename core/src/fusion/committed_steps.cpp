@@ -112,12 +112,7 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
   }
   if (committed_.filter.take_loops_failure())
     committed_.note(m.stamp, "the path has become too long: loops are not searched for any more");
-  if (const auto loop = committed_.filter.take_closed_loop()) {
-    committed_.note(
-        m.stamp,
-        fmt::format("a loop of {:.0f} m was closed; the maps were drawn again, with places moved by up to {:.2f} m",
-                    loop->way, loop->shift));
-  }
+  committed_.note_closed_loop(m.stamp);
   note_misplaced(m, was_misplaced);
   if (committed_.filter.fails_to_recognise())
     result.degraded_reason = "known places are not recognised: the map may be torn";

@@ -29,14 +29,15 @@ std::vector<MapDescription> SnapshotView::best_maps(MapDetail detail) const {
   std::vector<const ParticleMap*> of_all;
   of_all.reserve(filter_.particles().size());
   for (std::size_t i = 0; i < maps_.size(); ++i) {
-    const auto& map = best().maps[i];
+    const auto& map = filter_.whole_maps(best())[i];
     if (!map) continue;
     MapDescription& description = result.emplace_back();
     description.module = maps_[i].name;
     map->describe(description);
     if (maps_[i].module) {
       of_all.clear();
-      for (const particles::Particle& particle : filter_.particles()) of_all.push_back(particle.maps[i].get());
+      for (const particles::Particle& particle : filter_.particles())
+        of_all.push_back(filter_.whole_maps(particle)[i].get());
       maps_[i].module->describe(of_all, description.figures);
     }
     if (detail == MapDetail::with_grids || detail == MapDetail::with_mixtures) description.grid = map->grid();
@@ -52,8 +53,9 @@ std::optional<GridView> SnapshotView::mixture_of(std::size_t map, const std::opt
   grids.reserve(filter_.particles().size());
   const particles::Particle& best_particle = best();
   for (const particles::Particle& particle : filter_.particles()) {
-    if (!particle.maps[map]) continue;
-    if (auto grid = &particle == &best_particle ? of_best : particle.maps[map]->grid())
+    const auto& own = filter_.whole_maps(particle)[map];
+    if (!own) continue;
+    if (auto grid = &particle == &best_particle ? of_best : own->grid())
       grids.push_back({std::move(*grid), std::exp(particle.log_weight)});
   }
   return particles::mix_grids(grids);

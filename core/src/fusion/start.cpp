@@ -161,7 +161,12 @@ void Fusion::set_pose(const GivenPose& pose) {
 void Fusion::finish() {
   Parts& p = *parts_;
   p.intake.finish([&](const Measurement& m, bool is_late) { p.dispatch(m, is_late); });
-  if (p.has_pose()) return;
+  if (p.has_pose()) {
+    p.committed.filter.finish_correction();
+    p.committed.note_closed_loop(p.committed.last_stamp);
+    p.committed.filter.reported();
+    return;
+  }
   for (const Measurement& m : p.startup.release()) {
     p.committed.count(m, Fate::before_start);
     if (p.started) p.notify_observer(m, Fate::before_start);

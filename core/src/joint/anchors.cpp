@@ -103,8 +103,13 @@ void Anchors::claim_within_reach(std::span<const Eigen::Vector2d> points, const 
       distances_.begin() + static_cast<std::ptrdiff_t>(kNearestShare * static_cast<double>(distances_.size()));
   std::ranges::nth_element(distances_, nearest);
   const double reach = std::max(settings_.anchor_spacing, *nearest);
+  // Points that follow one another are mostly of one place.
+  std::optional<PlaceGrid::Place> last;
   for (const Eigen::Vector2d& point : points) {
-    if ((point - position).norm() <= reach) places_.claim(PlaceGrid::place_of(point), anchor);
+    const PlaceGrid::Place place = PlaceGrid::place_of(point);
+    if (place == last || (point - position).norm() > reach) continue;
+    places_.claim(place, anchor);
+    last = place;
   }
 }
 

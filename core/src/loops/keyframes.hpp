@@ -27,6 +27,7 @@ struct Keyframe {
   Time stamp;
   std::vector<MapObservation> observations;
   std::vector<Eigen::Vector2f> points_base;  ///< of surfaces, thinned [m]
+  std::size_t points = 0;                    ///< of surfaces before they were thinned: what drawing it costs
   /// What this step adds to the error of the path: covariance of (x, y, yaw), in the axes of the map as it was then.
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   Pose T_map_base;                                  ///< as it was taken: z, roll and pitch do not change

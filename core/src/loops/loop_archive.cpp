@@ -54,10 +54,10 @@ constexpr auto kFieldsOfLoop = [](auto& archive, Loop& loop) {
 
 template <class Archive>
 void LoopCloser::serialize(Archive& archive, Modules modules) {
-  archive.section("loops", 1);
+  if (archive.section("loops", 2) < 2) throw DataError("the checkpoint has an older version");
   archive.each(keyframes_, [&](auto& each, Keyframe& keyframe) {
     each(keyframe.stamp, keyframe.P, keyframe.T_map_base.p, keyframe.T_map_base.q, keyframe.xyyaw, keyframe.way,
-         keyframe.anchor);
+         keyframe.anchor, keyframe.points);
     each.each(keyframe.points_base, [](auto& points, Eigen::Vector2f& p) { points(p); });
     serialize_observations(each, keyframe.observations, modules);
   });
@@ -65,6 +65,10 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
   archive.each(frozen_, kFieldsOfRelation);
   archive.each(loops_, kFieldsOfLoop);
   archive.each(pending_, kFieldsOfLoop);
+  bool is_accepted = accepted_.has_value();
+  archive(is_accepted);
+  if constexpr (Archive::kReads) accepted_ = is_accepted ? std::make_optional<Accepted>() : std::nullopt;
+  if (accepted_) archive(accepted_->old_loops, accepted_->recognised, accepted_->path_is_doubted);
   archive(candidates_, misses_, found_, again_from_);
   archive.within(missed_, 0, kMostMissed);
   if constexpr (Archive::kReads) {
@@ -79,8 +83,9 @@ void LoopCloser::serialize(Archive& archive, Modules modules) {
                       searched_ <= nodes_.size() && again_from_ <= nodes_.size() &&
                       (frozen_.empty() || frozen_.size() < nodes_.size()) &&
                       std::ranges::all_of(candidates_, [&](std::size_t node) { return node < searched_; }) &&
-                      (candidates_.empty() || searched_ < nodes_.size()) && std::ranges::all_of(loops_, is_of_graph) &&
-                      std::ranges::all_of(pending_, is_of_graph);
+                      (candidates_.empty() || searched_ < nodes_.size()) &&
+                      (!accepted_ || (accepted_->old_loops < loops_.size() && accepted_->recognised < nodes_.size())) &&
+                      std::ranges::all_of(loops_, is_of_graph) && std::ranges::all_of(pending_, is_of_graph);
     if (!fits) throw DataError("the checkpoint has loops that do not fit its path");
   }
 }

@@ -52,6 +52,7 @@ void LoopCloser::clear() {
   frozen_.clear();
   loops_.clear();
   pending_.clear();
+  accepted_.reset();
   candidates_.clear();
   misses_ = false;
   found_ = false;
@@ -68,7 +69,23 @@ void LoopCloser::add(Keyframe keyframe) {
   keyframes_.push_back(std::move(keyframe));
   if (nodes_.empty() || keyframes_.back().way - keyframes_[nodes_.back()].way >= kNodeSpacing)
     nodes_.push_back(keyframes_.size() - 1);
+}
+
+void LoopCloser::bound() {
   if (is_full()) thin();
+}
+
+std::vector<Eigen::Vector3d> LoopCloser::carry(std::size_t last, std::span<const StampedPose> path) {
+  const std::span<Keyframe> moving = std::span(keyframes_).subspan(last);
+  const Eigen::Vector3d to = moving.front().xyyaw;
+  follow(moving, path);
+  std::vector<Eigen::Vector3d> before;
+  before.reserve(moving.size());
+  for (Keyframe& keyframe : moving) {
+    before.push_back(keyframe.xyyaw);
+    keyframe.xyyaw = compose(to, between(before.front(), keyframe.xyyaw));
+  }
+  return before;
 }
 
 /// Of the older half, every second keyframe that is not a node goes. What it adds to the error of the path stays.
@@ -216,19 +233,17 @@ bool LoopCloser::is_bridged(Time stamp) const {
 }
 
 /// Begins the next node, or goes on with one: a candidate costs milliseconds, and a mapping step has few.
-std::optional<Correction> LoopCloser::search_some() {
-  std::vector<Relation> all_steps = steps();
-  std::optional<Correction> correction;
+void LoopCloser::search_some() {
+  const std::vector<Relation> all_steps = steps();
   do {
     const bool begins = candidates_.empty();
     if (begins) searched_ += kSearchEvery;
     const std::vector<Relation> from_node = PoseGraph(all_steps, loops_).relations_from(searched_);
     if (begins) begin_node(from_node);
-    if (candidates_.empty()) return std::nullopt;
-    correction = search_candidate(from_node, all_steps);
-    if (correction || candidates_.empty()) conclude_node(correction.has_value());
-  } while (!correction && !candidates_.empty() && is_next_due());
-  return correction;
+    if (candidates_.empty()) return;
+    search_candidate(from_node, all_steps);
+    if (candidates_.empty()) conclude_node();
+  } while (!accepted_ && !candidates_.empty() && is_next_due());
 }
 
 void LoopCloser::begin_node(std::span<const Relation> from_node) {
@@ -238,32 +253,33 @@ void LoopCloser::begin_node(std::span<const Relation> from_node) {
   found_ = false;
 }
 
-std::optional<Correction> LoopCloser::search_candidate(std::span<const Relation> from_node,
-                                                       std::vector<Relation>& steps) {
+void LoopCloser::search_candidate(std::span<const Relation> from_node, std::span<const Relation> steps) {
   const std::size_t old_node = candidates_.back();
   candidates_.pop_back();
   const Search search = match(old_node, searched_, from_node[old_node]);
   misses_ = misses_ || search.misses;
-  if (!search.loop) return std::nullopt;
+  if (!search.loop) return;
   found_ = found_ || search.loop->path_chi_squared < kDoubts;
-  std::vector<Eigen::Vector3d> poses;
-  poses.reserve(nodes_.size());
-  for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
-  const std::size_t old_loops = loops_.size();
-  const std::size_t recognised = last_recognised();
-  if (!accept(*search.loop, poses, steps)) return std::nullopt;
+  const Accepted accepted{loops_.size(), last_recognised(), is_doubted()};
+  if (!accept(*search.loop, poses(), steps)) return;
   found_ = true;
-  if (is_doubted()) doubt(steps, recognised, old_loops);
-  return correct(std::move(poses), steps);
+  accepted_ = accepted;
+  candidates_.clear();
 }
 
-void LoopCloser::conclude_node(bool is_corrected) {
-  if (is_corrected) candidates_.clear();
+void LoopCloser::conclude_node() {
   if (found_) {
     missed_ = 0;
   } else if (misses_) {
     missed_ = std::min(missed_ + 1, kMostMissed);
   }
+}
+
+std::vector<Eigen::Vector3d> LoopCloser::poses() const {
+  std::vector<Eigen::Vector3d> poses;
+  poses.reserve(nodes_.size());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) poses.push_back(keyframe(k).xyyaw);
+  return poses;
 }
 
 /// A path that is torn was less certain than thought since the last place was recognised: new loops show how much.
@@ -274,8 +290,12 @@ void LoopCloser::doubt(std::vector<Relation>& steps, std::size_t since, std::siz
   for (Relation& step : std::span(steps).subspan(since)) step.P *= most / 3.0;
 }
 
-std::optional<Correction> LoopCloser::correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps) {
-  const std::vector<Eigen::Vector3d> before = poses;
+std::optional<Correction> LoopCloser::correct() {
+  std::vector<Relation> steps = this->steps();
+  if (accepted_->path_is_doubted) doubt(steps, accepted_->recognised, accepted_->old_loops);
+  accepted_.reset();
+  const std::vector<Eigen::Vector3d> before = poses();
+  std::vector<Eigen::Vector3d> poses = before;
   PoseGraph(steps, loops_).solve(poses);
   Correction correction;
   for (std::size_t k = 0; k < poses.size(); ++k)
@@ -312,6 +332,7 @@ void LoopCloser::rewind(Time stamp) {
   const auto is_gone = [&](const Loop& loop) { return loop.to >= nodes || loop.from >= nodes; };
   std::erase_if(loops_, is_gone);
   std::erase_if(pending_, is_gone);
+  accepted_.reset();
   candidates_.clear();
 }
 

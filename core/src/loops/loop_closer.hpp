@@ -40,14 +40,21 @@ class WAYMARK_API LoopCloser {
   /// A mapping step, after all those before.
   void add(Keyframe keyframe);
   /// Searches the last place whose window is complete, if a search is due, in one older place for each call; in more,
-  /// if the next search is due already. `path`: of the best particle, read if one is. The correction, if loops were
-  /// found that move the path farther than `least_shift`; it counts as applied.
+  /// if the next search is due already. `path`: of the best particle, read if one is. The call after one that found
+  /// loops returns the correction instead, if they move the path farther than `least_shift`; it counts as applied.
   template <class Path>
   std::optional<Correction> search(const Path& path) {
-    if (candidates_.empty() && !is_next_due()) return std::nullopt;
+    if (!accepted_ && candidates_.empty() && !is_next_due()) return std::nullopt;
     follow(keyframes_, path());
-    return search_some();
+    if (accepted_) return correct();
+    search_some();
+    return std::nullopt;
   }
+  /// Sets keyframes to the poses of `path`, moved as `last` was: the one at which a correction was found that is
+  /// carried out now. Those before `last` stay as they are. Returns the poses on the path, from `last` on.
+  std::vector<Eigen::Vector3d> carry(std::size_t last, std::span<const StampedPose> path);
+  /// Drops keyframes if there are too many. Not while a correction is carried out.
+  void bound();
   /// Forgets what came after `stamp`.
   void rewind(Time stamp);
 
@@ -58,7 +65,7 @@ class WAYMARK_API LoopCloser {
   bool is_bridged(Time stamp) const;
   /// True if places that must be those of before do not look so: the map may be torn.
   bool fails_to_recognise() const { return missed_ >= kManyMissed; }
-  /// True if the path has more places than are kept.
+  /// True if there are more keyframes than are kept, until the next `bound`; after it, if there are too many places.
   bool is_full() const { return keyframes_.size() > kMostKeyframes; }
   static constexpr std::size_t kMostKeyframes = 20'000;
 
@@ -70,11 +77,18 @@ class WAYMARK_API LoopCloser {
   static constexpr int kManyMissed = 3;
   static constexpr int kMostMissed = 100;  // as many are counted
 
+  /// Loops that were accepted, by which the path is still to be corrected.
+  struct Accepted {
+    std::size_t old_loops;   // that were there before
+    std::size_t recognised;  // node, before
+    bool path_is_doubted;
+  };
+
   bool is_next_due() const;
-  std::optional<Correction> search_some();
+  void search_some();
   void begin_node(std::span<const Relation> from_node);
-  std::optional<Correction> search_candidate(std::span<const Relation> from_node, std::vector<Relation>& steps);
-  void conclude_node(bool is_corrected);
+  void search_candidate(std::span<const Relation> from_node, std::span<const Relation> steps);
+  void conclude_node();
   std::vector<Relation> steps() const;
   Relation step(std::size_t from_keyframe, std::size_t to_keyframe) const;
   const Keyframe& keyframe(std::size_t node) const { return keyframes_[nodes_[node]]; }
@@ -90,7 +104,8 @@ class WAYMARK_API LoopCloser {
   std::size_t last_recognised() const;
   void doubt(std::vector<Relation>& steps, std::size_t since, std::size_t old_loops) const;
   bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
-  std::optional<Correction> correct(std::vector<Eigen::Vector3d> poses, std::vector<Relation> steps);
+  std::vector<Eigen::Vector3d> poses() const;
+  std::optional<Correction> correct();
   void thin();
 
   LoopSettings settings_;
@@ -100,7 +115,8 @@ class WAYMARK_API LoopCloser {
   std::size_t searched_ = 0;        // nodes up to here
   std::vector<Relation> frozen_;    // the first steps, as they were before a correction
   std::vector<Loop> loops_;
-  std::vector<Loop> pending_;            // not yet enough that agree
+  std::vector<Loop> pending_;  // not yet enough that agree
+  std::optional<Accepted> accepted_;
   std::vector<std::size_t> candidates_;  // older nodes in which the last one that is searched has still to be searched
   bool misses_ = false;                  // of its search: a place that is expected does not look alike
   bool found_ = false;                   // a place fits the path

@@ -7,20 +7,6 @@
 
 namespace waymark::particles {
 
-namespace {
-
-/// The pose with another place in the plane.
-Pose moved(const Pose& pose, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Vector3d relative = loops::between(from, loops::planar(pose));
-  const Eigen::Vector3d planar = loops::compose(to, relative);
-  Pose result = pose;
-  result.p.head<2>() = planar.head<2>();
-  result.q = (so3::exp({0.0, 0.0, so3::wrap(planar.z() - pose.yaw())}) * pose.q).normalized();
-  return result;
-}
-
-}  // namespace
-
 void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures) {
   loops::Keyframe keyframe;
   keyframe.stamp = stamp();
@@ -32,67 +18,106 @@ void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::si
     keyframe.observations.push_back({inputs[i].module, inputs[i].kept});
   }
   keyframe.points_base = loops::thinned(correspondences_.points_base);
+  keyframe.points = correspondences_.points_base.size();
   // What is sampled is what the path cannot take back.
   keyframe.P = settings_.sampling_fraction * pose_covariance(particle.belief, layout());
   keyframe.T_map_base = particle.belief.mean.T_map_base;
   keyframe.xyyaw = loops::planar(keyframe.T_map_base);
   if (joint_) keyframe.anchor = joint_->active_anchor();
+  if (redrawing_) {
+    // Keyframes lie in the corrected map already.
+    const std::size_t last = redrawing_->keyframes() - 1;
+    const Eigen::Vector3d& to = loops_->keyframes()[last].xyyaw;
+    const Eigen::Vector3d& from = redrawing_->correction().before[last];
+    const Eigen::Matrix3d R = loops::turn(to.z() - from.z());
+    keyframe.xyyaw = loops::compose(to, loops::between(from, keyframe.xyyaw));
+    keyframe.P = R * keyframe.P * R.transpose();
+  }
   loops_->add(std::move(keyframe));
-  if (!loops_->is_full()) return;
-  loops_.reset();
-  loops_failure_ = true;
 }
 
-void ParticleFilter::close_loops() {
-  if (!loops_) return;
-  std::vector<StampedPose> path;
-  const auto best_path = [&]() -> const std::vector<StampedPose>& { return path = set_[set_.best()].path.poses(); };
+void ParticleFilter::close_loops() { redrawing_ ? go_on_drawing() : search_loop(); }
+
+void ParticleFilter::go_on_drawing() {
+  if (redrawing_->is_drawn()) {
+    take_corrected_maps();
+  } else {
+    redrawing_->draw_piece(loops_->keyframes());
+  }
+}
+
+void ParticleFilter::finish_correction() {
+  while (redrawing_) go_on_drawing();
+}
+
+const ParticleMaps& ParticleFilter::whole_maps(const Particle& particle) const {
+  return redrawing_ ? redrawing_->old_maps() : particle.maps;
+}
+
+void ParticleFilter::search_loop() {
+  loops_->bound();
+  if (loops_->is_full()) {
+    loops_.reset();
+    loops_failure_ = true;
+    return;
+  }
+  const Particle& best = set_[set_.best()];
   const std::size_t known = loops_->loops().size();
-  const auto correction = loops_->search(best_path);
+  auto correction = loops_->search([&] { return best.path.poses(); });
   if (loops_->loops().size() > known)
     std::erase_if(suspected_tears_, [&](Time stamp) { return loops_->is_bridged(stamp); });
   if (!correction) return;
-  const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+  Particle only = best.clone();
+  redrawing_.emplace(std::move(*correction), std::move(only.maps));
+  only.maps = redrawing_->recent_maps(loops_->keyframes());
+  become(only);
+}
+
+void ParticleFilter::become(Particle& only) {
+  only.log_weight = 0.0;
+  for (Particle& particle : set_) particle = only.clone();
+  set_.normalize();
+  recollection_.past().clear();
+  has_changed();
+}
+
+void ParticleFilter::take_corrected_maps() {
   Particle best = set_[set_.best()].clone();
-  best.maps = draw_again(best);
+  std::vector<StampedPose> path = best.path.poses();
+  loops::Correction correction = redrawing_->correction();
+  // What came after the correction was found goes along with the place where it was.
+  const std::size_t drawn = redrawing_->keyframes();
+  const std::vector<Eigen::Vector3d> later = loops_->carry(drawn - 1, path);
+  correction.before.pop_back();
+  correction.before.insert(correction.before.end(), later.begin(), later.end());
+  const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+  ParticleMaps maps = redrawing_->take_maps();
+  redrawing_.reset();
+  draw(keyframes.subspan(drawn), maps);
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (maps[i]) maps[i]->take_figures(*best.maps[i]);
+  }
+  best.maps = std::move(maps);
   // The keyframe of a time: poses between two of them move with the earlier one.
   std::size_t i = 0;
   for (StampedPose& pose : path) {
     while (i + 1 < keyframes.size() && keyframes[i + 1].stamp <= pose.stamp) ++i;
-    pose.T_map_base = moved(pose.T_map_base, correction->before[i], keyframes[i].xyyaw);
+    pose.T_map_base = moved(pose.T_map_base, correction.before[i], keyframes[i].xyyaw);
   }
   best.path.replace(path);
-  best.belief.mean.T_map_base = moved(best.belief.mean.T_map_base, correction->before.back(), keyframes.back().xyyaw);
+  best.belief.mean.T_map_base = moved(best.belief.mean.T_map_base, correction.before.back(), keyframes.back().xyyaw);
   std::vector<joint::AnchorPose> anchors = best.anchors.items();
   best.anchors = {};
   for (joint::AnchorPose& anchor : anchors) {
     const auto first = std::ranges::find(keyframes, anchor.anchor, &loops::Keyframe::anchor);
     if (first == keyframes.end()) continue;
-    const Eigen::Vector3d& from = correction->before[static_cast<std::size_t>(first - keyframes.begin())];
+    const Eigen::Vector3d& from = correction.before[static_cast<std::size_t>(first - keyframes.begin())];
     anchor.xyyaw = loops::compose(first->xyyaw, loops::between(from, anchor.xyyaw));
     best.anchors.append(anchor);
   }
   if (joint_) joint_->draw_again(keyframes, anchors);
-  best.log_weight = 0.0;
-  for (Particle& particle : set_) particle = best.clone();
-  set_.normalize();
-  recollection_.past().clear();
-  has_changed();
-  closed_loop_ = ClosedLoop{correction->way, correction->shift};
-}
-
-std::vector<std::unique_ptr<ParticleMap>> ParticleFilter::draw_again(const Particle& best) const {
-  std::vector<std::unique_ptr<ParticleMap>> maps;
-  maps.reserve(best.maps.size());
-  for (const auto& map : best.maps) maps.push_back(map ? map->blank() : nullptr);
-  for (const loops::Keyframe& keyframe : loops_->keyframes()) {
-    const Pose pose = moved(keyframe.T_map_base, loops::planar(keyframe.T_map_base), keyframe.xyyaw);
-    for (const loops::MapObservation& each : keyframe.observations) {
-      const auto& map = maps[static_cast<std::size_t>(each.module)];
-      if (map) map->insert({pose, Eigen::Matrix3d::Zero()}, *each.observation, nullptr);
-    }
-  }
-  return maps;
+  become(best);
+  closed_loop_ = ClosedLoop{correction.way, correction.shift};
 }
 
 }  // namespace waymark::particles

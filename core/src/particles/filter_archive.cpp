@@ -21,6 +21,7 @@ void ParticleFilter::restore(const State& state) {
   suspected_tears_ = state.suspected_tears;
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
+  redrawing_.reset();
   has_changed();
 }
 
@@ -45,7 +46,7 @@ void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapMo
 
 template <class Archive>
 void ParticleFilter::serialize(Archive& archive, State& state) const {
-  if (archive.section("particle_filter", 5) < 5) throw DataError("the checkpoint has an older version");
+  if (archive.section("particle_filter", 6) < 6) throw DataError("the checkpoint has an older version");
   std::uint64_t count = state.particles.size();
   archive(count);
   if (count != set_.size()) {
@@ -69,6 +70,28 @@ void ParticleFilter::serialize(Archive& archive, State& state) const {
 template void ParticleFilter::serialize(OutArchive& archive, State& state) const;
 template void ParticleFilter::serialize(InArchive& archive, State& state) const;
 
+/// The maps that are drawn again follow from the keyframes.
+template <class Archive>
+void ParticleFilter::serialize_redrawing(Archive& archive) {
+  bool is_under_way = redrawing_.has_value();
+  archive(is_under_way);
+  if (!is_under_way) return;
+  loops::Correction correction = redrawing_ ? redrawing_->correction() : loops::Correction{};
+  std::uint64_t drawn = redrawing_ ? redrawing_->drawn() : 0;
+  archive(correction.before, correction.way, correction.shift, drawn);
+  ParticleMaps old(modules_.size());
+  for (std::size_t i = 0; i < modules_.size(); ++i) {
+    if (redrawing_ && redrawing_->old_maps()[i]) old[i] = redrawing_->old_maps()[i]->clone();
+    serialize_map(archive, old[i], modules_[i].get());
+  }
+  if constexpr (Archive::kReads) {
+    const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+    if (correction.before.empty() || correction.before.size() > keyframes.size() || drawn > correction.before.size())
+      throw DataError("the checkpoint has a correction that does not fit its path");
+    redrawing_.emplace(std::move(correction), std::move(old), keyframes, drawn);
+  }
+}
+
 template <class Archive>
 void ParticleFilter::serialize_rest(Archive& archive) {
   recollection_.past().serialize(archive, set_.size(), layout(), stamp());
@@ -87,7 +110,10 @@ void ParticleFilter::serialize_rest(Archive& archive) {
     if (has_loops && !loops_) throw DataError("the checkpoint has loops that the configuration lacks");
     if (!has_loops) loops_.reset();
   }
-  if (loops_) loops_->serialize(archive, std::span<const std::shared_ptr<MapModule>>(modules_));
+  if (loops_) {
+    loops_->serialize(archive, std::span<const std::shared_ptr<MapModule>>(modules_));
+    serialize_redrawing(archive);
+  }
   bool relocates = relocator_.has_value();
   archive(relocates);
   if constexpr (Archive::kReads) {

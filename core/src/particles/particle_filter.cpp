@@ -123,6 +123,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   }
   if (joint_) joint_->start(set_[0].belief, frame);
   if (loops_) loops_->clear();
+  redrawing_.reset();
   suspected_tears_.clear();
   begin_relocation();
   // A single draw cannot represent the prior, so a single particle keeps all of it.
@@ -331,6 +332,7 @@ void ParticleFilter::drop_module(int module) {
   const auto index = static_cast<std::size_t>(module);
   modules_[index] = nullptr;
   if (module == searched_module_) relocator_.reset();
+  if (redrawing_) redrawing_->drop_module(index);
   for (Particle& particle : set_) {
     if (index < particle.maps.size()) particle.maps[index] = nullptr;
   }

@@ -20,6 +20,7 @@
 #include "particles/mixture_moments.hpp"
 #include "particles/particle_set.hpp"
 #include "particles/recollection.hpp"
+#include "particles/redrawing.hpp"
 #include "particles/update_step.hpp"
 #include "particles/workers.hpp"
 #include "relocation/placement.hpp"
@@ -150,6 +151,11 @@ class WAYMARK_API ParticleFilter {
   /// True once: the path has become too long for loops, which were given up.
   bool take_loops_failure() { return std::exchange(loops_failure_, false); }
   std::optional<ClosedLoop> take_closed_loop() { return std::exchange(closed_loop_, std::nullopt); }
+  /// Carries out at once what is left of the correction by a loop, if one is under way.
+  void finish_correction();
+  /// Of a particle; while a correction is carried out, those before it. The particle's own then show what was seen
+  /// last.
+  const ParticleMaps& whole_maps(const Particle& particle) const;
   /// True if places that must be those of before do not look so: the maps may be torn.
   bool fails_to_recognise() const { return loops_ && loops_->fails_to_recognise(); }
   /// True while what the robot observes does not fit the loaded map where it is believed to be.
@@ -188,6 +194,8 @@ class WAYMARK_API ParticleFilter {
  private:
   template <class Archive>
   void serialize_rest(Archive& archive);
+  template <class Archive>
+  void serialize_redrawing(Archive& archive);
 
   /// Passes a mapping step to the joint Gaussian, before the poses are sampled.
   void map_jointly(std::span<const MappingInput> inputs, MappingFailures& failures);
@@ -196,10 +204,14 @@ class WAYMARK_API ParticleFilter {
   bool correspond(std::span<const MappingInput> inputs, std::size_t input, std::size_t slot, MappingFailures& failures);
   /// Keeps a mapping step for loops; `slot`: the particle that was the best before sampling.
   void keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures);
-  /// Searches for a loop. One that moves the maps replaces all particles by the best one with a corrected path, whose
-  /// maps are drawn again.
+  /// Searches for a loop, or goes on with the correction by one that was found.
   void close_loops();
-  std::vector<std::unique_ptr<ParticleMap>> draw_again(const Particle& best) const;
+  void search_loop();
+  void go_on_drawing();
+  /// Replaces all particles by this one, of weight 1.
+  void become(Particle& only);
+  /// Replaces all particles by the best one with the corrected path, in the maps that were drawn along it.
+  void take_corrected_maps();
   /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
   /// sampling.
   void suspect_tear(std::size_t slot);
@@ -236,6 +248,7 @@ class WAYMARK_API ParticleFilter {
   std::optional<joint::JointBelief> joint_;  // until it is given up
   std::string joint_failure_;
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
+  std::optional<Redrawing> redrawing_;      // of a correction that is not yet in force
   std::optional<ClosedLoop> closed_loop_;
   bool loops_failure_ = false;
   std::optional<relocation::Relocator> relocator_;  // where a dense map was loaded

@@ -65,8 +65,8 @@ struct Refinement {
   /// Of a map that matches all six of the pose (`MapModule::is_spatial`); not set on entry. `information` and
   /// `gradient` are then those about (x, y, yaw) alone: what is left if z, roll and pitch are unknown.
   std::optional<SpatialInformation> spatial = std::nullopt;
-  /// True: the observation does not fit where the prior expects it, although the prior is narrow, and other places were
-  /// searched. An observation of what is new to the map is no such misfit.
+  /// True: the observation does not fit where the prior expects it, although the prior is narrow, even after a search.
+  /// An observation of what is new to the map is no such misfit.
   bool searched = false;
 };
 
@@ -118,6 +118,8 @@ class WAYMARK_TYPE ParticleMap {
   virtual std::vector<MapFile> files(const Pose& /*T_enu_map*/) const { return {}; }
   /// Writes the map, for `MapModule::load_map`.
   virtual void save(OutArchive&) const = 0;
+  /// Takes the figures of another map of the module, in whose place a `blank` one was drawn while it went on counting.
+  virtual void take_figures(const ParticleMap& /*of*/) {}
 };
 
 }  // namespace waymark

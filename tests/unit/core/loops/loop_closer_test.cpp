@@ -179,6 +179,27 @@ TEST(LoopCloser, ReportsPlacesThatDoNotLookAsBefore) {
   EXPECT_GE(reported, 3);  // the path of the others is too uncertain by then
 }
 
+TEST(LoopCloser, CarriesAlongWhatCameAfterACorrection) {
+  LoopCloser closer({}, {});
+  std::vector<StampedPose> path;
+  for (int i = 0; i < 5; ++i) {
+    const Pose pose = Pose::planar(i, 0.0, 0.0);
+    Keyframe keyframe;
+    keyframe.stamp = Time{from_seconds(i)};
+    // Up to the third one they were moved by a correction: one metre to the left, turned by 90°.
+    keyframe.xyyaw = i < 3 ? Eigen::Vector3d(0.0, 1.0 + i, std::numbers::pi / 2.0) : planar(pose);
+    closer.add(keyframe);
+    path.push_back({keyframe.stamp, pose});
+  }
+  const std::vector<Eigen::Vector3d> before = closer.carry(2, path);
+  ASSERT_EQ(before.size(), 3U);
+  for (int i = 2; i < 5; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    EXPECT_LT((before[at - 2] - Eigen::Vector3d(i, 0.0, 0.0)).norm(), 1e-12);
+    EXPECT_LT((closer.keyframes()[at].xyyaw - Eigen::Vector3d(0.0, 1.0 + i, std::numbers::pi / 2.0)).norm(), 1e-12);
+  }
+}
+
 TEST(LoopCloser, ForgetsWhatARewindTakesBack) {
   Drive drive;
   drive.go(130.0, 1);
