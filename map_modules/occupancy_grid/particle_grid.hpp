@@ -34,6 +34,7 @@ class ParticleGrid final : public ParticleMap {
               Refinement& out) const override;
   void insert(const PoseGaussian& pose, const Observation& observation, const Association* association) override;
   std::unique_ptr<ParticleMap> blank() const override;
+  void take_figures(const ParticleMap& of) override { record_ = static_cast<const ParticleGrid&>(of).record_; }
   void correspond(const Observation& observation, const Association* association, Correspondences& out) const override;
   void describe(MapDescription& out) const override;
   std::optional<GridView> grid() const override;

@@ -28,6 +28,16 @@ class ScanInsertion {
     Rows hit{};
   };
 
+  Marks& marks_at(std::int32_t x, std::int32_t y) {
+    const std::size_t slot = window_.slot(x, y);
+    is_marked_[slot] = 1;
+    return marks_[slot];
+  }
+  static std::size_t row_in_tile(std::int32_t y) { return static_cast<std::size_t>(y & (Tile::kSide - 1)); }
+  static std::uint32_t bit_in_tile(std::int32_t x) { return 1u << (x & (Tile::kSide - 1)); }
+  /// The free cells of the row in which a cell lies, in its tile.
+  std::uint32_t& free_row(std::int32_t x, std::int32_t y) { return marks_at(x, y).free[row_in_tile(y)]; }
+  void mark_hit(std::int32_t x, std::int32_t y) { marks_at(x, y).hit[row_in_tile(y)] |= bit_in_tile(x); }
   void mark_beam(double from_x, double from_y, double to_x, double to_y);
   void apply(std::size_t slot, const scan_matching::OddsSettings& odds);
 

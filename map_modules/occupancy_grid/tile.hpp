@@ -11,6 +11,7 @@
 #include "map_modules/shared/scan_matching/distance_field.hpp"
 #include "map_modules/shared/scan_matching/scan_settings.hpp"
 #include "waymark/io/archive.hpp"
+#include "waymark/memory/cow.hpp"
 
 namespace waymark::occupancy_grid {
 
@@ -18,9 +19,10 @@ using scan_matching::Cell;
 using scan_matching::StoredDistance;
 using scan_matching::TileIndex;
 
-/// A square of cells: occupancy and the distance to what is occupied, cloned together. Unknown, free and occupied are
-/// three things.
-struct Tile {
+/// A square of cells: occupancy, and the distance to what is occupied. Unknown, free and occupied are three things.
+/// Tiles share either part until one of them writes it: most scans change odds, and few of them distances.
+class Tile {
+ public:
   static constexpr int kBits = 5;
   static constexpr int kSide = 1 << kBits;  ///< cells
   static constexpr std::size_t kCells = std::size_t{kSide} * kSide;
@@ -31,13 +33,15 @@ struct Tile {
   static constexpr int kDistanceSteps = StoredDistance::kSteps;
   static constexpr std::uint8_t kFar = StoredDistance::kFar;
 
-  std::array<std::int8_t, kCells> odds;
-  std::array<std::uint8_t, kCells> distance;
+  using Odds = std::array<std::int8_t, kCells>;
+  using Distances = std::array<std::uint8_t, kCells>;
 
-  Tile() {
-    odds.fill(kUnknown);
-    distance.fill(kFar);
-  }
+  const Odds& odds() const { return odds_.read(); }
+  const Distances& distances() const { return distances_.read(); }
+  /// For writing; cloned first if other tiles share them. They stay where they are until the tile is copied.
+  Odds& write_odds() { return odds_.write(); }
+  Distances& write_distances() { return distances_.write(); }
+
   /// Place of a cell in its tile.
   static std::size_t place(std::int32_t x, std::int32_t y) {
     return static_cast<std::size_t>(y & (kSide - 1)) * kSide + static_cast<std::size_t>(x & (kSide - 1));
@@ -47,12 +51,16 @@ struct Tile {
   static bool is_known(std::int8_t odds) { return odds != kUnknown; }
   static double probability(std::int8_t odds) { return 1.0 / (1.0 + std::exp(-odds / kOddsSteps)); }
 
-  std::size_t bytes(std::set<const void*>&) const { return sizeof(Tile); }
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive.bytes(odds.data(), kCells);
-    archive.bytes(distance.data(), kCells);
-  }
+  std::size_t bytes(std::set<const void*>& seen) const;
+  void save(OutArchive& out) const;
+  void load(InArchive& in);
+
+ private:
+  static const Cow<Odds>& unknown();
+  static const Cow<Distances>& far();
+
+  Cow<Odds> odds_ = unknown();
+  Cow<Distances> distances_ = far();
 };
 
 }  // namespace waymark::occupancy_grid

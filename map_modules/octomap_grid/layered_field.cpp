@@ -79,10 +79,15 @@ scan_matching::FieldFit LayeredTarget::fit(const scan_matching::LikelihoodTable&
   return sums.fit(resolution_);
 }
 
-double LayeredTarget::sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const {
+double LayeredTarget::sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw,
+                                     double least) const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < layers_.size(); ++i)
-    sum += scan_matching::sum_likelihood(field(i), table, points(layers_[i]), xyyaw, resolution_);
+  auto left = static_cast<double>(points_.size());
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    const std::span<const Eigen::Vector2f> own = points(layers_[i]);
+    left -= static_cast<double>(own.size());
+    sum += scan_matching::sum_likelihood(field(i), table, own, xyyaw, resolution_, least - sum - left);
+  }
   return sum;
 }
 

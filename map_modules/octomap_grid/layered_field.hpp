@@ -35,7 +35,8 @@ class LayeredTarget final : public scan_matching::MatchTarget {
             double resolution);
 
   scan_matching::FieldFit fit(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
-  double sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
+  double sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw,
+                        double least) const override;
   double unknown_share(const Eigen::Vector3d& /*xyyaw*/) const override { return 0.0; }
 
  private:

@@ -24,14 +24,17 @@ class CoarseSearch {
                const MatchSettings& settings, double resolution);
 
   /// The best place with turns as far as `coarse_angle` to both sides.
-  FoundPlace near() const { return best(0, near_turns_); }
-  /// The best place with turns farther than that, as far as three times the angle.
-  FoundPlace farther() const { return best(near_turns_ + 1, far_turns_); }
+  FoundPlace near() const {
+    return best(0, near_turns_, target_.sum_likelihood(wide_, prior_.mean + prior_.start, 0.0));
+  }
+  /// The best place with turns farther than that, as far as three times the angle; any place if none is better than
+  /// `near`.
+  FoundPlace farther(const FoundPlace& near) const { return best(near_turns_ + 1, far_turns_, near.likelihood); }
 
  private:
-  /// Among turns of so many steps to both sides.
-  FoundPlace best(int from, int to) const;
-  void try_turn(int turn, FoundPlace& best) const;
+  /// Among turns of so many steps to both sides; any place if none reaches `least`.
+  FoundPlace best(int from, int to, double least) const;
+  void try_turn(int turn, double least, FoundPlace& best) const;
 
   const MatchTarget& target_;
   const MatchPrior& prior_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -34,9 +35,9 @@ struct FieldFit {
 /// What a fit is summed up from, in cells; of one field or of several.
 struct FieldSums {
   double xx = 0.0, xy = 0.0, yy = 0.0, xt = 0.0, yt = 0.0, tt = 0.0, rx = 0.0, ry = 0.0, rt = 0.0, sum = 0.0;
-  double product = 1.0;
+  double product = 1.0;  // of the last points, whose logarithm is still to be added
   double log_likelihood = 0.0;
-  int factors = 0;
+  int blocks = 0;  // in `product`
   std::size_t points = 0;
 
   FieldFit fit(double resolution) const;
@@ -55,6 +56,34 @@ struct FieldProjection {
   float y;
 };
 
+/// L of some end points over one field, and its derivatives, computed side by side.
+class PointBlock {
+ public:
+  static constexpr int kPoints = 16;
+  using Values = Eigen::Array<float, kPoints, 1>;
+
+  /// Places the next point: `qx`, `qy` from the base in cells; L of the four cells about it, and where it lies between.
+  void place(float qx, float qy, float l00, float l10, float l01, float l11, float fx, float fy) {
+    qx_[size_] = qx;
+    qy_[size_] = qy;
+    l00_[size_] = l00;
+    l10_[size_] = l10;
+    l01_[size_] = l01;
+    l11_[size_] = l11;
+    fx_[size_] = fx;
+    fy_[size_] = fy;
+    ++size_;
+  }
+  bool is_full() const { return size_ == kPoints; }
+  /// Adds the points and forgets them.
+  void add_to(FieldSums& sums);
+
+ private:
+  Eigen::Index size_ = 0;
+  Values qx_ = Values::Zero(), qy_ = Values::Zero(), fx_ = Values::Zero(), fy_ = Values::Zero();
+  Values l00_ = Values::Zero(), l10_ = Values::Zero(), l01_ = Values::Zero(), l11_ = Values::Zero();
+};
+
 /// Adds L of end points with the base at `xyyaw`, bilinear between the middles of four cells; 0 outside of the field.
 ///
 /// A field is made of squares of `kSide` × `kSide` cells (a power of two): it has `origin()`, the map's cell that is
@@ -63,12 +92,11 @@ struct FieldProjection {
 template <class Field>
 FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& table,
                      std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw, double resolution) {
-  // More factors of 0.1 than this in one product come near the smallest double.
-  constexpr int kFactors = 128;
   constexpr int kLast = Field::kSide - 1;
   const FieldProjection at(field.origin(), xyyaw, resolution);
   const auto most_x = static_cast<float>(field.columns() - 1);
   const auto most_y = static_cast<float>(field.rows() - 1);
+  PointBlock block;
   for (const Eigen::Vector2f& p : points) {
     const float qx = at.c * p.x() - at.s * p.y();  // from the base, in cells
     const float qy = at.s * p.x() + at.c * p.y();
@@ -93,30 +121,10 @@ FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& 
         l11 = table[field.distance(x + 1, y + 1)];
       }
     }
-    const float bottom = l00 + fx * (l10 - l00);
-    const float top = l01 + fx * (l11 - l01);
-    const float likelihood = bottom + fy * (top - bottom);
-    const float gx = (l10 - l00) + fy * ((l11 - l01) - (l10 - l00));  // per cell
-    const float gy = top - bottom;
-    const float gt = gy * qx - gx * qy;
-    const float rest = 1.0f - likelihood;
-    sums.sum += static_cast<double>(likelihood);
-    sums.xx += static_cast<double>(gx * gx);
-    sums.xy += static_cast<double>(gx * gy);
-    sums.yy += static_cast<double>(gy * gy);
-    sums.xt += static_cast<double>(gx * gt);
-    sums.yt += static_cast<double>(gy * gt);
-    sums.tt += static_cast<double>(gt * gt);
-    sums.rx += static_cast<double>(gx * rest);
-    sums.ry += static_cast<double>(gy * rest);
-    sums.rt += static_cast<double>(gt * rest);
-    sums.product *= 0.9 * static_cast<double>(likelihood) + 0.1;
-    if (++sums.factors == kFactors) {
-      sums.log_likelihood += std::log(sums.product);
-      sums.product = 1.0;
-      sums.factors = 0;
-    }
+    block.place(qx, qy, l00, l10, l01, l11, fx, fy);
+    if (block.is_full()) block.add_to(sums);
   }
+  block.add_to(sums);
   sums.points += points.size();
   return sums;
 }
@@ -127,19 +135,24 @@ FieldFit fit_points(const Field& field, const LikelihoodTable& table, std::span<
   return add_points({}, field, table, points, xyyaw, resolution).fit(resolution);
 }
 
-/// Σ L without interpolation or derivatives, for the coarse search.
+/// Σ L without interpolation or derivatives, for searches. Where it cannot reach `least`, part of the sum.
 template <class Field>
 double sum_likelihood(const Field& field, const LikelihoodTable& table, std::span<const Eigen::Vector2f> points,
-                      const Eigen::Vector3d& xyyaw, double resolution) {
+                      const Eigen::Vector3d& xyyaw, double resolution, double least) {
+  constexpr std::size_t kBetween = 16;  // points between two looks at what can still be reached
   const FieldProjection at(field.origin(), xyyaw, resolution);
   double sum = 0.0;
-  for (const Eigen::Vector2f& p : points) {
-    const float u = at.c * p.x() - at.s * p.y() + at.x;
-    const float v = at.s * p.x() + at.c * p.y() + at.y;
-    if (!(u >= 0.0f && v >= 0.0f)) continue;
-    const int x = static_cast<int>(u);
-    const int y = static_cast<int>(v);
-    if (field.holds(x, y)) sum += static_cast<double>(table[field.distance(x, y)]);
+  for (std::size_t first = 0; first < points.size(); first += kBetween) {
+    // L is at most 1.
+    if (sum + static_cast<double>(points.size() - first) < least) return sum;
+    for (const Eigen::Vector2f& p : points.subspan(first, std::min(kBetween, points.size() - first))) {
+      const float u = at.c * p.x() - at.s * p.y() + at.x;
+      const float v = at.s * p.x() + at.c * p.y() + at.y;
+      if (!(u >= 0.0f && v >= 0.0f)) continue;
+      const int x = static_cast<int>(u);
+      const int y = static_cast<int>(v);
+      if (field.holds(x, y)) sum += static_cast<double>(table[field.distance(x, y)]);
+    }
   }
   return sum;
 }

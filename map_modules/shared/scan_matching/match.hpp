@@ -20,7 +20,7 @@ struct Match {
   double log_evidence = 0.0;                           ///< tempered log likelihood of the scan, and of d by the prior
   double score = 0.0;                                  ///< mean likelihood of the end points
   bool searched = false;  ///< coarsely, since the start led to no match, or in all of a wide prior
-  bool misfits = false;   ///< where the prior is narrow, the start led to no match
+  bool misfits = false;   ///< where the prior expects it nothing fits, although the prior is narrow
   bool failed = false;    ///< the prior stands: Λ and η are zero
 };
 

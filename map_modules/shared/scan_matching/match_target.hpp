@@ -14,7 +14,8 @@ class MatchTarget {
   virtual ~MatchTarget() = default;
   /// With the base at `xyyaw`.
   virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
-  virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
+  /// Where it cannot reach `least`, part of the sum.
+  virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const = 0;
   /// Share of the points that end in unknown cells with nothing occupied near; 0 of a map that cannot say that.
   virtual double unknown_share(const Eigen::Vector3d& xyyaw) const = 0;
 };
@@ -28,8 +29,8 @@ class PlanarTarget final : public MatchTarget {
   FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
     return fit_points(field_, table, points_, xyyaw, resolution_);
   }
-  double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override {
-    return scan_matching::sum_likelihood(field_, table, points_, xyyaw, resolution_);
+  double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const override {
+    return scan_matching::sum_likelihood(field_, table, points_, xyyaw, resolution_, least);
   }
   double unknown_share(const Eigen::Vector3d& xyyaw) const override {
     return scan_matching::unknown_share(field_, points_, xyyaw, resolution_);

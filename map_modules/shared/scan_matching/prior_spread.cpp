@@ -35,11 +35,11 @@ Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, co
                  std::bit_cast<std::int64_t>(prior.start.y()), static_cast<std::uint32_t>(turn >> 32)});
   const Eigen::Matrix3d B = gaussian::square_root(prior.P);
   Eigen::Vector3d best = prior.start;
-  double best_sum = target.sum_likelihood(wide, prior.mean + best);
+  double best_sum = target.sum_likelihood(wide, prior.mean + best, 0.0);
   for (int k = 0; k < settings.spread_draws; ++k) {
     Eigen::Vector3d d = B * gaussian::standard_normal(random);
     d.z() = so3::wrap(d.z());
-    const double sum = target.sum_likelihood(wide, prior.mean + d);
+    const double sum = target.sum_likelihood(wide, prior.mean + d, best_sum);
     if (sum <= best_sum) continue;
     best_sum = sum;
     best = d;

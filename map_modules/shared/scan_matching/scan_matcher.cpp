@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_modules/shared/scan_matching/scan_matcher.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "map_modules/shared/scan_matching/coarse_search.hpp"
@@ -47,7 +48,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
     const Match searched = match_from(target, prior, near.d);
     if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
     if (!fits(target, prior, match)) {
-      const FoundPlace farther = search.farther();
+      const FoundPlace farther = search.farther(near);
       if (farther.likelihood > near.likelihood) {
         const Match turned = match_from(target, prior, farther.d);
         // So far from the prior only what fits as other scans do counts.
@@ -57,8 +58,15 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
-  match.misfits = needs_search;
+  match.misfits = needs_search && !(fits(target, prior, match) && is_expected(prior, match.d));
   return match;
+}
+
+bool ScanMatcher::is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const {
+  constexpr double kGate = 11.3;  // χ², 99 % of three degrees of freedom
+  Eigen::Matrix3d P = prior.P;
+  P.diagonal() += settings_.floor.cwiseAbs2();
+  return d.dot(P.llt().solve(d)) < kGate;
 }
 
 bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const {

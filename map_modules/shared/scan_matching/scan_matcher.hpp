@@ -32,6 +32,8 @@ class ScanMatcher {
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
   bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
+  /// True if a match lies where the prior, or the floor of every match, expects it.
+  bool is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const;
   /// Of a match that failed: the scan's evidence at the prior's mean.
   Match prior_alone(const MatchTarget& target, const MatchPrior& prior) const;
 

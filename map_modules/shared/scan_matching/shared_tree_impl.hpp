@@ -68,10 +68,14 @@ void SharedTree<Tile>::gather_below(const Slot& slot, int height, Key prefix, co
   } else if (const auto* node = std::get_if<Cow<Node>>(&slot)) {
     const std::int64_t part = side / kFan;
     const auto digit = [&](std::int64_t index, std::uint32_t digits) { return (index - first(digits)) / part; };
+    const std::int64_t first_x = digit(x0, prefix.x);
+    const std::int64_t last_x = digit(x1, prefix.x);
     for (std::int64_t y = digit(y0, prefix.y); y <= digit(y1, prefix.y); ++y) {
-      for (std::int64_t x = digit(x0, prefix.x); x <= digit(x1, prefix.x); ++x) {
+      for (std::int64_t x = first_x; x <= last_x; ++x) {
         const auto child = static_cast<std::size_t>(y * kFan + x);
-        gather_below((*node)->children[child], height - 1, prefix.below(child), rect, out);
+        const Slot& below = (*node)->children[child];
+        if (std::holds_alternative<std::monostate>(below)) continue;
+        gather_below(below, height - 1, prefix.below(child), rect, out);
       }
     }
   }

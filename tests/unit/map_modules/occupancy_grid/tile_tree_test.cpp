@@ -14,7 +14,9 @@
 namespace waymark::occupancy_grid {
 namespace {
 
-void mark(TileTree& tree, TileIndex index, int value) { tree.write(index).odds[0] = static_cast<std::int8_t>(value); }
+void mark(TileTree& tree, TileIndex index, int value) {
+  tree.write(index).write_odds()[0] = static_cast<std::int8_t>(value);
+}
 
 std::string saved(const TileTree& tree) {
   std::ostringstream stream;
@@ -28,8 +30,8 @@ TEST(TileTree, AnEmptyOneIsUnknownEverywhere) {
   EXPECT_TRUE(tree.empty());
   EXPECT_EQ(tree.tiles(), 0U);
   EXPECT_EQ(&tree.read({3, -7}), &empty_tile());
-  EXPECT_EQ(tree.read({0, 0}).odds[5], Tile::kUnknown);
-  EXPECT_EQ(tree.read({0, 0}).distance[5], Tile::kFar);
+  EXPECT_EQ(tree.read({0, 0}).odds()[5], Tile::kUnknown);
+  EXPECT_EQ(tree.read({0, 0}).distances()[5], Tile::kFar);
 }
 
 TEST(TileTree, HoldsWhatWasWrittenHoweverFarItGrows) {
@@ -46,13 +48,13 @@ TEST(TileTree, HoldsWhatWasWrittenHoweverFarItGrows) {
   }
   mark(tree, {TileTree::kMaxIndex, -TileTree::kMaxIndex}, 99);
   expected[{TileTree::kMaxIndex, -TileTree::kMaxIndex}] = 99;
-  for (const auto& [index, value] : expected) EXPECT_EQ(tree.read({index.first, index.second}).odds[0], value);
+  for (const auto& [index, value] : expected) EXPECT_EQ(tree.read({index.first, index.second}).odds()[0], value);
   EXPECT_EQ(tree.tiles(), expected.size());
   std::size_t visited = 0;
   tree.for_all([&](TileIndex index, const Tile& tile, bool is_shared) {
     ++visited;
     EXPECT_FALSE(is_shared);
-    EXPECT_EQ(tile.odds[0], expected.at({index.x, index.y}));
+    EXPECT_EQ(tile.odds()[0], expected.at({index.x, index.y}));
   });
   EXPECT_EQ(visited, expected.size());
 }
@@ -87,8 +89,8 @@ TEST(TileTree, ACopySharesUntilOneWrites) {
   const TileTree copy = tree;
   EXPECT_TRUE(copy.shares_root_with(tree));
   mark(tree, {4, 0}, 77);
-  EXPECT_EQ(copy.read({4, 0}).odds[0], 4);
-  EXPECT_EQ(tree.read({4, 0}).odds[0], 77);
+  EXPECT_EQ(copy.read({4, 0}).odds()[0], 4);
+  EXPECT_EQ(tree.read({4, 0}).odds()[0], 77);
   EXPECT_EQ(&copy.read({5, 0}), &tree.read({5, 0}));
   int own = 0;
   tree.for_all([&](TileIndex, const Tile&, bool is_shared) { own += !is_shared; });
@@ -96,7 +98,47 @@ TEST(TileTree, ACopySharesUntilOneWrites) {
   const TileTree* both[] = {&tree, &copy};
   const TileTree* one[] = {&tree};
   EXPECT_GT(TileTree::bytes_of(both), TileTree::bytes_of(one));
-  EXPECT_LT(TileTree::bytes_of(both), TileTree::bytes_of(one) + 4 * sizeof(Tile));
+  EXPECT_LT(TileTree::bytes_of(both), TileTree::bytes_of(one) + 5 * Tile::kCells);
+}
+
+TEST(TileTree, OddsAndDistancesAreSharedByThemselves) {
+  TileTree tree;
+  mark(tree, {0, 0}, 7);
+  tree.write({0, 0}).write_distances()[3] = 9;
+  TileTree copy = tree;
+  const TileTree* both[] = {&tree, &copy};
+  mark(copy, {0, 0}, 8);
+  const std::size_t with_odds = TileTree::bytes_of(both);
+  copy.write({0, 0}).write_distances()[3] = 10;
+  EXPECT_EQ(TileTree::bytes_of(both), with_odds + Tile::kCells) << "writing odds does not clone distances";
+  EXPECT_EQ(tree.read({0, 0}).odds()[0], 7);
+  EXPECT_EQ(tree.read({0, 0}).distances()[3], 9);
+  EXPECT_EQ(copy.read({0, 0}).distances()[3], 10);
+}
+
+TEST(TileTree, PartsStaySharedOnAnArchive) {
+  TileTree parent;
+  for (int x = 0; x < 20; ++x) {
+    mark(parent, {x, 0}, x);
+    parent.write({x, 0}).write_distances()[0] = static_cast<std::uint8_t>(x);
+  }
+  TileTree child = parent;
+  for (int x = 0; x < 20; ++x) mark(child, {x, 0}, x + 50);
+  mark(child, {30, 0}, 1);  // its distances are those that every tile begins with
+  std::ostringstream stream;
+  OutArchive out(stream);
+  parent.save(out);
+  child.save(out);
+  std::istringstream back(stream.str());
+  InArchive in(back);
+  TileTree parent_again;
+  TileTree child_again;
+  parent_again.load(in);
+  child_again.load(in);
+  const TileTree* family[] = {&parent, &child};
+  const TileTree* again[] = {&parent_again, &child_again};
+  EXPECT_EQ(TileTree::bytes_of(again), TileTree::bytes_of(family));
+  EXPECT_EQ(saved(child_again), saved(child));
 }
 
 TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
@@ -109,7 +151,7 @@ TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
   parent.save(out);
   child.save(out);
   // The child adds a tile and the nodes on the way, not a second map.
-  EXPECT_LT(stream.str().size(), saved(parent).size() + 2 * sizeof(Tile));
+  EXPECT_LT(stream.str().size(), saved(parent).size() + 4 * Tile::kCells);
 
   std::istringstream back(stream.str());
   InArchive in(back);
@@ -121,7 +163,7 @@ TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
   EXPECT_EQ(saved(child_again), saved(child));
   EXPECT_EQ(&parent_again.read({5, 15}), &child_again.read({5, 15}));
   mark(child_again, {5, 15}, 9);
-  EXPECT_EQ(parent_again.read({5, 15}).odds[0], 5);
+  EXPECT_EQ(parent_again.read({5, 15}).odds()[0], 5);
 }
 
 TEST(TileTree, RefusesADamagedArchive) {

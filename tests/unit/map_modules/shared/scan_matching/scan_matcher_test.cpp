@@ -41,6 +41,23 @@ struct Bench {
   ScanMatcher matcher{settings().match, kResolution};
 };
 
+TEST(ScanMatching, ASumThatCannotReachTheBestOneEndsEarly) {
+  Bench bench(room(), {{0, 0, 0}, {0, 0, 3.1}});
+  const ScanObservation scan = observed(bench.walls, {0.1, -0.1, 0.1}, 0.0, 1, bench.yaml);
+  bench.window.open(bench.tiles, {0.0, 0.0}, scan.reach + 3.0, kResolution);
+  const scan_matching::LikelihoodTable table(0.12, kResolution);
+  const auto sum = [&](double x, double least) {
+    return scan_matching::sum_likelihood(bench.window, table, scan.hits, {x, -0.1, 0.1}, kResolution, least);
+  };
+  const double best = sum(0.1, 0.0);
+  const double far = sum(1.0, 0.0);
+  ASSERT_GT(best, 1.5 * far);
+  EXPECT_EQ(sum(0.1, best), best) << "what reaches it is whole";
+  EXPECT_EQ(sum(1.0, far), far);
+  EXPECT_LT(sum(1.0, best), best);
+  EXPECT_LT(sum(1.0, best), far) << "the rest was not added";
+}
+
 TEST(ScanMatching, FindsAKnownOffsetInARoom) {
   Bench bench(room(), {{0, 0, 0}, {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}});
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
