@@ -25,6 +25,24 @@ std::string saved(const TileTree& tree) {
   return stream.str();
 }
 
+/// Two trees written to one archive, and read again.
+struct OnArchive {
+  OnArchive(const TileTree& first, const TileTree& second) {
+    std::ostringstream stream;
+    OutArchive out(stream);
+    first.save(out);
+    second.save(out);
+    size = stream.str().size();
+    std::istringstream back(stream.str());
+    InArchive in(back);
+    parent.load(in);
+    child.load(in);
+  }
+  std::size_t size = 0;
+  TileTree parent;
+  TileTree child;
+};
+
 TEST(TileTree, AnEmptyOneIsUnknownEverywhere) {
   const TileTree tree;
   EXPECT_TRUE(tree.empty());
@@ -125,20 +143,11 @@ TEST(TileTree, PartsStaySharedOnAnArchive) {
   TileTree child = parent;
   for (int x = 0; x < 20; ++x) mark(child, {x, 0}, x + 50);
   mark(child, {30, 0}, 1);  // its distances are those that every tile begins with
-  std::ostringstream stream;
-  OutArchive out(stream);
-  parent.save(out);
-  child.save(out);
-  std::istringstream back(stream.str());
-  InArchive in(back);
-  TileTree parent_again;
-  TileTree child_again;
-  parent_again.load(in);
-  child_again.load(in);
+  OnArchive again(parent, child);
   const TileTree* family[] = {&parent, &child};
-  const TileTree* again[] = {&parent_again, &child_again};
-  EXPECT_EQ(TileTree::bytes_of(again), TileTree::bytes_of(family));
-  EXPECT_EQ(saved(child_again), saved(child));
+  const TileTree* family_again[] = {&again.parent, &again.child};
+  EXPECT_EQ(TileTree::bytes_of(family_again), TileTree::bytes_of(family));
+  EXPECT_EQ(saved(again.child), saved(child));
 }
 
 TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
@@ -146,24 +155,14 @@ TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
   for (int x = -20; x < 20; ++x) mark(parent, {x, 3 * x}, x);
   TileTree child = parent;
   mark(child, {0, 0}, 50);
-  std::ostringstream stream;
-  OutArchive out(stream);
-  parent.save(out);
-  child.save(out);
+  OnArchive again(parent, child);
   // The child adds a tile and the nodes on the way, not a second map.
-  EXPECT_LT(stream.str().size(), saved(parent).size() + 4 * Tile::kCells);
-
-  std::istringstream back(stream.str());
-  InArchive in(back);
-  TileTree parent_again;
-  TileTree child_again;
-  parent_again.load(in);
-  child_again.load(in);
-  EXPECT_EQ(saved(parent_again), saved(parent));
-  EXPECT_EQ(saved(child_again), saved(child));
-  EXPECT_EQ(&parent_again.read({5, 15}), &child_again.read({5, 15}));
-  mark(child_again, {5, 15}, 9);
-  EXPECT_EQ(parent_again.read({5, 15}).odds()[0], 5);
+  EXPECT_LT(again.size, saved(parent).size() + 4 * Tile::kCells);
+  EXPECT_EQ(saved(again.parent), saved(parent));
+  EXPECT_EQ(saved(again.child), saved(child));
+  EXPECT_EQ(&again.parent.read({5, 15}), &again.child.read({5, 15}));
+  mark(again.child, {5, 15}, 9);
+  EXPECT_EQ(again.parent.read({5, 15}).odds()[0], 5);
 }
 
 TEST(TileTree, RefusesADamagedArchive) {
