@@ -138,16 +138,15 @@ TEST_F(Rosbag1Errors, NoPlaceToEndDoesHarm) {
   for (const std::string compression : {"none", "bz2", "lz4"}) {
     const std::string bytes = thirty(compression).closed();
     std::size_t most = 0;
-    for (std::size_t length = 0; length <= bytes.size(); length += stride(compression)) {
+    const std::size_t step = stride(compression);
+    for (std::size_t length = bytes.size() % step; length <= bytes.size(); length += step) {
       write("a.bag", std::string_view(bytes).substr(0, length));
       const std::vector<double> speeds = read_what_there_is();
       for (std::size_t i = 0; i < speeds.size(); ++i) ASSERT_EQ(speeds[i], static_cast<double>(i + 1));
       ASSERT_GE(speeds.size(), most) << compression << " " << length;
       most = speeds.size();
     }
-    EXPECT_GE(most, 20U);
-    write("a.bag", bytes);
-    EXPECT_THAT(read_what_there_is(), SizeIs(30));
+    EXPECT_EQ(most, 30U);
   }
 }
 
