@@ -104,11 +104,14 @@ void CommittedSteps::map(const Measurement& m, particles::Instant& at, const Ext
     counters.nis_dof += static_cast<std::uint64_t>(innovation.dof);
     ++counters.nis_count;
   }
-  if (const std::string why = committed_.filter.take_joint_failure(); !why.empty()) {
+  if (const auto failure = committed_.filter.take_joint_failure(); failure.has_begun_anew) {
+    committed_.note(m.stamp,
+                    fmt::format("the joint Gaussian begins anew: {}, and is uncertain by that, too", failure.why));
+  } else if (!failure.why.empty()) {
     committed_.note(m.stamp,
                     fmt::format("the joint Gaussian was given up: {}; from now on the covariance is that of the "
                                 "particles alone, which is too small",
-                                why));
+                                failure.why));
   }
   if (committed_.filter.take_loops_failure())
     committed_.note(m.stamp, "the path has become too long: loops are not searched for any more");

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/snapshot_view.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "fusion/landmark_marginals.hpp"
 #include "particles/grid_mixture.hpp"
 #include "waymark/interface/map_module.hpp"
 
@@ -61,19 +64,20 @@ std::optional<GridView> SnapshotView::mixture_of(std::size_t map, const std::opt
   return particles::mix_grids(grids);
 }
 
-/// Landmarks: a map has them given its particle's path; the report has the marginal ones of the joint Gaussian.
+/// A map has landmarks given its particle's path; the report has the marginal ones of the joint Gaussian.
 void SnapshotView::make_marginal(MapDescription& map) const {
   std::vector<std::optional<joint::JointBelief::LandmarkEstimate>> marginal;
+  std::vector<Eigen::Matrix2d> own;
   marginal.reserve(map.landmarks.size());
-  for (const LandmarkView& landmark : map.landmarks) marginal.push_back(filter_.landmark(landmark.birth));
-  if (filter_.georeference()) place_on_earth(map);
-  for (std::size_t i = 0; i < marginal.size(); ++i) {
-    LandmarkView& landmark = map.landmarks[i];
-    landmark.P_conditional = landmark.P.topLeftCorner<2, 2>();
-    if (!marginal[i]) continue;
-    const Eigen::Vector2d off = landmark.p_map - marginal[i]->p;
-    landmark.P.topLeftCorner<2, 2>() = marginal[i]->P + off * off.transpose();
+  own.reserve(map.landmarks.size());
+  const bool is_on_earth = filter_.georeference().has_value();
+  const Eigen::Rotation2Dd turn(is_on_earth ? filter_.T_enu_map(best()).yaw() : 0.0);
+  for (const LandmarkView& landmark : map.landmarks) {
+    marginal.push_back(filter_.landmark(landmark.birth));
+    own.emplace_back(turn * landmark.P.topLeftCorner<2, 2>() * turn.inverse());
   }
+  if (is_on_earth) place_on_earth(map);
+  report_marginals(map.landmarks, marginal, own);
 }
 
 /// Transforms landmarks and grids from the map to ENU. The landmarks' covariances then include that of the map's place

@@ -58,6 +58,7 @@ class WAYMARK_API Anchors {
   /// is the place's own: cells that were drawn from other poses lie wrong each in its own way.
   Eigen::Matrix3d local_error(const Eigen::Vector2d& position) const;
   void clear();
+  bool empty() const { return anchors_.empty(); }
 
   template <class Archive>
   void serialize(Archive& archive, const JointGaussian& gaussian);

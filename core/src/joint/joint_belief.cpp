@@ -67,8 +67,7 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
   }
   if (!correspondences.landmarks.empty()) {
     landmarks_.observe(gaussian_, correspondences.landmarks, evidence.share, evidence.writes);
-    while (landmarks_.size() > most_landmarks_ && landmarks_.remove_doubtful(gaussian_)) {
-    }
+    landmarks_.make_room(gaussian_, most_landmarks_);
     last_landmarks_ = correspondences.landmarks.size();
   }
   if (correspondences.points_base.empty()) return std::nullopt;
@@ -97,8 +96,8 @@ void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::sp
   }
 }
 
-std::string JointBelief::failure(const Belief& particles) {
-  if (landmarks_.size() > most_landmarks_) return fmt::format("the map has more than {} landmarks", most_landmarks_);
+JointBelief::Failure JointBelief::check(const Belief& particles) {
+  if (landmarks_.size() > most_landmarks_) return {fmt::format("a scan shows more than {} landmarks", most_landmarks_)};
   const StateLayout& layout = process_.layout();
   const Belief own = belief();
   const ErrorVector off = boxminus(particles.mean, own.mean, layout);
@@ -110,7 +109,21 @@ std::string JointBelief::failure(const Belief& particles) {
   const bool is_far = !is_covered && factor.info() == Eigen::Success && d.dot(factor.solve(d)) > kFar;
   contradictions_ = is_far ? contradictions_ + 1 : 0;
   if (contradictions_ < kOften) return {};
-  return fmt::format("it contradicts the particles by {:.3g} m and {:.2g} rad", d.head<2>().norm(), std::abs(d.z()));
+  // Contradicting surfaces are a torn map, which stays so.
+  const bool begins_anew = anchors_.empty();
+  if (begins_anew) begin_anew(particles, d);
+  return {fmt::format("it contradicts the particles by {:.3g} m and {:.2g} rad", d.head<2>().norm(), std::abs(d.z())),
+          begins_anew};
+}
+
+void JointBelief::begin_anew(const Belief& particles, const Eigen::Vector3d& distance) {
+  Belief belief = gaussian_.belief();
+  belief.mean = particles.mean;
+  estimation::ekf::add_pose_covariance(belief, process_.layout(), distance * distance.transpose());
+  gaussian_.start(belief);
+  landmarks_.clear();
+  frame_.clear();
+  contradictions_ = 0;
 }
 
 Belief JointBelief::belief() const {

@@ -38,9 +38,9 @@ struct MapEvidence {
 /// was; this Gaussian does not (docs/math/joint.md).
 class WAYMARK_API JointBelief {
  public:
-  /// `process` must outlive the object. Beyond `most_landmarks` it is given up: joining and parting the distant ones
-  /// takes a time that grows with the square of their number.
-  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 400)
+  /// `process` must outlive the object. Of more than `most_landmarks`, those of long ago are thinned out: joining and
+  /// parting the distant ones takes a time that grows with the square of their number.
+  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 250)
       : process_(process), most_landmarks_(most_landmarks), gaussian_(process.layout()), anchors_(settings) {}
 
   /// Begins with the navigation state alone. `frame`: covariance of (x, y, yaw) of the map's origin, where the
@@ -64,10 +64,16 @@ class WAYMARK_API JointBelief {
   /// their anchors anew. What the loop says about the poses, the next matches with its places say.
   void draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors);
 
-  /// Why this Gaussian represents the particles no longer; empty: it does. It has room for so many landmarks only; and
-  /// after a wrong association it may be far from `particles`, the same marginal by the particles. A small distance is
-  /// no reason: it is part of what is reported.
-  std::string failure(const Belief& particles);
+  /// Something that this Gaussian cannot represent.
+  struct Failure {
+    std::string why;              ///< empty: there is nothing
+    bool has_begun_anew = false;  ///< else it must not be used any more
+  };
+  /// To be called after each mapping step. A scan may show more landmarks than there is room for. And after a wrong
+  /// association the Gaussian may be far from `particles`, the same marginal by the particles. If it has landmarks
+  /// only, it then begins anew, about the particles' mean, with the distance to it as uncertainty. A small distance is
+  /// no failure: it is part of what is reported.
+  Failure check(const Belief& particles);
 
   /// `change` makes velocity and rate uncorrelated with all else.
   template <class Change>
@@ -97,6 +103,8 @@ class WAYMARK_API JointBelief {
   void serialize(Archive& archive);
 
  private:
+  void begin_anew(const Belief& particles, const Eigen::Vector3d& distance);
+
   const estimation::ProcessModel& process_;
   std::size_t most_landmarks_;
   JointGaussian gaussian_;

@@ -124,7 +124,7 @@ void JointGaussian::update(const Linearization& model, const estimation::StateJa
 }
 
 void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
-                           const std::array<int, 3>& pose) {
+                           const std::array<int, 3>& pose, double gate) {
   for (const NodeRows& part : nodes) approach(part.node);
   ++relations_;
   const auto rows = static_cast<int>(H_pose.rows());
@@ -154,11 +154,12 @@ void JointGaussian::relate(const Column& nu, const Rows& H_pose, std::initialize
   }
   const Eigen::LLT<Square> factor(0.5 * (S + S.transpose()));
   if (!S.allFinite() || !nu.allFinite() || factor.info() != Eigen::Success) return;
+  gaussian::Vector white = nu;
+  factor.matrixL().solveInPlace(white);
+  if (white.squaredNorm() > gate) return;
   divide(own, factor);
   divide(W, factor);
   subtract(own);
-  gaussian::Vector white = nu;
-  factor.matrixL().solveInPlace(white);
   distant_.update(factor, own, W, white);
   correct(own, white, 0, 0);
 }

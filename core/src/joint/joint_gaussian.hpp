@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <vector>
 
 #include "estimation/process_model.hpp"
@@ -58,11 +59,17 @@ class WAYMARK_API JointGaussian {
   void update(const Linearization& model, const estimation::StateJacobian& H);
   /// Updates with a relation between (x, y, yaw) and nodes, whose noise is white: ν = H_pose δ + Σ H_i δ_i + N(0, I).
   void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
-    relate(nu, H_pose, nodes, layout_.pose_indices());
+    relate(nu, H_pose, nodes, layout_.pose_indices(), kNoGate);
+  }
+  /// The same, unless the squared Mahalanobis length of the innovation is beyond `gate`.
+  void relate_within(double gate, const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes) {
+    relate(nu, H_pose, nodes, layout_.pose_indices(), gate);
   }
   /// The same over other three error states of the pose.
   void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
-              const std::array<int, 3>& pose);
+              const std::array<int, 3>& pose) {
+    relate(nu, H_pose, nodes, pose, kNoGate);
+  }
   /// The correction of a node's mean since the last call for it, in its error states.
   Column take_correction(NodeId node);
   /// The same, without taking it.
@@ -107,6 +114,7 @@ class WAYMARK_API JointGaussian {
 
  private:
   using Factor = DistantNodes::Factor;
+  static constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
   struct Node {
     NodeId id;
@@ -118,6 +126,8 @@ class WAYMARK_API JointGaussian {
   const Node& find(NodeId node) const;
   static constexpr int kPending = 32;
 
+  void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
+              const std::array<int, 3>& pose, double gate);
   /// A distant node becomes a near one, and with it those that were used at the same time.
   void approach(NodeId node);
   /// Decides anew which nodes are near: those used last, and those used about the time of `needed`.

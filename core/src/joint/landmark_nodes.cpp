@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <limits>
 
 #include "joint/twist.hpp"
 #include "waymark/base/error.hpp"
@@ -15,6 +16,9 @@ namespace {
 constexpr double kSame = 0.5;  // [m]
 /// A landmark that was corrected by more is linearised where it is now.
 constexpr double kMoved = 0.3;  // [m]
+/// χ², 99.9 % of two degrees of freedom: particles that are resampled away had other associations, and one that is
+/// wrong cannot be taken back here.
+constexpr double kGate = 13.8;
 
 /// The pose in the plane.
 struct Placed {
@@ -76,7 +80,7 @@ void LandmarkNodes::observe_again(JointGaussian& gaussian, LandmarkNode& landmar
   if (noise.info() != Eigen::Success) return;
   const Eigen::Matrix2d whitened = noise.matrixL().solve(pose.R_base_map);
   const Eigen::Vector2d nu = noise.matrixL().solve(observed.p_base - pose.R_base_map * (landmark.mean - pose.p));
-  gaussian.relate(nu, -whitened * pose.moves(landmark.linearized_at), {{landmark.node, whitened}});
+  gaussian.relate_within(kGate, nu, -whitened * pose.moves(landmark.linearized_at), {{landmark.node, whitened}});
 }
 
 void LandmarkNodes::add(JointGaussian& gaussian, const Correspondences::Landmark& observed, double share) {
@@ -93,16 +97,53 @@ std::optional<LandmarkNodes::Estimate> LandmarkNodes::find(std::uint64_t birth) 
   return Estimate{known->mean, known->node};
 }
 
-bool LandmarkNodes::remove_doubtful(JointGaussian& gaussian) {
-  auto oldest = landmarks_.end();
-  for (auto landmark = landmarks_.begin(); landmark != landmarks_.end(); ++landmark) {
-    if (landmark->sightings > 1 || landmark->last_step == step_) continue;
-    if (oldest == landmarks_.end() || landmark->last_step < oldest->last_step) oldest = landmark;
+void LandmarkNodes::make_room(JointGaussian& gaussian, std::size_t most) {
+  while (landmarks_.size() > most) {
+    const std::size_t doubtful = find_doubtful();
+    const std::size_t removed = doubtful < landmarks_.size() ? doubtful : find_replaceable();
+    if (removed == landmarks_.size()) return;
+    gaussian.remove_node(landmarks_[removed].node);
+    landmarks_.erase(landmarks_.begin() + static_cast<std::ptrdiff_t>(removed));
   }
-  if (oldest == landmarks_.end()) return false;
-  gaussian.remove_node(oldest->node);
-  landmarks_.erase(oldest);
-  return true;
+}
+
+std::size_t LandmarkNodes::find_doubtful() const {
+  std::size_t oldest = landmarks_.size();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    if (landmarks_[i].sightings > 1 || landmarks_[i].last_step == step_) continue;
+    if (oldest == landmarks_.size() || landmarks_[i].last_step < landmarks_[oldest].last_step) oldest = i;
+  }
+  return oldest;
+}
+
+double LandmarkNodes::room_about(std::size_t landmark) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  double second = nearest;
+  for (std::size_t k = 0; k < landmarks_.size(); ++k) {
+    if (k == landmark) continue;
+    const double distance = (landmarks_[k].mean - landmarks_[landmark].mean).norm();
+    second = std::min(second, std::max(nearest, distance));
+    nearest = std::min(nearest, distance);
+  }
+  return nearest + second;
+}
+
+/// Every place keeps some, so that a return to it still closes the loop here, and where the robot is now all stay.
+std::size_t LandmarkNodes::find_replaceable() {
+  steps_.clear();
+  for (const LandmarkNode& landmark : landmarks_) steps_.push_back(landmark.last_step);
+  const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
+  std::ranges::nth_element(steps_, middle);
+  std::size_t found = landmarks_.size();
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    if (landmarks_[i].last_step > *middle || landmarks_[i].last_step == step_) continue;
+    const double room = room_about(i);
+    if (room > least) continue;  // of equals the later one goes
+    least = room;
+    found = i;
+  }
+  return found;
 }
 
 template <class Archive>

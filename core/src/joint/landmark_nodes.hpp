@@ -28,9 +28,9 @@ class WAYMARK_API LandmarkNodes {
   /// The landmark of this birth; nothing if it has no node.
   std::optional<Estimate> find(std::uint64_t birth) const;
   std::size_t size() const { return landmarks_.size(); }
-  /// Removes the landmark that was seen only once, in an earlier step, and that the longest ago; false if there is
-  /// none.
-  bool remove_doubtful(JointGaussian& gaussian);
+  /// Forgets landmarks until there are at most `most`, none of the last step: at first those that were seen only once,
+  /// then of the half that was seen longest ago those that stand closest.
+  void make_room(JointGaussian& gaussian, std::size_t most);
   void clear() { landmarks_.clear(); }
 
   template <class Archive>
@@ -49,10 +49,17 @@ class WAYMARK_API LandmarkNodes {
   void observe_again(JointGaussian& gaussian, LandmarkNode& landmark, const Correspondences::Landmark& observed,
                      double share);
   void add(JointGaussian& gaussian, const Correspondences::Landmark& observed, double share);
+  /// Index of the landmark that was seen once, in an earlier step, and that the longest ago; `size()`: none.
+  std::size_t find_doubtful() const;
+  /// Index of the landmark of long ago that has the least room about it; `size()`: none.
+  std::size_t find_replaceable();
+  /// Distances to the two nearest others, summed [m]: with one alone an even row would vanish from its end.
+  double room_about(std::size_t landmark) const;
 
   std::vector<LandmarkNode> landmarks_;
   std::uint64_t step_ = 0;
-  std::vector<std::size_t> new_;  // scratch: indices of the observed ones without a node
+  std::vector<std::size_t> new_;      // scratch: indices of the observed ones without a node
+  std::vector<std::uint64_t> steps_;  // scratch
 };
 
 }  // namespace waymark::joint

@@ -242,8 +242,8 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
                                       scaled(refinement.spatial, input.share, from)};
     if (const auto added = joint_->map(evidence, correspondences_, anchors)) new_anchors_.push_back(*added);
   }
-  joint_failure_ = joint_->failure(best.belief);
-  if (!joint_failure_.empty()) joint_.reset();
+  joint_failure_ = joint_->check(best.belief);
+  if (!joint_failure_.why.empty() && !joint_failure_.has_begun_anew) joint_.reset();
 }
 
 bool ParticleFilter::correspond(std::span<const MappingInput> inputs, std::size_t input, std::size_t slot,

@@ -139,8 +139,8 @@ class WAYMARK_API ParticleFilter {
   const Belief& reported() const;
   /// The landmark of this birth as the joint Gaussian has it, in ENU; nothing if it is not one of its nodes.
   std::optional<joint::JointBelief::LandmarkEstimate> landmark(std::uint64_t birth) const;
-  /// Why the joint Gaussian was given up, at the mapping step at which it was; else empty.
-  std::string take_joint_failure() { return std::exchange(joint_failure_, {}); }
+  /// Why the joint Gaussian was given up or has begun anew, at the mapping step at which it did.
+  joint::JointBelief::Failure take_joint_failure() { return std::exchange(joint_failure_, {}); }
   /// True from then on: what is reported is the particles' covariance alone, which is too small.
   bool gave_up_joint() const { return uses_joint_ && !joint_; }
   /// The loop that the last mapping step closed, if it moved the maps.
@@ -246,7 +246,7 @@ class WAYMARK_API ParticleFilter {
   Recollection recollection_;
   bool uses_joint_;                          // with maps only
   std::optional<joint::JointBelief> joint_;  // until it is given up
-  std::string joint_failure_;
+  joint::JointBelief::Failure joint_failure_;
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
   std::optional<Redrawing> redrawing_;      // of a correction that is not yet in force
   std::optional<ClosedLoop> closed_loop_;

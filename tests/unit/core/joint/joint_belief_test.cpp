@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -169,35 +170,111 @@ TEST_F(Standing, ALandmarkOfAnotherBirthIsTheNearestOneThatIsNotSeenBesides) {
   EXPECT_FALSE(joint_.landmark(7, nullptr));
 }
 
-TEST_F(Standing, ItIsGivenUpWhereThereIsNoRoomForTheLandmarks) {
-  joint_.start(start_, Eigen::Matrix3d::Zero());
-  const auto row = [](std::uint64_t first, bool is_new) {
-    std::vector<Correspondences::Landmark> landmarks;
-    for (std::uint64_t i = first; i < first + 100; ++i)
-      landmarks.push_back(landmark(i, is_new, 2.0 * static_cast<double>(i), 3.0));
-    return landmarks;
-  };
-  see(row(1, true));
-  see(row(101, true));
-  EXPECT_EQ(joint_.failure(start_), "") << "the oldest that were seen once are left out";
-  see(row(101, false));
-  see(row(201, true));
-  EXPECT_NE(joint_.failure(start_).find("more than 120 landmarks"), std::string::npos) << joint_.failure(start_);
+std::vector<Correspondences::Landmark> row(std::uint64_t first, std::uint64_t count, bool is_new) {
+  std::vector<Correspondences::Landmark> landmarks;
+  for (std::uint64_t i = first; i < first + count; ++i)
+    landmarks.push_back({i, is_new, {2.0 * static_cast<double>(i), 3.0}, 0.04 * Eigen::Matrix2d::Identity()});
+  return landmarks;
 }
 
-TEST_F(Standing, ItIsGivenUpWhereItContradictsTheParticles) {
+TEST_F(Standing, LandmarksThatWereSeenOnceAreForgottenFirst) {
   joint_.start(start_, Eigen::Matrix3d::Zero());
-  Belief particles = start_;
-  particles.mean.T_map_base.p.x() = 0.3;  // 3σ
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(joint_.failure(particles), "");
-  particles.mean.T_map_base.p.x() = 0.9;  // 9σ, which the report covers
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(joint_.failure(particles), "");
-  particles.mean.T_map_base.p.x() = 1.5;
-  std::string failure;
-  int steps = 0;
-  while (failure.empty() && ++steps < 100) failure = joint_.failure(particles);
-  EXPECT_NE(failure.find("contradicts the particles by 1.5 m"), std::string::npos) << failure;
-  EXPECT_GT(steps, 10) << "a single step is no contradiction";
+  see(row(1, 60, true));
+  see(row(1, 60, false));
+  see(row(101, 60, true));
+  see(row(201, 40, true));
+  EXPECT_EQ(joint_.check(start_).why, "");
+  EXPECT_TRUE(joint_.landmark(1, nullptr));
+  EXPECT_FALSE(joint_.landmark(101, nullptr));
+  EXPECT_TRUE(joint_.landmark(201, nullptr));
+}
+
+/// A place of long ago keeps every second landmark or so; where the robot is, all stay.
+TEST_F(Standing, LandmarksOfLongAgoAreThinned) {
+  joint_.start(start_, Eigen::Matrix3d::Zero());
+  for (const bool is_new : {true, false}) see(row(1, 80, is_new));
+  for (const bool is_new : {true, false}) see(row(101, 80, is_new));
+  EXPECT_EQ(joint_.check(start_).why, "");
+  int first = 0;
+  int longest_gap = 0;
+  int gap = 0;
+  for (std::uint64_t i = 1; i <= 80; ++i) {
+    const bool is_kept = joint_.landmark(i, nullptr).has_value();
+    first += is_kept ? 1 : 0;
+    gap = is_kept ? 0 : gap + 1;
+    longest_gap = std::max(longest_gap, gap);
+    EXPECT_TRUE(joint_.landmark(100 + i, nullptr)) << i;
+  }
+  EXPECT_EQ(first, 40);
+  EXPECT_LE(longest_gap, 3) << "all of the place keeps some";
+}
+
+TEST_F(Standing, ItIsGivenUpWhereAScanShowsMoreLandmarksThanThereIsRoomFor) {
+  joint_.start(start_, Eigen::Matrix3d::Zero());
+  see(row(1, 121, true));
+  const JointBelief::Failure failure = joint_.check(start_);
+  EXPECT_EQ(failure.why, "a scan shows more than 120 landmarks");
+  EXPECT_FALSE(failure.has_begun_anew);
+}
+
+/// What a particle associated that is resampled away cannot be taken back here.
+TEST_F(Standing, AnAssociationBeyondTheGateHasNoEffect) {
+  joint_.start(start_, Eigen::Matrix3d::Zero());
+  for (int i = 0; i < 100; ++i) see({landmark(7, i == 0, 5.0, 0.0), landmark(8, i == 0, 5.0, 4.0)});
+  see({landmark(7, false, 5.0, 0.0), landmark(8, false, 6.0, 4.0)});  // 5σ
+  EXPECT_NEAR(joint_.landmark(8, nullptr)->p.x(), 5.0, 1e-9);
+  see({landmark(7, false, 5.0, 0.0), landmark(8, false, 5.5, 4.0)});  // 2.5σ
+  EXPECT_GT(joint_.landmark(8, nullptr)->p.x(), 5.001);
+}
+
+class Contradicted : public Standing {
+ protected:
+  Contradicted() {
+    joint_.start(start_, Eigen::Matrix3d::Zero());
+    particles_ = start_;
+  }
+  /// Until something happens; a step is one call.
+  JointBelief::Failure check(int most) {
+    for (steps_ = 1; steps_ <= most; ++steps_) {
+      JointBelief::Failure failure = joint_.check(particles_);
+      if (!failure.why.empty()) return failure;
+    }
+    return {};
+  }
+
+  Belief particles_;
+  int steps_ = 0;
+};
+
+TEST_F(Contradicted, ASmallDistanceIsCoveredByTheReport) {
+  particles_.mean.T_map_base.p.x() = 0.3;  // 3σ
+  EXPECT_EQ(check(100).why, "");
+  particles_.mean.T_map_base.p.x() = 0.9;  // 9σ
+  EXPECT_EQ(check(100).why, "");
+}
+
+TEST_F(Contradicted, LandmarksBeginAnewWithTheDistanceAsUncertainty) {
+  see(row(1, 5, true));
+  particles_.mean.T_map_base.p.x() = 1.5;
+  const JointBelief::Failure failure = check(100);
+  EXPECT_EQ(failure.why, "it contradicts the particles by 1.5 m and 0 rad");
+  EXPECT_TRUE(failure.has_begun_anew);
+  EXPECT_GT(steps_, 10) << "a single step is no contradiction";
+  EXPECT_DOUBLE_EQ(joint_.belief().mean.T_map_base.p.x(), 1.5);
+  EXPECT_NEAR(joint_.belief().P(0, 0), 0.01 + 1.5 * 1.5, 1e-9);
+  EXPECT_NEAR(joint_.belief().P(1, 1), 0.01, 1e-9);
+  EXPECT_FALSE(joint_.landmark(1, nullptr)) << "they lie elsewhere in the particles' maps";
+  EXPECT_EQ(check(100).why, "");
+}
+
+TEST_F(Contradicted, ATornMapOfSurfacesIsGivenUp) {
+  Correspondences seen;
+  seen.points_base = {{5.0, 0.0}, {5.0, 1.0}};
+  joint_.map({.match = {Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()}}, seen, {});
+  particles_.mean.T_map_base.p.x() = 1.5;
+  const JointBelief::Failure failure = check(100);
+  EXPECT_EQ(failure.why, "it contradicts the particles by 1.5 m and 0 rad");
+  EXPECT_FALSE(failure.has_begun_anew);
 }
 
 }  // namespace
