@@ -75,25 +75,24 @@ void score_against_reference(const EvaluateOptions& arguments, const evaluation:
   const evaluation::Trajectory reference = evaluation::read_trajectory(
       arguments.reference, columns_of(arguments.reference_columns, quantities), datum_of(arguments));
   report.trajectory = evaluation::score_trajectory(estimate, reference, options);
-  std::vector<evaluation::PoseCovariance> covariances;
   const bool is_of_another_point =
       reference.orientation == evaluation::Orientation::none && !options.lever_arm_m.isZero();
-  if (!arguments.covariance.empty() && !(is_of_another_point && !covariance_was_asked)) {
-    if (is_of_another_point) {
-      throw Error("evaluate: --covariance is that of the base, not of the point at --lever-arm, whose positions " +
-                  reference.name + " holds; leave out one of the two");
-    }
+  std::vector<evaluation::PoseCovariance> covariances;
+  if (!arguments.covariance.empty()) {
     covariances = evaluation::read_covariances(arguments.covariance);
+    const evaluation::ConsistencyOptions how{report.trajectory->T_reference_estimate, options.max_time_gap_s,
+                                             options.lever_arm_m, arguments.reference_sigma_m};
     evaluation::Trajectory of_base = reference;  // the covariance is that of the base
-    for (auto& point : of_base.points) point.pose.p -= point.pose.q * options.lever_arm_m;
+    if (!is_of_another_point)
+      for (auto& point : of_base.points) point.pose.p -= point.pose.q * options.lever_arm_m;
     try {
-      report.consistency = evaluation::score_consistency(
-          covariances, estimate, of_base, report.trajectory->T_reference_estimate, options.max_time_gap_s);
-      report.spatial_consistency = evaluation::score_spatial_consistency(
-          covariances, estimate, of_base, report.trajectory->T_reference_estimate, options.max_time_gap_s);
+      report.consistency = evaluation::score_consistency(covariances, estimate, of_base, how);
+      report.spatial_consistency = evaluation::score_spatial_consistency(covariances, estimate, of_base, how);
     } catch (const Error&) {
       if (covariance_was_asked) throw;  // else it was only there
     }
+    // The error at the end of an outage is that of the point, and its heading is not known.
+    if (is_of_another_point) covariances.clear();
   }
   if (!arguments.outages.empty() || arguments.pauses_longer_than_s > 0.0) {
     report.outage_options = arguments.outage;

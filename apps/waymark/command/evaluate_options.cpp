@@ -33,6 +33,11 @@ void add_trajectory_options(CLI::App* command, EvaluateOptions& a) {
       ->delimiter(',')
       ->expected(3);
   command
+      ->add_option("--reference-sigma", a.reference_sigma_m,
+                   "σ of the reference's positions, each axis, which NEES takes into account [m]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
       ->add_option("--datum", a.datum,
                    "where the map's origin is, for a geodetic reference: latitude,longitude[,height] as in the YAML "
                    "[deg, m]")

@@ -31,6 +31,7 @@ struct EvaluateOptions {
   std::string survey_columns;
   std::string align = "none";
   std::vector<double> lever_arm_m;
+  double reference_sigma_m = 0.0;
   std::vector<double> datum;
   double rpe_delta_s = 0.0;  // 0: not given
   std::string overlay;

@@ -53,16 +53,16 @@ std::optional<double> squared_in_units_of(const Eigen::MatrixXd& P, const Eigen:
 /// certain.
 template <class NeesOf>
 Consistency score(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
-                  const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s, int dimensions,
+                  const Trajectory& reference, const ConsistencyOptions& options, int dimensions,
                   const NeesOf& nees_of) {
   std::vector<double> nees;
   for (const PoseCovariance& covariance : covariances) {
     Pose estimated;
     Pose truth;
-    if (pose_at(estimate, covariance.stamp, max_time_gap_s, estimated) != Lookup::found ||
-        pose_at(reference, covariance.stamp, max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
+    if (pose_at(estimate, covariance.stamp, options.max_time_gap_s, estimated) != Lookup::found ||
+        pose_at(reference, covariance.stamp, options.max_time_gap_s, truth) != Lookup::found || is_certain(covariance))
       continue;
-    if (const auto one = nees_of(covariance, T_reference_estimate * estimated, truth)) nees.push_back(*one);
+    if (const auto one = nees_of(covariance, options.T_reference_estimate * estimated, truth)) nees.push_back(*one);
   }
   if (nees.empty()) throw Error("consistency: no time at which covariance, estimate and reference are known");
   return summarize_nees(std::move(nees), dimensions);
@@ -116,17 +116,21 @@ std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file) 
 }
 
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
-                              const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s) {
+                              const Trajectory& reference, const ConsistencyOptions& options) {
   if (estimate.orientation == Orientation::none) throw Error("consistency: " + estimate.name + " has no orientation");
   const int dimensions = reference.orientation == Orientation::none ? 2 : 3;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
+  turn.topLeftCorner<2, 2>() = options.T_reference_estimate.q.toRotationMatrix().topLeftCorner<2, 2>();
   std::array<std::vector<double>, 3> sigmas;
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   const auto nees_of = [&](const PoseCovariance& covariance, const Pose& estimated, const Pose& truth) {
-    const Eigen::Vector3d error(estimated.p.x() - truth.p.x(), estimated.p.y() - truth.p.y(),
-                                so3::wrap(estimated.yaw() - truth.yaw()));
-    const Eigen::Matrix3d P = turn * covariance.P * turn.transpose();
+    const Eigen::Vector3d arm = dimensions == 2 ? (estimated.q * options.lever_arm_m).eval() : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d p = estimated.p + arm;
+    const Eigen::Vector3d error(p.x() - truth.p.x(), p.y() - truth.p.y(), so3::wrap(estimated.yaw() - truth.yaw()));
+    Eigen::Matrix3d J = turn;
+    J.col(2) += Eigen::Vector3d(-arm.y(), arm.x(), 0.0);
+    Eigen::Matrix3d P = J * covariance.P * J.transpose();
+    P.topLeftCorner<2, 2>().diagonal().array() += options.reference_sigma_m * options.reference_sigma_m;
     squares += error.cwiseAbs2();
     for (std::size_t i = 0; i < sigmas.size(); ++i) {
       const auto axis = static_cast<Eigen::Index>(i);
@@ -134,7 +138,7 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
     }
     return squared_in_units_of(P.topLeftCorner(dimensions, dimensions), error.head(dimensions));
   };
-  Consistency out = score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, dimensions, nees_of);
+  Consistency out = score(covariances, estimate, reference, options, dimensions, nees_of);
   for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) {
     const double rms = std::sqrt(squares[static_cast<Eigen::Index>(i)] / static_cast<double>(sigmas[i].size()));
     if (rms > 0.0) out.sigma_by_rms[i] = statistics(std::move(sigmas[i])).median / rms;
@@ -144,19 +148,19 @@ Consistency score_consistency(const std::vector<PoseCovariance>& covariances, co
 
 std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
                                                      const Trajectory& estimate, const Trajectory& reference,
-                                                     const Pose& T_reference_estimate, double max_time_gap_s) {
+                                                     const ConsistencyOptions& options) {
   const bool has_all =
       std::ranges::all_of(covariances, [](const PoseCovariance& one) { return one.P_spatial.has_value(); });
   if (!has_all || estimate.orientation != Orientation::full || reference.orientation != Orientation::full)
     return std::nullopt;
   SpatialMatrix turn = SpatialMatrix::Zero();
-  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_reference_estimate.q.toRotationMatrix();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = options.T_reference_estimate.q.toRotationMatrix();
   const auto nees_of = [&](const PoseCovariance& covariance, const Pose& estimated, const Pose& truth) {
     SpatialVector error;
     error << estimated.p - truth.p, so3::log(estimated.q * truth.q.conjugate());
     return squared_in_units_of(turn * *covariance.P_spatial * turn.transpose(), error);
   };
-  return score(covariances, estimate, reference, T_reference_estimate, max_time_gap_s, 6, nees_of);
+  return score(covariances, estimate, reference, options, 6, nees_of);
 }
 
 }  // namespace waymark::evaluation

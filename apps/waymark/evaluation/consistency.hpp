@@ -49,17 +49,26 @@ Consistency summarize_nees(std::vector<double> nees, int dimensions);
 /// Throws DataError with file and line.
 std::vector<PoseCovariance> read_covariances(const std::filesystem::path& file);
 
+/// How covariances are scored.
+struct ConsistencyOptions {
+  Pose T_reference_estimate = {};  ///< the alignment
+  double max_time_gap_s = 1.0;     ///< both trajectories are interpolated over at most this time
+  /// A reference without orientation has the positions of this point of the robot, base frame [m].
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
+  double reference_sigma_m = 0.0;  ///< of each axis of the reference's positions, independent of the estimate
+};
+
 /// Scores the covariances' stamps at which both trajectories are known and the position is not held for certain (σ
 /// above 0.1 mm: the files are written to micrometres, and a start that is the map's gauge has no uncertainty).
-/// `T_reference_estimate` is the alignment; it takes degrees of freedom out of the error, so honest NEES is taken
-/// without. Throws Error if the estimate has no orientation, or if there is no common time.
+/// An alignment takes degrees of freedom out of the error, so honest NEES is taken without. Throws Error if the
+/// estimate has no orientation, or if there is no common time.
 Consistency score_consistency(const std::vector<PoseCovariance>& covariances, const Trajectory& estimate,
-                              const Trajectory& reference, const Pose& T_reference_estimate, double max_time_gap_s);
+                              const Trajectory& reference, const ConsistencyOptions& options);
 
 /// The same of all six of the pose: 6 on the average. Nothing if a covariance has three only, or if the estimate or the
 /// reference has no whole orientation. Throws Error if there is no common time.
 std::optional<Consistency> score_spatial_consistency(const std::vector<PoseCovariance>& covariances,
                                                      const Trajectory& estimate, const Trajectory& reference,
-                                                     const Pose& T_reference_estimate, double max_time_gap_s);
+                                                     const ConsistencyOptions& options);
 
 }  // namespace waymark::evaluation

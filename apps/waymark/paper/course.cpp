@@ -102,7 +102,7 @@ class Run {
     Pose true_end;
     if (evaluation::pose_at(truth_, online_.points.back().stamp, kGap, true_end) == evaluation::Lookup::found)
       trial_.position_end_m = (online_.points.back().pose.p - true_end.p).head<2>().norm();
-    trial_.nees_mean = evaluation::score_consistency(covariances_, online_, truth_, Pose{}, kGap).nees.mean;
+    trial_.nees_mean = evaluation::score_consistency(covariances_, online_, truth_, {.max_time_gap_s = kGap}).nees.mean;
     Trajectory path{"path", false, evaluation::Orientation::yaw, {}};
     for (const StampedPose& pose : last.best_path()) path.points.push_back({pose.stamp, pose.T_map_base});
     trial_.path_rms_m = evaluation::score_trajectory(path, truth_, options).position_m.rms;

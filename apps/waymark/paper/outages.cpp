@@ -45,7 +45,8 @@ class Recorder {
     trial.position_rms_m = error.position_m.rms;
     trial.yaw_rms_rad = error.yaw_rad ? error.yaw_rad->rms : 0.0;
     trial.nees_mean =
-        evaluation::score_consistency(covariances_, estimate_, truth, Pose{}, options.max_time_gap_s).nees.mean;
+        evaluation::score_consistency(covariances_, estimate_, truth, {.max_time_gap_s = options.max_time_gap_s})
+            .nees.mean;
     trial.outages =
         evaluation::score_outages(evaluation::pauses(fixes_, kShortest), estimate_, truth, covariances_, Pose{}, {});
     return trial;
