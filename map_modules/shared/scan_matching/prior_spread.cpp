@@ -26,8 +26,14 @@ double spread_reach(const MatchPrior& prior, const MatchSettings& settings) {
   return is_wide(prior, settings) ? kSpreadSigmas * std::sqrt(std::max(prior.P(0, 0), prior.P(1, 1))) : 0.0;
 }
 
-Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide,
-                          const MatchSettings& settings) {
+MatchPrior after_slip(const MatchPrior& prior, const MatchSettings& settings) {
+  const Eigen::Vector3d slip(settings.coarse_distance, settings.coarse_distance, 3.0 * settings.coarse_angle);
+  MatchPrior slipped = prior;
+  slipped.P.diagonal() += slip.cwiseAbs2();
+  return slipped;
+}
+
+Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide, int draws) {
   // The start is the host's draw for this particle and step: a key of its own for the stream.
   // Where only the heading is uncertain x and y are zero for all.
   const auto turn = std::bit_cast<std::uint64_t>(prior.start.z());
@@ -36,7 +42,7 @@ Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, co
   const Eigen::Matrix3d B = gaussian::square_root(prior.P);
   Eigen::Vector3d best = prior.start;
   double best_sum = target.sum_likelihood(wide, prior.mean + best, 0.0);
-  for (int k = 0; k < settings.spread_draws; ++k) {
+  for (int k = 0; k < draws; ++k) {
     Eigen::Vector3d d = B * gaussian::standard_normal(random);
     d.z() = so3::wrap(d.z());
     const double sum = target.sum_likelihood(wide, prior.mean + d, best_sum);

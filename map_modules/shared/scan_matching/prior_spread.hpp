@@ -18,9 +18,11 @@ bool is_wide(const MatchPrior& prior, const MatchSettings& settings);
 /// How far draws of a wide prior lie from its mean [m]; 0 for others.
 double spread_reach(const MatchPrior& prior, const MatchSettings& settings);
 
-/// The best of `spread_draws` draws of the prior and its start, by the sum of likelihoods, relative to the prior's
-/// mean. The same prior has the same draws.
-Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide,
-                          const MatchSettings& settings);
+/// The prior of a motion that slipped: wider by `coarse_distance` and three times `coarse_angle` (σ).
+MatchPrior after_slip(const MatchPrior& prior, const MatchSettings& settings);
+
+/// The best of so many draws of the prior and its start, by the sum of likelihoods, relative to the prior's mean. The
+/// same prior has the same draws.
+Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide, int draws);
 
 }  // namespace waymark::scan_matching

@@ -39,7 +39,8 @@ double ScanMatcher::margin(const MatchPrior& prior) const {
 
 Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
   const bool wide = is_wide(prior, settings_);
-  Match match = match_from(target, prior, wide ? best_draw(target, prior, tables_.wide, settings_) : prior.start);
+  Match match =
+      match_from(target, prior, wide ? best_draw(target, prior, tables_.wide, settings_.spread_draws) : prior.start);
   // A descent that ended in a wrong place can fit half of the points.
   const bool needs_search = !wide && !fits(target, prior, match);
   if (needs_search) {
@@ -55,6 +56,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
         if (!turned.failed && turned.score >= settings_.search_score) match = turned;
       }
     }
+    if (match.failed && settings_.spread_draws > 0) match = match_after_slip(target, prior);
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
@@ -89,6 +91,17 @@ Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior
   match.information = with_floor(optimum.information, settings_.floor);
   match.gradient = match.information * optimum.d + optimum.pull;
   match.log_evidence = settings_.evidence_tempering * optimum.fit.log_likelihood - 0.5 * optimum.pull.dot(optimum.d);
+  return match;
+}
+
+Match ScanMatcher::match_after_slip(const MatchTarget& target, const MatchPrior& prior) const {
+  constexpr double kSlipLogProbability = -7.0;  // one step of a thousand
+  constexpr int kSlipDraws = 4;                 // the space is small, and every particle has draws of its own
+  const MatchPrior slipped = after_slip(prior, settings_);
+  const int draws = settings_.spread_draws / kSlipDraws;
+  Match match = match_from(target, slipped, best_draw(target, slipped, tables_.wide, draws));
+  match.failed = match.failed || match.score < settings_.search_score;
+  match.log_evidence += kSlipLogProbability;
   return match;
 }
 

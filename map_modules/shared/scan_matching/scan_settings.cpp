@@ -68,7 +68,8 @@ MatchSettings MatchSettings::read(const Config& config) {
                                      "half width of the search in yaw; where nothing fits, three times as far"},
                                     0.0, 180.0, 7.0);
   s.spread_draws = static_cast<int>(config.integer_in(
-      {"spread_draws", "poses tried when the prior is far wider than the search; 0: none"}, 0, 10'000'000, 10'000));
+      {"spread_draws", "poses tried when the prior is far wider than the search, or nothing fits in it; 0: none"}, 0,
+      10'000'000, 10'000));
   const double position = config.positive(
       {"sigma_floor_m", "m", "σ of x and y that is added to every match (F): no pose is better known than that"},
       0.001);

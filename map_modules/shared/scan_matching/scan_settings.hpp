@@ -35,7 +35,7 @@ struct MatchSettings {
   int max_iterations;         ///< of each stage
   double coarse_distance;     ///< half width of the coarse search [m]
   double coarse_angle;        ///< [rad]
-  int spread_draws;           ///< places looked at when the prior is far wider than the coarse search; 0: none
+  int spread_draws;           ///< places looked at where the coarse search does not reach; 0: none
   Eigen::Vector3d floor;      ///< σ of (x [m], y [m], yaw [rad]) that is added to every match
 
   /// From the node `match`. Throws ConfigError.
