@@ -111,19 +111,13 @@ JointBelief::Failure JointBelief::check(const Belief& particles) {
   if (contradictions_ < kOften) return {};
   // Contradicting surfaces are a torn map, which stays so.
   const bool begins_anew = anchors_.empty();
-  if (begins_anew) begin_anew(particles, d);
+  if (begins_anew) {
+    Belief anew = gaussian_.belief();
+    anew.mean = particles.mean;
+    start(anew, d * d.transpose());
+  }
   return {fmt::format("it contradicts the particles by {:.3g} m and {:.2g} rad", d.head<2>().norm(), std::abs(d.z())),
           begins_anew};
-}
-
-void JointBelief::begin_anew(const Belief& particles, const Eigen::Vector3d& distance) {
-  Belief belief = gaussian_.belief();
-  belief.mean = particles.mean;
-  estimation::ekf::add_pose_covariance(belief, process_.layout(), distance * distance.transpose());
-  gaussian_.start(belief);
-  landmarks_.clear();
-  frame_.clear();
-  contradictions_ = 0;
 }
 
 Belief JointBelief::belief() const {

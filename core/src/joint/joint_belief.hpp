@@ -103,8 +103,6 @@ class WAYMARK_API JointBelief {
   void serialize(Archive& archive);
 
  private:
-  void begin_anew(const Belief& particles, const Eigen::Vector3d& distance);
-
   const estimation::ProcessModel& process_;
   std::size_t most_landmarks_;
   JointGaussian gaussian_;
