@@ -8,8 +8,6 @@ namespace waymark::scan_matching {
 
 namespace {
 
-constexpr double kFarther = 3.0;  // in coarse_angle
-
 int steps_of(double angle) { return static_cast<int>(angle / MatchSettings::kSearchYawStep); }
 
 }  // namespace
@@ -22,7 +20,7 @@ CoarseSearch::CoarseSearch(const MatchTarget& target, const MatchPrior& prior, c
       step_(std::max(resolution, MatchSettings::kSearchStep * settings.wide_sigma)),
       shifts_(static_cast<int>(settings.coarse_distance / step_)),
       near_turns_(steps_of(settings.coarse_angle)),
-      far_turns_(steps_of(std::min(kFarther * settings.coarse_angle, std::numbers::pi))) {}
+      far_turns_(steps_of(std::min(MatchSettings::kFartherTurns * settings.coarse_angle, std::numbers::pi))) {}
 
 FoundPlace CoarseSearch::best(int from, int to, double least) const {
   FoundPlace best{prior_.start};

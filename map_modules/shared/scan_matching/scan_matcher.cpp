@@ -56,7 +56,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
         if (!turned.failed && turned.score >= settings_.search_score) match = turned;
       }
     }
-    if (match.failed && is_narrow(prior)) match = match_after_slip(target, prior);
+    if (match.failed && may_have_slipped(prior, settings_)) match = match_after_slip(target, prior);
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
@@ -92,12 +92,6 @@ Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior
   match.gradient = match.information * optimum.d + optimum.pull;
   match.log_evidence = settings_.evidence_tempering * optimum.fit.log_likelihood - 0.5 * optimum.pull.dot(optimum.d);
   return match;
-}
-
-bool ScanMatcher::is_narrow(const MatchPrior& prior) const {
-  const double distance = settings_.coarse_distance;
-  return std::max(prior.P(0, 0), prior.P(1, 1)) < distance * distance &&
-         prior.P(2, 2) < settings_.coarse_angle * settings_.coarse_angle;
 }
 
 Match ScanMatcher::match_after_slip(const MatchTarget& target, const MatchPrior& prior) const {

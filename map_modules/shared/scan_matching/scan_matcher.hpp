@@ -31,8 +31,6 @@ class ScanMatcher {
  private:
   /// The match that a descent from `start` leads to; it may have failed.
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
-  /// True if the prior's σ is within the coarse search: then a motion beyond the search is a slip, not noise.
-  bool is_narrow(const MatchPrior& prior) const;
   /// The match if the motion slipped by more than its σ says. It has failed unless the points fit as those of other
   /// scans do. The slip is in the evidence, by its own probability, not by the prior.
   Match match_after_slip(const MatchTarget& target, const MatchPrior& prior) const;

@@ -24,6 +24,7 @@ struct ScanSettings {
 
 /// Matching on the likelihood field.
 struct MatchSettings {
+  static constexpr double kFartherTurns = 3.0;    ///< turns where nothing near fits, in coarse_angle
   static constexpr double kSearchStep = 0.75;     ///< of the coarse search, in wide_sigma
   static constexpr double kSearchYawStep = 0.03;  ///< [rad]
   double wide_sigma;                              ///< of the first stage [m]: the basin

@@ -99,7 +99,7 @@ TEST(Consistency, OfPositionsAloneHasTwoDegreesOfFreedom) {
   EXPECT_NEAR(result.high_95, 7.3778, 1e-4);
 }
 
-/// A point 2 m to the left of a robot that looks along y: its x moves with the base's and against 2 m times its yaw.
+/// A point 2 m to the left of a robot that looks along y: its y moves with the base's, less 2 m times its yaw.
 TEST(Consistency, OfPositionsOfAnotherPointHasTheCovarianceOfThatPoint) {
   const Trajectory estimate = line(0.0, std::numbers::pi / 2.0);
   Trajectory points = line(0.0, 0.0);

@@ -134,7 +134,7 @@ TEST(ScanMatching, AfterASlipTheScanIsFoundAtThePriceOfASlip) {
   without.spread_draws = 0;
   bench.matcher = ScanMatcher(without, kResolution);
   const Match failed = bench.match(truth, prior, 0.01);
-  ASSERT_TRUE(failed.failed);
+  ASSERT_TRUE(failed.failed) << "0: none";
   EXPECT_GT(match.log_evidence, failed.log_evidence - 5.0);
   const MatchPrior next{truth, covariance(0.05, 0.07), Eigen::Vector3d::Zero()};
   const double gain = bench.match(truth, next, 0.01).log_evidence - failed.log_evidence;
