@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "joint/twist.hpp"
 #include "joint/white_match.hpp"
 #include "loops/planar.hpp"
+#include "loops/twist.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/math/gaussian.hpp"
 
@@ -57,7 +57,7 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   const WhiteMatch white = whiten(match.information, match.gradient);
   // What is drawn from elsewhere moves what was there. It is no state: a state would take its share of every
   // innovation.
-  const Eigen::Matrix3d G = twist_of_error(pose_of(gaussian).head<2>());
+  const Eigen::Matrix3d G = loops::twist_of_error(pose_of(gaussian).head<2>());
   const Eigen::Matrix3d drawn =
       way_since_last(match.prior) / settings_.anchor_spacing * G * noise().asDiagonal() * G.transpose();
   if (!shares_.empty()) creep_.setZero();
@@ -66,7 +66,7 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
     const auto of_particle = std::ranges::find(poses, anchor.node, &AnchorPose::anchor);
     if (of_particle == poses.end()) continue;
     const Eigen::Vector3d correction = gaussian.take_correction(anchor.node);
-    anchor.mean += error_of_twist(anchor.mean.head<2>()) * correction;
+    anchor.mean += loops::error_of_twist(anchor.mean.head<2>()) * correction;
     anchor.in_map = of_particle->xyyaw.head<2>();
     anchor.creep += share.points / sum * drawn;
     creep_ += share.points / sum * anchor.creep;
@@ -77,7 +77,7 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
     const double root = std::sqrt(share.points / sum);
     const Eigen::Matrix3d rows = root * white.W * R;
     gaussian.relate(root * (white.target - white.W * loops::difference(in_map, match.prior)), rows,
-                    {{anchor.node, -rows * error_of_twist(pose.head<2>())}});
+                    {{anchor.node, -rows * loops::error_of_twist(pose.head<2>())}});
   }
 }
 
@@ -128,6 +128,41 @@ void Anchors::forget_places(std::span<const AnchorPose> poses) {
   }
 }
 
+void Anchors::begin_anew(JointGaussian& gaussian, const Belief& belief, std::span<const AnchorPose> poses,
+                         const Eigen::MatrixXd& P) {
+  const auto own_error = [&](const Eigen::Vector2d& p) -> Eigen::Matrix3d {
+    const Eigen::Matrix3d G = loops::twist_of_error(p);
+    return G * noise().asDiagonal() * G.transpose();
+  };
+  const std::optional<JointGaussian::NodeId> active_node = active();
+  active_ = PlaceGrid::kNone;
+  std::vector<Anchor> kept;
+  std::vector<JointGaussian::NodeId> nodes;
+  std::vector<Eigen::Index> rows;
+  Eigen::Index row = 0;
+  for (const AnchorPose& pose : poses) {
+    const auto own = std::ranges::find(anchors_, pose.anchor, &Anchor::node);
+    if (own != anchors_.end()) {
+      if (active_node == pose.anchor) active_ = static_cast<int>(kept.size());
+      kept.push_back({pose.anchor, pose.xyyaw, pose.xyyaw.head<2>(), Eigen::Matrix3d::Zero()});
+      nodes.push_back(pose.anchor);
+      for (Eigen::Index i = row; i < row + 3; ++i) rows.push_back(i);
+    }
+    row += 3;
+  }
+  anchors_ = std::move(kept);
+  creep_.setZero();
+  forget_places(poses);
+
+  Eigen::MatrixXd between = P(rows, rows);
+  for (std::size_t i = 0; i < anchors_.size(); ++i) {
+    const auto first = 3 * static_cast<Eigen::Index>(i);
+    between.block<3, 3>(first, first) += own_error(anchors_[i].mean.head<2>());
+  }
+  const Eigen::Matrix3d T = loops::error_of_twist(belief.mean.T_map_base.p.head<2>());
+  gaussian.restart(belief, nodes, P(rows, Eigen::seqN(row, 3)) * T.transpose(), between);
+}
+
 void Anchors::claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vector2d> points,
                         const Eigen::Vector2d& position) {
   const auto own = std::ranges::find(anchors_, node, &Anchor::node);
@@ -138,7 +173,7 @@ void Anchors::claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vecto
 
 Eigen::Matrix3d Anchors::local_error(const Eigen::Vector2d& position) const {
   if (anchors_.empty()) return Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d T = error_of_twist(position);
+  const Eigen::Matrix3d T = loops::error_of_twist(position);
   Eigen::Matrix3d error = T * creep_ * T.transpose();
   error.diagonal() += noise();
   return error;
@@ -168,7 +203,7 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
   }
   if (anchors_.size() >= kMostAnchors) thin(gaussian);
   const Eigen::Vector3d pose = pose_of(gaussian);
-  const Eigen::Matrix3d G = twist_of_error(pose.head<2>());
+  const Eigen::Matrix3d G = loops::twist_of_error(pose.head<2>());
   const JointGaussian::NodeId node = gaussian.add_node(G, G * noise().asDiagonal() * G.transpose());
   anchors_.push_back({node, pose, position, creep_});
   active_ = static_cast<int>(anchors_.size()) - 1;

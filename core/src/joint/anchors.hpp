@@ -51,6 +51,11 @@ class WAYMARK_API Anchors {
   std::optional<JointGaussian::NodeId> active() const;
   /// Where the anchors are in a map that was drawn again; its places have none yet.
   void forget_places(std::span<const AnchorPose> poses);
+  /// The same, and how they are known, too: `P` of what is wrong with `poses`, as motions of the whole map, and with
+  /// the pose at last, three rows each. `belief`: the pose in this map, as certain as its last match. Anchors that are
+  /// not in `poses` are gone.
+  void begin_anew(JointGaussian& gaussian, const Belief& belief, std::span<const AnchorPose> poses,
+                  const Eigen::MatrixXd& P);
   /// The places of `points` near `position` that have no anchor get this one, or if it was merged the nearest one.
   void claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position);
 

@@ -8,6 +8,8 @@
 #include <cstddef>
 
 #include "estimation/ekf.hpp"
+#include "loops/twist.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark::joint {
 
@@ -34,6 +36,8 @@ void JointBelief::start(const Belief& prior, const Eigen::Matrix3d& frame) {
   Belief belief = prior;
   estimation::ekf::add_pose_covariance(belief, process_.layout(), frame);
   gaussian_.start(belief);
+  const Eigen::Matrix3d G = loops::twist_of_error(belief.mean.T_map_base.p.head<2>());
+  start_ = G * pose_covariance(belief, process_.layout()) * G.transpose();
   anchors_.clear();
   landmarks_.clear();
   frame_.clear();
@@ -84,6 +88,25 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
 
 void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors) {
   anchors_.forget_places(anchors);
+  claim_places(keyframes);
+}
+
+void JointBelief::begin_anew(const Belief& particle, std::span<const loops::Keyframe> keyframes,
+                             std::span<const AnchorPose> anchors, Eigen::MatrixXd P) {
+  for (Eigen::Index row = 0; row < P.rows(); row += 3) {
+    for (Eigen::Index column = 0; column < P.cols(); column += 3) P.block<3, 3>(row, column) += start_;
+  }
+  const Eigen::Matrix3d T = loops::error_of_twist(particle.mean.T_map_base.p.head<2>());
+  Belief belief = particle;
+  estimation::ekf::add_pose_covariance(belief, process_.layout(), T * P.bottomRightCorner<3, 3>() * T.transpose());
+  anchors_.begin_anew(gaussian_, belief, anchors, P);
+  landmarks_.clear();
+  last_landmarks_ = 0;
+  contradictions_ = 0;
+  claim_places(keyframes);
+}
+
+void JointBelief::claim_places(std::span<const loops::Keyframe> keyframes) {
   for (const loops::Keyframe& keyframe : keyframes) {
     if (!keyframe.anchor) continue;
     points_.clear();
@@ -143,8 +166,8 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
-  archive.section("joint_belief", 2);
-  archive(gaussian_, last_landmarks_);
+  if (archive.section("joint_belief", 3) < 3) throw DataError("the checkpoint has an older version");
+  archive(gaussian_, start_, last_landmarks_);
   archive.within(contradictions_, 0, kOften);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);

@@ -60,9 +60,16 @@ class WAYMARK_API JointBelief {
 
   /// The anchor that new places belong to.
   std::optional<JointGaussian::NodeId> active_anchor() const { return anchors_.active(); }
+  /// False if it was merged with another one.
+  bool has_anchor(JointGaussian::NodeId anchor) const { return gaussian_.has_node(anchor); }
   /// The best particle's map was drawn again along another path: `anchors` are where they are now, and the places get
-  /// their anchors anew. What the loop says about the poses, the next matches with its places say.
+  /// their anchors anew. What the loop says about the poses enters by the next matches with its places.
   void draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors);
+  /// The same, and the Gaussian begins anew with what the graph of the path says, `P`: of what is wrong with `anchors`
+  /// and at last with the pose, as motions of the whole map, three rows each. `particle`: the best one's belief.
+  /// Matches with places that were wrong beside one another are forgotten so; and landmarks, until they are seen again.
+  void begin_anew(const Belief& particle, std::span<const loops::Keyframe> keyframes,
+                  std::span<const AnchorPose> anchors, Eigen::MatrixXd P);
 
   /// Something that this Gaussian cannot represent.
   struct Failure {
@@ -103,8 +110,11 @@ class WAYMARK_API JointBelief {
   void serialize(Archive& archive);
 
  private:
+  void claim_places(std::span<const loops::Keyframe> keyframes);
+
   const estimation::ProcessModel& process_;
   std::size_t most_landmarks_;
+  Eigen::Matrix3d start_ = Eigen::Matrix3d::Zero();  // covariance of the start pose, as a motion of the whole map
   JointGaussian gaussian_;
   Anchors anchors_;
   LandmarkNodes landmarks_;

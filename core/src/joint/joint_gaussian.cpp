@@ -3,12 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
 #include <utility>
 
-#include "estimation/belief_archive.hpp"
-#include "waymark/base/error.hpp"
 #include "waymark/math/so3.hpp"
 
 namespace waymark::joint {
@@ -22,9 +21,6 @@ template <class W>
 void divide(W&& w, const Eigen::LLT<Square>& factor) {
   factor.matrixU().template solveInPlace<Eigen::OnTheRight>(w);
 }
-
-/// Room at first: Eigen does not look at blocks without rows of matrices without memory.
-constexpr int kFirstStates = 24;
 
 }  // namespace
 
@@ -44,6 +40,28 @@ void JointGaussian::restart(const Belief& belief) {
   belief_ = belief;
   cross_.topRows(size_).setZero();
   distant_.forget_navigation();
+}
+
+void JointGaussian::restart(const Belief& belief, std::span<const NodeId> kept,
+                            const Eigen::Matrix<double, Eigen::Dynamic, 3>& cross, const Eigen::MatrixXd& between) {
+  belief_ = belief;
+  distant_.clear();
+  pending_columns_ = 0;
+  std::erase_if(nodes_, [&](const Node& node) { return !std::ranges::binary_search(kept, node.id); });
+  size_ = 0;
+  for (Node& node : nodes_) {
+    node.offset = size_;
+    node.is_near = true;
+    size_ += node.size;
+  }
+  assert(size_ == between.rows() && size_ == cross.rows());
+  reserve(size_);
+  cross_.topRows(size_).setZero();
+  for (int i = 0; i < 3; ++i)
+    cross_.topRows(size_).col(layout_.pose_indices()[static_cast<std::size_t>(i)]) = cross.col(i);
+  between_.topLeftCorner(size_, size_) = between;
+  corrections_.head(size_).setZero();
+  if (size_ > limits_.most) choose_near(nullptr);
 }
 
 /// The mean changes, but not what its errors mean: one that is a motion of the whole map stays one, δp' = δp + δφ × (p'
@@ -355,55 +373,5 @@ void JointGaussian::part_distant() {
   between_.topLeftCorner(near, near) = between.topLeftCorner(near, near);
   corrections_.head(near) = corrections.head(near);
 }
-
-template <class Archive>
-void JointGaussian::serialize(Archive& archive) {
-  archive.section("joint_gaussian", 2);
-  estimation::serialize_belief(archive, belief_, layout_);
-  archive.each(nodes_, [](auto& each, Node& node) { each(node.id, node.size, node.used, node.is_near); });
-  Eigen::MatrixXd cross;
-  Eigen::MatrixXd between;
-  Eigen::MatrixXd pending;
-  Eigen::VectorXd corrections;
-  if constexpr (!Archive::kReads) {
-    cross = cross_.topRows(size_);
-    between = between_.topLeftCorner(size_, size_);
-    pending = pending_.topLeftCorner(size_, pending_columns_);
-    corrections = corrections_.head(size_);
-  }
-  archive(next_id_, relations_, cross, between, pending, corrections);
-  if constexpr (Archive::kReads) {
-    size_ = 0;
-    int distant = 0;
-    NodeId next = 0;
-    for (Node& node : nodes_) {
-      if (node.size < 1 || node.size > 3 || node.id < next || node.id >= next_id_ || node.used > relations_)
-        throw DataError("the checkpoint has an invalid node of the joint Gaussian");
-      next = node.id + 1;
-      int& end = node.is_near ? size_ : distant;
-      node.offset = end;
-      end += node.size;
-    }
-    const bool fits = cross.rows() == size_ && cross.cols() == layout_.size() && between.rows() == size_ &&
-                      between.cols() == size_ && pending.rows() == size_ && pending.cols() <= kPending &&
-                      corrections.size() == size_ && corrections.allFinite() && cross.allFinite() &&
-                      between.allFinite() && pending.allFinite();
-    if (!fits) throw DataError("the checkpoint has a joint Gaussian of another size");
-    cross_ = cross;
-    between_ = between;
-    corrections_ = corrections;
-    pending_.setZero(size_, kPending);
-    pending_columns_ = static_cast<int>(pending.cols());
-    pending_.leftCols(pending_columns_) = pending;
-    reserve(size_ + kFirstStates);
-    distant_.serialize(archive, layout_.size(), size_);
-    if (distant_.size() != distant)
-      throw DataError("the checkpoint has distant nodes that do not fit its list of nodes");
-  } else {
-    distant_.serialize(archive, layout_.size(), size_);
-  }
-}
-template void JointGaussian::serialize(OutArchive& archive);
-template void JointGaussian::serialize(InArchive& archive);
 
 }  // namespace waymark::joint

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "estimation/process_model.hpp"
@@ -51,6 +52,10 @@ class WAYMARK_API JointGaussian {
   void start(const Belief& prior);
   /// The navigation state begins anew, uncorrelated with the nodes, which stay.
   void restart(const Belief& belief);
+  /// All begins anew, but for the names of `kept`: nodes of three states, by ascending names. All others are gone.
+  /// `cross`: of their states with (x, y, yaw); `between`: covariance of their states.
+  void restart(const Belief& belief, std::span<const NodeId> kept,
+               const Eigen::Matrix<double, Eigen::Dynamic, 3>& cross, const Eigen::MatrixXd& between);
 
   /// Predicts to `to`; the mean must be the one at the belief's stamp.
   void predict(const estimation::ProcessModel& process, Time to, bool standing);
@@ -125,6 +130,8 @@ class WAYMARK_API JointGaussian {
   };
   const Node& find(NodeId node) const;
   static constexpr int kPending = 32;
+  /// Room at first: Eigen does not look at blocks without rows of matrices without memory.
+  static constexpr int kFirstStates = 24;
 
   void relate(const Column& nu, const Rows& H_pose, std::initializer_list<NodeRows> nodes,
               const std::array<int, 3>& pose, double gate);

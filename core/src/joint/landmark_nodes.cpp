@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "joint/twist.hpp"
+#include "loops/twist.hpp"
 #include "waymark/base/error.hpp"
 
 namespace waymark::joint {
@@ -28,7 +28,7 @@ struct Placed {
   Eigen::Matrix2d R_base_map;
   /// δp of a point at `p_map` by (δx, δy, δyaw) of the pose.
   Eigen::Matrix<double, 2, 3> moves(const Eigen::Vector2d& p_map) const {
-    return error_of_twist(p_map - p).topRows<2>();
+    return loops::error_of_twist(p_map - p).topRows<2>();
   }
 };
 

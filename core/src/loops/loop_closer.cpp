@@ -322,6 +322,17 @@ std::optional<Correction> LoopCloser::correct() {
   return correction;
 }
 
+Eigen::MatrixXd LoopCloser::covariance(std::span<const std::size_t> keyframes) const {
+  std::vector<std::size_t> nodes;
+  nodes.reserve(keyframes.size());
+  for (const std::size_t keyframe : keyframes) {
+    const auto later = std::ranges::upper_bound(nodes_, keyframe);
+    nodes.push_back(static_cast<std::size_t>(later - nodes_.begin()) - 1);
+  }
+  const std::vector<Relation> steps = this->steps();
+  return PoseGraph(steps, loops_).covariance(poses(), nodes);
+}
+
 void LoopCloser::rewind(Time stamp) {
   while (!keyframes_.empty() && keyframes_.back().stamp > stamp) keyframes_.pop_back();
   while (!nodes_.empty() && nodes_.back() >= keyframes_.size()) nodes_.pop_back();

@@ -53,6 +53,10 @@ class WAYMARK_API LoopCloser {
   /// Sets keyframes to the poses of `path`, moved as `last` was: the one at which a correction was found that is
   /// carried out now. Those before `last` stay as they are. Returns the poses on the path, from `last` on.
   std::vector<Eigen::Vector3d> carry(std::size_t last, std::span<const StampedPose> path);
+  /// Covariance of what is wrong with keyframes, as motions of the whole map, by the path and its loops: three rows for
+  /// each. The first keyframe of all is certain; one between two nodes is as the earlier of them. Empty if the graph
+  /// has no solution.
+  Eigen::MatrixXd covariance(std::span<const std::size_t> keyframes) const;
   /// Drops keyframes if there are too many. Not while a correction is carried out.
   void bound();
   /// Forgets what came after `stamp`.

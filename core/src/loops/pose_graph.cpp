@@ -10,6 +10,8 @@
 #include <queue>
 #include <utility>
 
+#include "loops/twist.hpp"
+
 namespace waymark::loops {
 
 namespace {
@@ -75,14 +77,39 @@ class NormalEquations {
 
   /// Empty if the equations have no solution.
   Eigen::VectorXd solve() const {
-    Eigen::SparseMatrix<double> H(rows_, rows_);
-    H.setFromTriplets(triplets_.begin(), triplets_.end());
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(H);
+    const Factor factor(matrix());
     if (factor.info() != Eigen::Success) return {};
     return factor.solve(-gradient_);
   }
 
+  /// The inverse's rows and columns of these nodes; empty as above.
+  Eigen::MatrixXd covariance(std::span<const std::size_t> nodes) const {
+    const auto count = static_cast<Eigen::Index>(nodes.size());
+    const Factor factor(matrix());
+    if (factor.info() != Eigen::Success) return {};
+    Eigen::MatrixXd P = Eigen::MatrixXd::Zero(3 * count, 3 * count);
+    for (Eigen::Index column = 0; column < count; ++column) {
+      const std::size_t node = nodes[static_cast<std::size_t>(column)];
+      if (node == 0) continue;
+      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(rows_, 3);
+      unit.middleRows<3>(first_row(node)).setIdentity();
+      const Eigen::MatrixXd of_all = factor.solve(unit);
+      for (Eigen::Index row = 0; row < count; ++row) {
+        const std::size_t other = nodes[static_cast<std::size_t>(row)];
+        if (other > 0) P.block<3, 3>(3 * row, 3 * column) = of_all.middleRows<3>(first_row(other));
+      }
+    }
+    return P;
+  }
+
  private:
+  using Factor = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
+
+  Eigen::SparseMatrix<double> matrix() const {
+    Eigen::SparseMatrix<double> H(rows_, rows_);
+    H.setFromTriplets(triplets_.begin(), triplets_.end());
+    return H;
+  }
   static Eigen::Index first_row(std::size_t node) { return 3 * (static_cast<Eigen::Index>(node) - 1); }
   void add_block(std::size_t a, std::size_t b, const Eigen::Matrix3d& block) {
     if (a == 0 || b == 0) return;
@@ -106,6 +133,46 @@ class NormalEquations {
 double PoseGraph::chi_squared(const Loop& loop, std::span<const Eigen::Vector3d> poses) {
   const Eigen::Vector3d r = residual(poses[loop.from], poses[loop.to], loop.relation.z).r;
   return r.dot(information(loop.relation.P) * r);
+}
+
+namespace {
+
+/// The noise of a relation as a motion of the whole map.
+Eigen::Matrix3d as_twist(const Eigen::Matrix3d& P, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Matrix3d G = twist_of_error(to.head<2>()) * turn(from.z());
+  return G * P * G.transpose();
+}
+
+}  // namespace
+
+/// What a relation says about motions of the whole map depends on the difference of two nodes alone, so the noise of
+/// steps in a row adds up, and nodes that nobody asks for drop out.
+Eigen::MatrixXd PoseGraph::covariance(std::span<const Eigen::Vector3d> poses,
+                                      std::span<const std::size_t> nodes) const {
+  const Residual of_difference{Eigen::Vector3d::Zero(), -Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
+  std::vector<std::size_t> kept{0};
+  kept.insert(kept.end(), nodes.begin(), nodes.end());
+  for (const Loop& loop : loops_) kept.insert(kept.end(), {loop.from, loop.to});
+  std::ranges::sort(kept);
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  const auto place = [&](std::size_t node) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(kept, node) - kept.begin());
+  };
+  NormalEquations equations(kept.size());
+  for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
+    Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+    for (std::size_t k = kept[i]; k < kept[i + 1]; ++k) P += as_twist(steps_[k].P, poses[k], poses[k + 1]);
+    equations.add(i, i + 1, of_difference, information(P));
+  }
+  for (const Loop& loop : loops_) {
+    const Eigen::Matrix3d P = as_twist(loop.relation.P, poses[loop.from], poses[loop.to]);
+    equations.add(place(loop.from), place(loop.to), of_difference,
+                  robust_weight(chi_squared(loop, poses), kAnnealed) * information(P));
+  }
+  std::vector<std::size_t> places;
+  places.reserve(nodes.size());
+  for (const std::size_t node : nodes) places.push_back(place(node));
+  return equations.covariance(places);
 }
 
 void PoseGraph::solve(std::vector<Eigen::Vector3d>& poses) const {

@@ -30,6 +30,9 @@ class WAYMARK_API PoseGraph {
   /// Least squares from `poses` on, one per node: Gauss-Newton on sparse equations. A loop that contradicts all else
   /// loses its weight (S. Geman, D. McClure, 1987), first only if it does so by far (H. Yang et al., RA-L 2020).
   void solve(std::vector<Eigen::Vector3d>& poses) const;
+  /// Covariance of what is wrong with `nodes` at `poses`, a solution, as motions of the whole map (twist.hpp): three
+  /// rows for each of them. Loops weigh as in the solution. Empty if the equations have none.
+  Eigen::MatrixXd covariance(std::span<const Eigen::Vector3d> poses, std::span<const std::size_t> nodes) const;
   /// Squared Mahalanobis distance of a loop.
   static double chi_squared(const Loop& loop, std::span<const Eigen::Vector3d> poses);
   /// The way of least uncertainty from `node` to every other one, by steps and loops (E. Olson, 2008).

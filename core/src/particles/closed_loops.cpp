@@ -106,18 +106,35 @@ void ParticleFilter::take_corrected_maps() {
   }
   best.path.replace(path);
   best.belief.mean.T_map_base = moved(best.belief.mean.T_map_base, correction.before.back(), keyframes.back().xyyaw);
-  std::vector<joint::AnchorPose> anchors = best.anchors.items();
-  best.anchors = {};
-  for (joint::AnchorPose& anchor : anchors) {
-    const auto first = std::ranges::find(keyframes, anchor.anchor, &loops::Keyframe::anchor);
-    if (first == keyframes.end()) continue;
-    const Eigen::Vector3d& from = correction.before[static_cast<std::size_t>(first - keyframes.begin())];
-    anchor.xyyaw = loops::compose(first->xyyaw, loops::between(from, anchor.xyyaw));
-    best.anchors.append(anchor);
-  }
-  if (joint_) joint_->draw_again(keyframes, anchors);
+  if (joint_) draw_joint_again(best, correction.before);
   become(best);
   closed_loop_ = ClosedLoop{correction.way, correction.shift};
+}
+
+/// The anchors move along with the keyframes. The graph has neither the map's place on the Earth nor height and tilt.
+void ParticleFilter::draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before) {
+  const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+  std::vector<joint::AnchorPose> anchors;
+  std::vector<std::size_t> anchored;  // the first keyframe of each
+  for (joint::AnchorPose anchor : best.anchors.items()) {
+    const auto first = std::ranges::find(keyframes, anchor.anchor, &loops::Keyframe::anchor);
+    if (first == keyframes.end() || !joint_->has_anchor(anchor.anchor)) continue;
+    anchored.push_back(static_cast<std::size_t>(first - keyframes.begin()));
+    anchor.xyyaw = loops::compose(first->xyyaw, loops::between(before[anchored.back()], anchor.xyyaw));
+    anchors.push_back(anchor);
+  }
+  best.anchors = {};
+  for (const joint::AnchorPose& anchor : anchors) best.anchors.append(anchor);
+  Eigen::MatrixXd P;
+  if (!georeference_ && layout().motion() == StateLayout::Motion::planar) {
+    anchored.push_back(keyframes.size() - 1);
+    P = loops_->covariance(anchored);
+  }
+  if (P.size() > 0) {
+    joint_->begin_anew(best.belief, keyframes, anchors, std::move(P));
+  } else {
+    joint_->draw_again(keyframes, anchors);
+  }
 }
 
 }  // namespace waymark::particles

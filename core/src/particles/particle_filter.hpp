@@ -212,6 +212,7 @@ class WAYMARK_API ParticleFilter {
   void become(Particle& only);
   /// Replaces all particles by the best one with the corrected path, in the maps that were drawn along it.
   void take_corrected_maps();
+  void draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before);
   /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
   /// sampling.
   void suspect_tear(std::size_t slot);

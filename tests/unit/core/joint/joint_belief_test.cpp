@@ -59,7 +59,29 @@ class Drive {
     const PoseMatch match{xyyaw, Eigen::Vector3d(1e4, 1e4, 1e5).asDiagonal(), Eigen::Vector3d::Zero()};
     if (const auto added = joint_.map({.match = match, .T_map_base = pose}, seen, anchors_))
       anchors_.push_back({*added, xyyaw});
+    all_.resize(std::max(all_.size(), anchors_.size()));
+    if (!anchors_.empty()) all_[anchors_.size() - 1] = anchors_.back().anchor;
   }
+  /// The path was corrected: all anchors but the first two are gone, and only the first is known.
+  void begin_anew(double anchor_sigma) {
+    anchors_.resize(2);
+    Eigen::MatrixXd P = Eigen::MatrixXd::Zero(9, 9);
+    P.bottomRightCorner(6, 6) = anchor_sigma * anchor_sigma * Eigen::MatrixXd::Identity(6, 6);
+    Belief particle = joint_.belief();
+    particle.P.topLeftCorner(3, 3).setZero();
+    joint_.begin_anew(particle, {}, anchors_, P);
+    keyframes_.resize(1);
+    keyframes_[0].anchor = anchors_[0].anchor;
+    const Pose pose = joint_.belief().mean.T_map_base;
+    keyframes_[0].xyyaw = {pose.p.x(), pose.p.y(), pose.yaw()};
+    for (int i = 0; i < 24; ++i) {
+      const double angle = i * std::numbers::pi / 12.0;
+      keyframes_[0].points_base.emplace_back(3.0F * std::cos(angle), 3.0F * std::sin(angle));
+    }
+  }
+  /// What is around the robot was mapped from the first anchor.
+  void claim_for_first() { joint_.draw_again(keyframes_, anchors_); }
+  bool has_anchor(std::size_t i) const { return joint_.has_anchor(all_[i]); }
   Eigen::Matrix3d P() const { return pose_covariance(joint_.belief(), planar()); }
   std::size_t anchors() const { return anchors_.size(); }
 
@@ -73,6 +95,8 @@ class Drive {
   estimation::ProcessModel process_;
   JointBelief joint_;
   std::vector<AnchorPose> anchors_;
+  std::vector<JointGaussian::NodeId> all_;  // of all anchors that were ever added
+  std::vector<loops::Keyframe> keyframes_;
   Time stamp_{};
 };
 
@@ -108,6 +132,24 @@ TEST(JointBelief, ManyScansOfOnePlaceAreNoBetterThanItsAnchor) {
   EXPECT_GT(std::sqrt(drive.P()(0, 0)), 0.05);
   EXPECT_LT(std::sqrt(drive.P()(0, 0)), 0.10);
   EXPECT_GT(std::sqrt(drive.P()(2, 2)), 0.01);
+}
+
+TEST(JointBelief, ALoopGivesItWhatTheGraphOfThePathKnows) {
+  Drive drive;
+  drive.match();
+  drive.drive(40.0, 0.0);
+  const std::size_t anchors = drive.anchors();
+  ASSERT_GT(anchors, 3U);
+  drive.begin_anew(0.5);
+  EXPECT_TRUE(drive.has_anchor(1));
+  EXPECT_FALSE(drive.has_anchor(2));
+  EXPECT_FALSE(drive.has_anchor(anchors - 1));
+  // 0.5 rad of the whole map are 20 m here.
+  EXPECT_NEAR(std::sqrt(drive.P()(0, 0)), 0.5, 0.02);
+  EXPECT_NEAR(std::sqrt(drive.P()(1, 1)), std::hypot(0.5, 20.0), 0.2);
+  drive.claim_for_first();
+  drive.match();
+  EXPECT_LT(sigma(drive), 0.5) << "in a place of an anchor that is known";
 }
 
 TEST(JointBelief, TooManyAnchorsAreThinned) {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "joint/twist.hpp"
+#include "loops/twist.hpp"
 #include "waymark/math/random.hpp"
 
 namespace waymark::joint {
@@ -165,13 +165,13 @@ TEST_P(JointGaussianTest, ARemovedNodeIsMarginalised) {
 /// The mean of the robot jumps about, as wrong fixes would have it: its heading relative to the anchor is measured all
 /// the time, but where the two look together is not known better for that.
 TEST_P(JointGaussianTest, JumpsOfTheMeanGiveNoInformationAboutTheHeadingOfTheMap) {
-  const auto anchor = joint_.add_node(twist_of_error(position()), 1e-4 * Eigen::Matrix3d::Identity());
+  const auto anchor = joint_.add_node(loops::twist_of_error(position()), 1e-4 * Eigen::Matrix3d::Identity());
   const double before = joint_.node_covariance(anchor)(2, 2);
   Random random({3, 0, 0, 0});
   for (int i = 0; i < 200; ++i) {
     const Eigen::Matrix3d precise = 100.0 * Eigen::Matrix3d::Identity();
     const Eigen::Vector3d nu(100.0 * random.normal(), 100.0 * random.normal(), 0.0);
-    joint_.relate(nu, precise, {{anchor, -precise * error_of_twist(position())}});
+    joint_.relate(nu, precise, {{anchor, -precise * loops::error_of_twist(position())}});
     joint_.predict(process_, joint_.belief().stamp + from_seconds(0.2), false);
   }
   EXPECT_GT(joint_.node_covariance(anchor)(2, 2), 0.95 * before);
@@ -190,6 +190,35 @@ TEST_P(JointGaussianTest, ANewStartIsCorrelatedWithNoNode) {
   dense_.P.topLeftCorner(6, 6) = at_origin().P;
   expect_equal();
   relate(0, Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity());
+  expect_equal();
+}
+
+TEST_P(JointGaussianTest, ANewStartWithNodesHasTheCovarianceThatItIsGiven) {
+  for (int i = 0; i < 6; ++i) {
+    predict(0.5);
+    add(Eigen::Matrix3d::Identity(), 0.01 * Eigen::Matrix3d::Identity());
+  }
+  relate(1, Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity());
+  Random random({5, 0, 0, 0});
+  const std::vector<JointGaussian::NodeId> kept{nodes_[0], nodes_[2], nodes_[3], nodes_[5]};
+  // Of the pose and the four nodes.
+  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(15, 15, [&] { return random.normal(); });
+  const Eigen::MatrixXd P = root * root.transpose();
+  Belief belief = at_origin();
+  belief.stamp = joint_.belief().stamp;
+  belief.P.topLeftCorner(3, 3) = P.topLeftCorner(3, 3);
+  joint_.restart(belief, kept, P.bottomLeftCorner(12, 3), P.bottomRightCorner(12, 12));
+  EXPECT_FALSE(joint_.has_node(nodes_[1]));
+  dense_.P.setZero(18, 18);
+  dense_.P.topLeftCorner(6, 6) = belief.P;
+  dense_.P.bottomLeftCorner(12, 3) = P.bottomLeftCorner(12, 3);
+  dense_.P.topRightCorner(3, 12) = P.topRightCorner(3, 12);
+  dense_.P.bottomRightCorner(12, 12) = P.bottomRightCorner(12, 12);
+  nodes_ = kept;
+  offsets_ = {6, 9, 12, 15};
+  expect_equal();
+  relate(2, 2.0 * Eigen::Matrix3d::Identity(), -2.0 * Eigen::Matrix3d::Identity());
+  predict(0.2);
   expect_equal();
 }
 

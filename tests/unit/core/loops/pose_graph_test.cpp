@@ -6,8 +6,10 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <vector>
 
+#include "loops/twist.hpp"
 #include "waymark/math/gaussian.hpp"
 #include "waymark/math/random.hpp"
 
@@ -129,6 +131,58 @@ TEST(PoseGraph, TheUncertaintyOfAWayUsesLoops) {
   const auto closed = PoseGraph(path.steps, loops).relations_from(79);
   EXPECT_LT(closed[1].P.trace(), 0.1 * alone[1].P.trace());
   EXPECT_LT(closed[79].P.norm(), 1e-12);
+}
+
+/// A straight way of four metres to the east, and how well it is known.
+class Way : public testing::Test {
+ protected:
+  Way() {
+    for (int k = 0; k <= 4; ++k) poses_.emplace_back(k, 0.0, 0.0);
+    steps_.assign(4, {{1.0, 0.0, 0.0}, Eigen::Vector3d(kAlong, kAcross, kTurn).asDiagonal()});
+  }
+  /// Of (x, y, yaw) of one node.
+  Eigen::Matrix3d covariance(std::size_t node, std::span<const Loop> loops) const {
+    const std::vector<std::size_t> nodes{node};
+    const Eigen::Matrix3d T = error_of_twist(poses_[node].head<2>());
+    return T * PoseGraph(steps_, loops).covariance(poses_, nodes) * T.transpose();
+  }
+
+  static constexpr double kAlong = 0.01;
+  static constexpr double kAcross = 0.02;
+  static constexpr double kTurn = 0.03;
+  std::vector<Eigen::Vector3d> poses_;
+  std::vector<Relation> steps_;
+};
+
+TEST_F(Way, TheErrorsOfItsStepsAddUpAndTurnsHaveALever) {
+  const Eigen::Matrix3d P = covariance(4, {});
+  EXPECT_NEAR(P(0, 0), 4.0 * kAlong, 1e-6);
+  EXPECT_NEAR(P(1, 1), 4.0 * kAcross + (9.0 + 4.0 + 1.0) * kTurn, 1e-5);
+  EXPECT_NEAR(P(1, 2), (3.0 + 2.0 + 1.0) * kTurn, 1e-5);
+  EXPECT_NEAR(P(2, 2), 4.0 * kTurn, 1e-6);
+  EXPECT_TRUE(covariance(0, {}).isZero());
+}
+
+TEST_F(Way, ALoopLeavesABridge) {
+  const std::vector<Loop> loops{{0, 4, {poses_[4], 1e-7 * Eigen::Matrix3d::Identity()}}};
+  EXPECT_LT(covariance(4, loops).norm(), 1e-6);
+  // Half of the way there and half of it back.
+  EXPECT_NEAR(covariance(2, loops)(0, 0), kAlong, 1e-5);
+}
+
+TEST_F(Way, PlacesThatAreWrongTogetherAreCorrelated) {
+  const std::vector<std::size_t> nodes{3, 4, 0};
+  const Eigen::MatrixXd P = PoseGraph(steps_, {}).covariance(poses_, nodes);
+  ASSERT_EQ(P.rows(), 9);
+  // What has moved the earlier one has moved the later one.
+  EXPECT_LT((P.block<3, 3>(0, 3) - P.block<3, 3>(0, 0)).norm(), 1e-12);
+  EXPECT_TRUE(P.bottomRows(3).isZero());
+}
+
+TEST_F(Way, ALoopThatLostItsWeightSaysNothing) {
+  const std::vector<Loop> loops{
+      {0, 4, {poses_[4] + Eigen::Vector3d(5.0, 0.0, 0.0), 1e-4 * Eigen::Matrix3d::Identity()}}};
+  EXPECT_NEAR(covariance(4, loops)(0, 0), 4.0 * kAlong, 1e-3);
 }
 
 TEST(AgreeingLoops, LeaveOutTheOneThatDoesNotFit) {
