@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A dense map on a log of CARMEN that has no relations: distance to the poses that another particle filter gave to its scans.
+"""A dense map on a log of CARMEN that has no relations: distance to the poses that another particle filter gave to its scans, and what was claimed online.
 
 Those poses are an estimate, good to about 0.05 m, not the truth. All places have the same values of the YAML but for the lengths of the match outdoors.
 
@@ -9,12 +9,14 @@ Examples:
   tests/results/places.py --place fhw --set maps=[] --out out/fhw_wheels
   tests/results/places.py --place fhw --steps --out out/fhw
 """
+import bisect
 import gzip
 import json
 import math
 import os
+import statistics
 
-from one_run import ROOT, evaluate, parser_of, print_scores, run, states_of
+from one_run import ROOT, evaluate, heading_of, parser_of, print_scores, rows_of, run, states_of
 
 # Place: time of its lines, x of the laser [m], and outdoors other lengths, as in the YAML.
 PLACES = {
@@ -29,6 +31,9 @@ PLACES = {
 LINE_INTERVAL_S = 0.1
 # A map is wrong if some pose of it is farther off than this [m]; right maps have 0.1 to 0.9, and on these two large places up to 2.6.
 WRONG_M = {"infinite-corridor": 4.0, "freiburg-campus": 4.0}
+
+FIRST = 30  # poses of the reference that show how its frame lies to that of the run
+REFERENCE_SIGMA_M = 0.05
 
 
 def scans(place):
@@ -77,6 +82,26 @@ def steps(place):
     return [math.sqrt(square / (len(both) - 1)) for square in squares]
 
 
+def write_reference(place, out):
+    """The other filter's poses in the frame of the run: turned and moved to where the robot was at the first of them."""
+    poses, rows = reference(place), rows_of(out / "trajectory.txt")
+    laser = PLACES[place][1]
+    stamps = [row[0] for row in rows]
+    offsets = []
+    for stamp, (x, y, heading) in poses[:FIRST]:
+        row = rows[max(0, bisect.bisect_right(stamps, stamp + 1e-6) - 1)]
+        own = heading_of(row)
+        offsets.append((row[1] + laser * math.cos(own), row[2] + laser * math.sin(own), own - heading, x, y))
+    turn = math.atan2(sum(math.sin(offset[2]) for offset in offsets), sum(math.cos(offset[2]) for offset in offsets))
+    c, s = math.cos(turn), math.sin(turn)
+    east = statistics.fmean(own_x - (c * x - s * y) for own_x, _, _, x, y in offsets)
+    north = statistics.fmean(own_y - (s * x + c * y) for _, own_y, _, x, y in offsets)
+    with open(out / "other.txt", "w") as file:
+        for stamp, (x, y, heading) in poses:
+            half = (heading + turn) / 2
+            file.write(f"{stamp:.6f} {c * x - s * y + east} {s * x + c * y + north} 0 0 0 {math.sin(half)} {math.cos(half)}\n")
+
+
 def main():
     parser = parser_of(__doc__)
     parser.add_argument("--place", choices=PLACES, required=True)
@@ -97,11 +122,11 @@ def main():
         settings += [f"variables.place={options.place}", f"variables.times={times}", f"variables.laser_x_m={laser}",
                      *(f"variables.{key}={value}" for key, value in outdoors.items())]
     run(options, ROOT / config, options.out, *settings, more=["--seed", str(options.seed)])
-    with open(options.out / "other.txt", "w") as file:
-        for stamp, (x, y, heading) in reference(options.place):
-            file.write(f"{stamp:.6f} {x} {y} 0 0 0 {math.sin(heading / 2)} {math.cos(heading / 2)}\n")
-    scored = evaluate(options, "--estimate", options.out / "path.txt", "--reference", options.out / "other.txt", "--align", "se2",
-                      "--max-time-gap", 100, "--lever-arm", f"{laser},0,0")["trajectory"]
+    write_reference(options.place, options.out)
+    other = ("--reference", options.out / "other.txt", "--max-time-gap", 100, "--lever-arm", f"{laser},0,0")
+    scored = evaluate(options, "--estimate", options.out / "path.txt", "--align", "se2", *other)["trajectory"]
+    online = evaluate(options, "--estimate", options.out / "trajectory.txt", "--covariance", options.out / "covariance.csv",
+                      "--reference-sigma", REFERENCE_SIGMA_M, *other)["consistency"]
     diagnostics = json.loads((options.out / "diagnostics.json").read_text())
     maps, health = diagnostics["landmarks"], diagnostics["health"]
     figures = maps[0]["figures"] if maps else {}
@@ -110,7 +135,9 @@ def main():
     ok = health["ok_s"] / sum(health[f"{state}_s"] for state in ("ok", "degraded", "lost"))
     print_scores({"rms_m": scored["ate_rms_m"], "median_m": scored["ate_median_m"], "max_m": scored["ate_max_m"], "poses": scored["scored"],
                   "failed_matches": figures.get("failed_matches"), "matches": figures.get("matches"), "is_wrong": is_wrong,
-                  "wrong_ends_ok": ends_ok if is_wrong else None, "right_time_ok": None if is_wrong else ok})
+                  "wrong_ends_ok": ends_ok if is_wrong else None, "right_time_ok": None if is_wrong else ok,
+                  "nees_median": online["nees_median"], "inside": online["nees_share_within_95"],
+                  **{f"sigma_by_rms_{axis}": online[f"sigma_by_rms_{axis}"] for axis in ("x", "y", "yaw")}})
 
 
 if __name__ == "__main__":
