@@ -22,6 +22,11 @@ constexpr double kLeastShare = 0.15;       // of the points: an anchor with less
 /// open ground the nearest share of a scan's points is claimed, however far it is.
 constexpr double kNearestShare = 0.25;
 
+/// A pose that is less certain than this against a place that it meets again is not taken for being there at once.
+constexpr double kUncertain = 0.5;      // [m]
+constexpr double kUncertainTurn = 0.1;  // [rad]
+constexpr double kMostWaiting = 60.0;   // of way [m]: by then a loop would have been found
+
 /// x, y, yaw of the mean.
 Eigen::Vector3d pose_of(const JointGaussian& gaussian) { return loops::planar(gaussian.belief().mean.T_map_base); }
 
@@ -53,13 +58,18 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   std::erase_if(shares_, [&](const Share& share) { return share.points < kLeastShare * most; });
   double sum = 0.0;
   for (const Share& share : shares_) sum += share.points;
+  const double way = way_since_last(match.prior);
+  way_ += way;
+  if (waiting_since_ && way_ - *waiting_since_ > 2.0 * kMostWaiting) waiting_since_.reset();
+  std::erase_if(shares_, [&](const Share& share) {
+    return must_wait(gaussian, anchors_[static_cast<std::size_t>(share.anchor)]);
+  });
 
   const WhiteMatch white = whiten(match.information, match.gradient);
   // What is drawn from elsewhere moves what was there. It is no state: a state would take its share of every
   // innovation.
   const Eigen::Matrix3d G = loops::twist_of_error(pose_of(gaussian).head<2>());
-  const Eigen::Matrix3d drawn =
-      way_since_last(match.prior) / settings_.anchor_spacing * G * noise().asDiagonal() * G.transpose();
+  const Eigen::Matrix3d drawn = way / settings_.anchor_spacing * G * noise().asDiagonal() * G.transpose();
   if (!shares_.empty()) creep_.setZero();
   for (const Share& share : shares_) {
     Anchor& anchor = anchors_[static_cast<std::size_t>(share.anchor)];
@@ -79,6 +89,22 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
     gaussian.relate(root * (white.target - white.W * loops::difference(in_map, match.prior)), rows,
                     {{anchor.node, -rows * loops::error_of_twist(pose.head<2>())}});
   }
+}
+
+bool Anchors::must_wait(const JointGaussian& gaussian, Anchor& anchor) {
+  if (return_way_ && way_ - anchor.seen > *return_way_) {
+    // Of the pose against the anchor.
+    const Eigen::Matrix3d T = loops::error_of_twist(pose_of(gaussian).head<2>());
+    const Eigen::Matrix3d cross = T * gaussian.cross_with_pose(anchor.node);
+    const Eigen::Matrix3d P = gaussian.pose_covariance() + T * gaussian.node_covariance(anchor.node) * T.transpose() -
+                              cross - cross.transpose();
+    const bool is_uncertain =
+        loops::position_variance(P) > kUncertain * kUncertain || P(2, 2) > kUncertainTurn * kUncertainTurn;
+    if (is_uncertain && !waiting_since_) waiting_since_ = way_;
+    if (is_uncertain && way_ - *waiting_since_ < kMostWaiting) return true;
+  }
+  anchor.seen = way_;
+  return false;
 }
 
 /// [m]; with turns.
@@ -144,7 +170,7 @@ void Anchors::begin_anew(JointGaussian& gaussian, const Belief& belief, std::spa
     const auto own = std::ranges::find(anchors_, pose.anchor, &Anchor::node);
     if (own != anchors_.end()) {
       if (active_node == pose.anchor) active_ = static_cast<int>(kept.size());
-      kept.push_back({pose.anchor, pose.xyyaw, pose.xyyaw.head<2>(), Eigen::Matrix3d::Zero()});
+      kept.push_back({pose.anchor, pose.xyyaw, pose.xyyaw.head<2>(), Eigen::Matrix3d::Zero(), own->seen});
       nodes.push_back(pose.anchor);
       for (Eigen::Index i = row; i < row + 3; ++i) rows.push_back(i);
     }
@@ -152,6 +178,7 @@ void Anchors::begin_anew(JointGaussian& gaussian, const Belief& belief, std::spa
   }
   anchors_ = std::move(kept);
   creep_.setZero();
+  waiting_since_.reset();
   forget_places(poses);
 
   Eigen::MatrixXd between = P(rows, rows);
@@ -205,7 +232,7 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
   const Eigen::Vector3d pose = pose_of(gaussian);
   const Eigen::Matrix3d G = loops::twist_of_error(pose.head<2>());
   const JointGaussian::NodeId node = gaussian.add_node(G, G * noise().asDiagonal() * G.transpose());
-  anchors_.push_back({node, pose, position, creep_});
+  anchors_.push_back({node, pose, position, creep_, way_});
   active_ = static_cast<int>(anchors_.size()) - 1;
   return node;
 }
@@ -239,16 +266,19 @@ void Anchors::clear() {
   shares_.clear();
   active_ = PlaceGrid::kNone;
   last_.reset();
+  way_ = 0.0;
+  waiting_since_.reset();
   creep_.setZero();
   spacing_ = settings_.anchor_spacing;
 }
 
 template <class Archive>
 void Anchors::serialize(Archive& archive, const JointGaussian& gaussian) {
-  archive.section("anchors", 1);
-  archive.each(anchors_,
-               [](auto& each, Anchor& anchor) { each(anchor.node, anchor.mean, anchor.in_map, anchor.creep); });
-  archive(spacing_, active_, last_, creep_);
+  if (archive.section("anchors", 2) < 2) throw DataError("the checkpoint has an older version");
+  archive.each(anchors_, [](auto& each, Anchor& anchor) {
+    each(anchor.node, anchor.mean, anchor.in_map, anchor.creep, anchor.seen);
+  });
+  archive(spacing_, active_, last_, creep_, way_, waiting_since_);
   places_.serialize(archive);
   if constexpr (Archive::kReads) {
     const auto count = static_cast<int>(anchors_.size());

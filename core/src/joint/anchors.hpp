@@ -36,7 +36,10 @@ void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match);
 /// was mapped from it lies wrong by so much, together, and no number of scans averages that.
 class WAYMARK_API Anchors {
  public:
-  explicit Anchors(const JointSettings& settings) : settings_(settings), spacing_(settings.anchor_spacing) {}
+  /// `return_way`: a place that was not seen on so long a way [m] is met again. If the pose is uncertain against its
+  /// anchor, matches with it wait for the graph of the path, which verifies loops. Nothing: they count at once.
+  explicit Anchors(const JointSettings& settings, std::optional<double> return_way = {})
+      : settings_(settings), return_way_(return_way), spacing_(settings.anchor_spacing) {}
 
   /// Relates the pose to the anchors of the places that `points` (in the particle's map) lie in, each by its share of
   /// the match's information. `poses`: where the particle has the anchors.
@@ -46,6 +49,11 @@ class WAYMARK_API Anchors {
   /// node is returned. `position`: of the pose in the particle's map.
   std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                              const Eigen::Vector2d& position);
+
+  /// True if matches with places that were met again wait for the graph.
+  bool awaits_graph() const { return waiting_since_.has_value(); }
+  /// There is no graph any more.
+  void count_returns_at_once() { return_way_.reset(); }
 
   /// The anchor that new places belong to.
   std::optional<JointGaussian::NodeId> active() const;
@@ -74,6 +82,7 @@ class WAYMARK_API Anchors {
     Eigen::Vector3d mean;    // x, y, yaw
     Eigen::Vector2d in_map;  // position in the best particle's map
     Eigen::Matrix3d creep;   // of its places, as a motion of the map
+    double seen;             // way driven when it was related last
   };
   struct Share {
     int anchor;
@@ -87,12 +96,16 @@ class WAYMARK_API Anchors {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
   }
   double way_since_last(const Eigen::Vector3d& xyyaw);
+  bool must_wait(const JointGaussian& gaussian, Anchor& anchor);
   void claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor);
   int nearest(const Eigen::Vector2d& position, double within) const;
 
   std::vector<double> distances_;  // scratch
   JointSettings settings_;
-  double spacing_;  // grows as the anchors are thinned
+  std::optional<double> return_way_;
+  double way_ = 0.0;                     // driven [m]
+  std::optional<double> waiting_since_;  // way driven then
+  double spacing_;                       // grows as the anchors are thinned
   std::vector<Anchor> anchors_;
   std::optional<Eigen::Vector3d> last_;              // pose of the last match, in the particle's map
   Eigen::Matrix3d creep_ = Eigen::Matrix3d::Zero();  // of the places of the last match

@@ -40,8 +40,13 @@ class WAYMARK_API JointBelief {
  public:
   /// `process` must outlive the object. Of more than `most_landmarks`, those of long ago are thinned out: joining and
   /// parting the distant ones takes a time that grows with the square of their number.
-  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 250)
-      : process_(process), most_landmarks_(most_landmarks), gaussian_(process.layout()), anchors_(settings) {}
+  /// `return_way` [m]: of Anchors.
+  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 250,
+              std::optional<double> return_way = {})
+      : process_(process),
+        most_landmarks_(most_landmarks),
+        gaussian_(process.layout()),
+        anchors_(settings, return_way) {}
 
   /// Begins with the navigation state alone. `frame`: covariance of (x, y, yaw) of the map's origin, where the
   /// particles take the start pose for it.
@@ -60,6 +65,10 @@ class WAYMARK_API JointBelief {
 
   /// The anchor that new places belong to.
   std::optional<JointGaussian::NodeId> active_anchor() const { return anchors_.active(); }
+  /// True if matches with places that were met again wait for `begin_anew`.
+  bool awaits_graph() const { return anchors_.awaits_graph(); }
+  /// There is no graph any more.
+  void count_returns_at_once() { anchors_.count_returns_at_once(); }
   /// False if it was merged with another one.
   bool has_anchor(JointGaussian::NodeId anchor) const { return gaussian_.has_node(anchor); }
   /// The best particle's map was drawn again along another path: `anchors` are where they are now, and the places get

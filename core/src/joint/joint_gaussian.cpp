@@ -295,6 +295,14 @@ Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> Joi
   return cross_.middleRows(offset, size);
 }
 
+Eigen::Matrix3d JointGaussian::cross_with_pose(NodeId node) const {
+  return cross_covariance(node)(Eigen::all, layout_.pose_indices());
+}
+
+Eigen::Matrix3d JointGaussian::pose_covariance() const {
+  return belief_.P(layout_.pose_indices(), layout_.pose_indices());
+}
+
 void JointGaussian::approach(NodeId node) {
   Node& found = *std::ranges::lower_bound(nodes_, node, {}, &Node::id);
   if (!found.is_near) choose_near(&found);

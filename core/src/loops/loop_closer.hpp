@@ -62,6 +62,8 @@ class WAYMARK_API LoopCloser {
   /// Forgets what came after `stamp`.
   void rewind(Time stamp);
 
+  /// True if loops were found by which the path is still to be corrected.
+  bool has_accepted() const { return accepted_.has_value(); }
   std::span<const Keyframe> keyframes() const { return keyframes_; }
   /// Of the graph.
   std::span<const Loop> loops() const { return loops_; }

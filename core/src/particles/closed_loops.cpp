@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop does to the particles: their maps are drawn again along the corrected path.
+// Loops and the particles: what a loop is searched by, tears that it may mend, and the maps that are drawn again along
+// the corrected path.
 #include <algorithm>
 #include <utility>
 
 #include "particles/particle_filter.hpp"
+#include "waymark/interface/map_module.hpp"
 
 namespace waymark::particles {
+
+/// Loops move maps that this run has begun, and no others.
+bool ParticleFilter::can_close_loops() const {
+  return settings_.loops.enabled && !modules_.empty() && std::ranges::all_of(modules_, [](const auto& module) {
+           return module && module->can_draw_again() && !module->has_prior_map();
+         });
+}
+
+std::optional<double> ParticleFilter::return_way() const {
+  return can_close_loops() && has_graph() ? std::make_optional(settings_.loops.least_way) : std::nullopt;
+}
 
 void ParticleFilter::keep_keyframe(std::span<const MappingInput> inputs, std::size_t slot, MappingFailures& failures) {
   loops::Keyframe keyframe;
@@ -54,23 +67,43 @@ const ParticleMaps& ParticleFilter::whole_maps(const Particle& particle) const {
   return redrawing_ ? redrawing_->old_maps() : particle.maps;
 }
 
+void ParticleFilter::give_up_loops() {
+  loops_.reset();
+  if (joint_) joint_->count_returns_at_once();
+}
+
 void ParticleFilter::search_loop() {
   loops_->bound();
   if (loops_->is_full()) {
-    loops_.reset();
+    give_up_loops();
     loops_failure_ = true;
     return;
   }
   const Particle& best = set_[set_.best()];
   const std::size_t known = loops_->loops().size();
+  const bool had_accepted = loops_->has_accepted();
   auto correction = loops_->search([&] { return best.path.poses(); });
   if (loops_->loops().size() > known)
     std::erase_if(suspected_tears_, [&](Time stamp) { return loops_->is_bridged(stamp); });
-  if (!correction) return;
+  if (!correction) {
+    const bool is_settled = !loops_->has_accepted() && (had_accepted || loops_->loops().size() > known);
+    if (is_settled && joint_ && joint_->awaits_graph()) verify_return(best);
+    return;
+  }
   Particle only = best.clone();
   redrawing_.emplace(std::move(*correction), std::move(only.maps));
   only.maps = redrawing_->recent_maps(loops_->keyframes());
   become(only);
+}
+
+/// The loop left the path where it was: the place that was met again is the right one.
+void ParticleFilter::verify_return(const Particle& best) {
+  std::vector<Eigen::Vector3d> poses;
+  poses.reserve(loops_->keyframes().size());
+  for (const loops::Keyframe& keyframe : loops_->keyframes()) poses.push_back(keyframe.xyyaw);
+  Particle copy = best.clone();
+  draw_joint_again(copy, poses);
+  has_changed();
 }
 
 void ParticleFilter::become(Particle& only) {
@@ -111,6 +144,17 @@ void ParticleFilter::take_corrected_maps() {
   closed_loop_ = ClosedLoop{correction.way, correction.shift};
 }
 
+void ParticleFilter::suspect_tear(std::size_t slot) {
+  constexpr double kDistance = 5.0;  // [m]
+  // One that may lie wrong by more than this leaves what comes after it without a right place beside what was before.
+  constexpr double kTear = 1.5;        // [m]
+  constexpr std::size_t kMost = 1000;  // so that memory is bounded where no loops are searched
+  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
+  if (!(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear)) return;
+  if (suspected_tears_.size() == kMost) suspected_tears_.pop_back();
+  suspected_tears_.push_back(stamp());
+}
+
 /// The anchors move along with the keyframes. The graph has neither the map's place on the Earth nor height and tilt.
 void ParticleFilter::draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before) {
   const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
@@ -126,7 +170,7 @@ void ParticleFilter::draw_joint_again(Particle& best, std::span<const Eigen::Vec
   best.anchors = {};
   for (const joint::AnchorPose& anchor : anchors) best.anchors.append(anchor);
   Eigen::MatrixXd P;
-  if (!georeference_ && layout().motion() == StateLayout::Motion::planar) {
+  if (has_graph()) {
     anchored.push_back(keyframes.size() - 1);
     P = loops_->covariance(anchored);
   }

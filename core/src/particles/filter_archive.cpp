@@ -108,7 +108,7 @@ void ParticleFilter::serialize_rest(Archive& archive) {
   archive(has_loops);
   if constexpr (Archive::kReads) {
     if (has_loops && !loops_) throw DataError("the checkpoint has loops that the configuration lacks");
-    if (!has_loops) loops_.reset();
+    if (!has_loops) give_up_loops();
   }
   if (loops_) {
     loops_->serialize(archive, std::span<const std::shared_ptr<MapModule>>(modules_));

@@ -18,6 +18,7 @@ namespace {
 // Purposes of random streams other than a sensor's.
 constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
 constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
+constexpr std::size_t kMostLandmarks = 250;        // of the joint Gaussian
 
 /// What a match says about all six of the pose, as the particle used it.
 std::optional<joint::SpatialMatch> scaled(const std::optional<SpatialInformation>& about, double share,
@@ -27,13 +28,6 @@ std::optional<joint::SpatialMatch> scaled(const std::optional<SpatialInformation
 }
 
 }  // namespace
-
-/// Loops move maps that this run has begun, and no others.
-bool can_close_loops(std::span<const std::shared_ptr<MapModule>> modules) {
-  return !modules.empty() && std::ranges::all_of(modules, [](const auto& module) {
-    return module && module->can_draw_again() && !module->has_prior_map();
-  });
-}
 
 /// The particles now.
 class ParticleFilter::Present final : public Instant {
@@ -100,10 +94,9 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       mapping_(process.layout(), workers_, streams_, set_.size()),
       recollection_(process, set_, moments_, workers_, settings.history),
       uses_joint_(settings.joint.enabled && !modules_.empty()),
-      joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint) : std::nullopt),
-      loops_(settings.loops.enabled && can_close_loops(modules_)
-                 ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint)
-                 : std::nullopt),
+      joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint, kMostLandmarks, return_way())
+                         : std::nullopt),
+      loops_(can_close_loops() ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint) : std::nullopt),
       is_spatial_(std::ranges::any_of(modules_, [](const auto& module) { return module && module->is_spatial(); })),
       now_(std::make_unique<Present>(*this)),
       beliefs_(set_.size()) {
@@ -381,17 +374,6 @@ const Belief& ParticleFilter::reported() const {
 std::optional<joint::JointBelief::LandmarkEstimate> ParticleFilter::landmark(std::uint64_t birth) const {
   if (!joint_) return std::nullopt;
   return joint_->landmark(birth, georeference_ ? &*georeference_ : nullptr);
-}
-
-void ParticleFilter::suspect_tear(std::size_t slot) {
-  constexpr double kDistance = 5.0;  // [m]
-  // One that may lie wrong by more than this leaves what comes after it without a right place beside what was before.
-  constexpr double kTear = 1.5;        // [m]
-  constexpr std::size_t kMost = 1000;  // so that memory is bounded where no loops are searched
-  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
-  if (!(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear)) return;
-  if (suspected_tears_.size() == kMost) suspected_tears_.pop_back();
-  suspected_tears_.push_back(stamp());
 }
 
 void ParticleFilter::view(std::vector<ParticleView>& views) const {

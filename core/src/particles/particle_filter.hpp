@@ -207,11 +207,17 @@ class WAYMARK_API ParticleFilter {
   /// Searches for a loop, or goes on with the correction by one that was found.
   void close_loops();
   void search_loop();
+  void give_up_loops();
   void go_on_drawing();
   /// Replaces all particles by this one, of weight 1.
   void become(Particle& only);
   /// Replaces all particles by the best one with the corrected path, in the maps that were drawn along it.
   void take_corrected_maps();
+  void verify_return(const Particle& best);
+  bool can_close_loops() const;
+  /// Way on which a place counts as met again, if the graph of loops verifies that [m].
+  std::optional<double> return_way() const;
+  bool has_graph() const { return !georeference_ && layout().motion() == StateLayout::Motion::planar; }
   void draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before);
   /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
   /// sampling.

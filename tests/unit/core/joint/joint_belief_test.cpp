@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,7 +22,8 @@ const StateLayout& planar() {
 /// A robot at 1 m/s whose heading drifts, with a precise scanner of short reach: it sees its own surroundings.
 class Drive {
  public:
-  explicit Drive(const JointSettings& settings = {}) : process_(planar(), noise()), joint_(process_, settings) {
+  explicit Drive(const JointSettings& settings = {}, std::optional<double> return_way = {})
+      : process_(planar(), noise()), joint_(process_, settings, 250, return_way) {
     Belief start;
     start.mean.v_base.x() = 1.0;
     start.P = ErrorMatrix::Zero(6, 6);
@@ -81,6 +83,7 @@ class Drive {
   }
   /// What is around the robot was mapped from the first anchor.
   void claim_for_first() { joint_.draw_again(keyframes_, anchors_); }
+  bool awaits_graph() const { return joint_.awaits_graph(); }
   bool has_anchor(std::size_t i) const { return joint_.has_anchor(all_[i]); }
   Eigen::Matrix3d P() const { return pose_covariance(joint_.belief(), planar()); }
   std::size_t anchors() const { return anchors_.size(); }
@@ -118,6 +121,56 @@ TEST(JointBelief, GrowsInNewGroundAndShrinksWhereTheLoopIsClosed) {
   EXPECT_GT(sides[2], 0.1);
   EXPECT_LT(closed, 0.5 * sides[2]) << "on the first side again";
   EXPECT_GT(closed, 0.015) << "no better than an anchor";
+}
+
+/// Once around a square of 80 m, and 10 m on along its first side.
+class Return : public testing::Test {
+ protected:
+  static void go_round(Drive& drive) {
+    constexpr double kQuarter = 0.5 * std::numbers::pi;
+    drive.match();
+    for (int side = 0; side < 4; ++side) {
+      drive.drive(80.0, 0.0);
+      drive.drive(2.0, kQuarter / 2.0);
+    }
+    drive.drive(10.0, 0.0);
+  }
+};
+
+TEST_F(Return, WithoutAGraphItCountsAtOnce) {
+  Drive drive;
+  go_round(drive);
+  EXPECT_LT(sigma(drive), 0.5);
+  EXPECT_FALSE(drive.awaits_graph());
+}
+
+TEST_F(Return, WhereThePoseIsUncertainItWaitsForTheGraph) {
+  Drive drive({}, 30.0);
+  go_round(drive);
+  EXPECT_GT(sigma(drive), 1.0);
+  EXPECT_TRUE(drive.awaits_graph());
+  drive.begin_anew(0.02);
+  EXPECT_FALSE(drive.awaits_graph());
+}
+
+TEST_F(Return, ItWaitsNoFartherThanALoopWouldHaveBeenFound) {
+  Drive drive({}, 30.0);
+  Drive at_once;
+  for (Drive* one : {&drive, &at_once}) {
+    go_round(*one);
+    one->drive(40.0, 0.0);
+  }
+  EXPECT_GT(sigma(drive), 1.3 * sigma(at_once));
+  for (Drive* one : {&drive, &at_once}) one->drive(20.0, 0.0);
+  EXPECT_LT(sigma(drive), 1.05 * sigma(at_once));
+}
+
+TEST_F(Return, WhatWasSeenAllTheWayIsNoReturn) {
+  Drive drive({}, 30.0);
+  drive.match();
+  // Around a place that it has in view, until it is uncertain by what its wheels say.
+  for (int i = 0; i < 40; ++i) drive.drive(4.0, 0.5 * std::numbers::pi);
+  EXPECT_FALSE(drive.awaits_graph());
 }
 
 TEST(JointBelief, ManyScansOfOnePlaceAreNoBetterThanItsAnchor) {
