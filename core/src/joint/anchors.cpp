@@ -168,7 +168,8 @@ void Anchors::begin_anew(JointGaussian& gaussian, const Belief& belief, std::spa
   Eigen::Index row = 0;
   for (const AnchorPose& pose : poses) {
     const auto own = std::ranges::find(anchors_, pose.anchor, &Anchor::node);
-    if (own != anchors_.end()) {
+    const bool ascends = nodes.empty() || nodes.back() < pose.anchor;  // a checkpoint can be wrong
+    if (own != anchors_.end() && ascends) {
       if (active_node == pose.anchor) active_ = static_cast<int>(kept.size());
       kept.push_back({pose.anchor, pose.xyyaw, pose.xyyaw.head<2>(), Eigen::Matrix3d::Zero(), own->seen});
       nodes.push_back(pose.anchor);
@@ -282,10 +283,12 @@ void Anchors::serialize(Archive& archive, const JointGaussian& gaussian) {
   places_.serialize(archive);
   if constexpr (Archive::kReads) {
     const auto count = static_cast<int>(anchors_.size());
-    const bool fits =
-        active_ >= PlaceGrid::kNone && active_ < count && places_.largest() < count && std::isfinite(spacing_) &&
-        spacing_ > 0.0 &&
-        std::ranges::all_of(anchors_, [&](const Anchor& anchor) { return gaussian.has_node(anchor.node); });
+    const bool fits = active_ >= PlaceGrid::kNone && active_ < count && places_.largest() < count &&
+                      std::isfinite(spacing_) && spacing_ > 0.0 && std::isfinite(way_) &&
+                      std::isfinite(waiting_since_.value_or(0.0)) &&
+                      std::ranges::all_of(anchors_, [&](const Anchor& anchor) {
+                        return gaussian.has_node(anchor.node) && std::isfinite(anchor.seen);
+                      });
     if (!fits) throw DataError("the checkpoint has anchors that do not fit its joint Gaussian");
     shares_.clear();
   }

@@ -168,6 +168,7 @@ template <class Archive>
 void JointBelief::serialize(Archive& archive) {
   if (archive.section("joint_belief", 3) < 3) throw DataError("the checkpoint has an older version");
   archive(gaussian_, start_, last_landmarks_);
+  if (!start_.allFinite()) throw DataError("the checkpoint has a start whose covariance is not finite");
   archive.within(contradictions_, 0, kOften);
   anchors_.serialize(archive, gaussian_);
   landmarks_.serialize(archive, gaussian_);
