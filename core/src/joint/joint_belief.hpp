@@ -41,8 +41,8 @@ class WAYMARK_API JointBelief {
   /// `process` must outlive the object. Of more than `most_landmarks`, those of long ago are thinned out: joining and
   /// parting the distant ones takes a time that grows with the square of their number.
   /// `return_way` [m]: of Anchors.
-  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings, std::size_t most_landmarks = 250,
-              std::optional<double> return_way = {})
+  JointBelief(const estimation::ProcessModel& process, const JointSettings& settings,
+              std::optional<double> return_way = {}, std::size_t most_landmarks = 250)
       : process_(process),
         most_landmarks_(most_landmarks),
         gaussian_(process.layout()),

@@ -18,7 +18,6 @@ namespace {
 // Purposes of random streams other than a sensor's.
 constexpr std::uint32_t kStartDraw = 0xFFFFFFFF;
 constexpr std::uint32_t kResampling = 0x80000000;  // + sensor
-constexpr std::size_t kMostLandmarks = 250;        // of the joint Gaussian
 
 /// What a match says about all six of the pose, as the particle used it.
 std::optional<joint::SpatialMatch> scaled(const std::optional<SpatialInformation>& about, double share,
@@ -94,7 +93,7 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       mapping_(process.layout(), workers_, streams_, set_.size()),
       recollection_(process, set_, moments_, workers_, settings.history),
       uses_joint_(settings.joint.enabled && !modules_.empty()),
-      joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint, kMostLandmarks, return_way())
+      joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint, return_way())
                          : std::nullopt),
       loops_(can_close_loops() ? std::make_optional<loops::LoopCloser>(settings.loops, settings.joint) : std::nullopt),
       is_spatial_(std::ranges::any_of(modules_, [](const auto& module) { return module && module->is_spatial(); })),

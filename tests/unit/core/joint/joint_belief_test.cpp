@@ -23,7 +23,7 @@ const StateLayout& planar() {
 class Drive {
  public:
   explicit Drive(const JointSettings& settings = {}, std::optional<double> return_way = {})
-      : process_(planar(), noise()), joint_(process_, settings, 250, return_way) {
+      : process_(planar(), noise()), joint_(process_, settings, return_way) {
     Belief start;
     start.mean.v_base.x() = 1.0;
     start.P = ErrorMatrix::Zero(6, 6);
@@ -218,7 +218,7 @@ TEST(JointBelief, TooManyAnchorsAreThinned) {
 
 class Standing : public testing::Test {
  protected:
-  Standing() : process_(planar(), ProcessNoise{}), joint_(process_, {}, 120) {
+  Standing() : process_(planar(), ProcessNoise{}), joint_(process_, {}, {}, 120) {
     start_.P = ErrorMatrix::Zero(6, 6);
     start_.P(0, 0) = start_.P(1, 1) = 0.01;
   }
