@@ -96,6 +96,7 @@ class WAYMARK_API Anchors {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
   }
   double way_since_last(const Eigen::Vector3d& xyyaw);
+  /// True if matches with the anchor have no effect for now; else it counts as seen.
   bool must_wait(const JointGaussian& gaussian, Anchor& anchor);
   void claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor);
   int nearest(const Eigen::Vector2d& position, double within) const;
