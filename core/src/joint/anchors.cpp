@@ -68,8 +68,7 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   const WhiteMatch white = whiten(match.information, match.gradient);
   // What is drawn from elsewhere moves what was there. It is no state: a state would take its share of every
   // innovation.
-  const Eigen::Matrix3d G = loops::twist_of_error(pose_of(gaussian).head<2>());
-  const Eigen::Matrix3d drawn = way / settings_.anchor_spacing * G * noise().asDiagonal() * G.transpose();
+  const Eigen::Matrix3d drawn = way / settings_.anchor_spacing * own_error(pose_of(gaussian).head<2>());
   if (!shares_.empty()) creep_.setZero();
   for (const Share& share : shares_) {
     Anchor& anchor = anchors_[static_cast<std::size_t>(share.anchor)];
@@ -93,11 +92,8 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
 
 bool Anchors::must_wait(const JointGaussian& gaussian, Anchor& anchor) {
   if (return_way_ && way_ - anchor.seen > *return_way_) {
-    // Of the pose against the anchor.
     const Eigen::Matrix3d T = loops::error_of_twist(pose_of(gaussian).head<2>());
-    const Eigen::Matrix3d cross = T * gaussian.cross_with_pose(anchor.node);
-    const Eigen::Matrix3d P = gaussian.pose_covariance() + T * gaussian.node_covariance(anchor.node) * T.transpose() -
-                              cross - cross.transpose();
+    const Eigen::Matrix3d P = gaussian.covariance_against(anchor.node, T);
     const bool is_uncertain =
         loops::position_variance(P) > kUncertain * kUncertain || P(2, 2) > kUncertainTurn * kUncertainTurn;
     if (is_uncertain && !waiting_since_) waiting_since_ = way_;
@@ -156,10 +152,6 @@ void Anchors::forget_places(std::span<const AnchorPose> poses) {
 
 void Anchors::begin_anew(JointGaussian& gaussian, const Belief& belief, std::span<const AnchorPose> poses,
                          const Eigen::MatrixXd& P) {
-  const auto own_error = [&](const Eigen::Vector2d& p) -> Eigen::Matrix3d {
-    const Eigen::Matrix3d G = loops::twist_of_error(p);
-    return G * noise().asDiagonal() * G.transpose();
-  };
   const std::optional<JointGaussian::NodeId> active_node = active();
   active_ = PlaceGrid::kNone;
   std::vector<Anchor> kept;
@@ -199,6 +191,11 @@ void Anchors::claim_for(JointGaussian::NodeId node, std::span<const Eigen::Vecto
   if (anchor != PlaceGrid::kNone) claim_within_reach(points, position, anchor);
 }
 
+Eigen::Matrix3d Anchors::own_error(const Eigen::Vector2d& position) const {
+  const Eigen::Matrix3d G = loops::twist_of_error(position);
+  return G * noise().asDiagonal() * G.transpose();
+}
+
 Eigen::Matrix3d Anchors::local_error(const Eigen::Vector2d& position) const {
   if (anchors_.empty()) return Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d T = loops::error_of_twist(position);
@@ -231,8 +228,8 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
   }
   if (anchors_.size() >= kMostAnchors) thin(gaussian);
   const Eigen::Vector3d pose = pose_of(gaussian);
-  const Eigen::Matrix3d G = loops::twist_of_error(pose.head<2>());
-  const JointGaussian::NodeId node = gaussian.add_node(G, G * noise().asDiagonal() * G.transpose());
+  const JointGaussian::NodeId node =
+      gaussian.add_node(loops::twist_of_error(pose.head<2>()), own_error(pose.head<2>()));
   anchors_.push_back({node, pose, position, creep_, way_});
   active_ = static_cast<int>(anchors_.size()) - 1;
   return node;

@@ -95,6 +95,8 @@ class WAYMARK_API Anchors {
   Eigen::Vector3d noise() const {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
   }
+  /// The same of an anchor at `position`, as covariance of a motion of the whole map.
+  Eigen::Matrix3d own_error(const Eigen::Vector2d& position) const;
   double way_since_last(const Eigen::Vector3d& xyyaw);
   /// True if matches with the anchor have no effect for now; else it counts as seen.
   bool must_wait(const JointGaussian& gaussian, Anchor& anchor);

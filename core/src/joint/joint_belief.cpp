@@ -93,9 +93,7 @@ void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::sp
 
 void JointBelief::begin_anew(const Belief& particle, std::span<const loops::Keyframe> keyframes,
                              std::span<const AnchorPose> anchors, Eigen::MatrixXd P) {
-  for (Eigen::Index row = 0; row < P.rows(); row += 3) {
-    for (Eigen::Index column = 0; column < P.cols(); column += 3) P.block<3, 3>(row, column) += start_;
-  }
+  P += start_.replicate(P.rows() / 3, P.cols() / 3);
   const Eigen::Matrix3d T = loops::error_of_twist(particle.mean.T_map_base.p.head<2>());
   Belief belief = particle;
   estimation::ekf::add_pose_covariance(belief, process_.layout(), T * P.bottomRightCorner<3, 3>() * T.transpose());

@@ -295,12 +295,9 @@ Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> Joi
   return cross_.middleRows(offset, size);
 }
 
-Eigen::Matrix3d JointGaussian::cross_with_pose(NodeId node) const {
-  return cross_covariance(node)(Eigen::all, layout_.pose_indices());
-}
-
-Eigen::Matrix3d JointGaussian::pose_covariance() const {
-  return belief_.P(layout_.pose_indices(), layout_.pose_indices());
+Eigen::Matrix3d JointGaussian::covariance_against(NodeId node, const Eigen::Matrix3d& T) const {
+  const Eigen::Matrix3d cross = T * cross_covariance(node)(Eigen::all, layout_.pose_indices());
+  return pose_covariance(belief_, layout_) + T * node_covariance(node) * T.transpose() - cross - cross.transpose();
 }
 
 void JointGaussian::approach(NodeId node) {

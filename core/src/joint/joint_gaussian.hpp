@@ -91,10 +91,8 @@ class WAYMARK_API JointGaussian {
   Rows node_covariance(NodeId node) const;
   /// Covariance of one node with the navigation state: states of the node × error states.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, kMaxErrorStates> cross_covariance(NodeId node) const;
-  /// The same with (x, y, yaw) alone, of a node of three states.
-  Eigen::Matrix3d cross_with_pose(NodeId node) const;
-  /// Covariance of (x, y, yaw).
-  Eigen::Matrix3d pose_covariance() const;
+  /// Covariance of (δx, δy, δyaw) − T δ, with δ the three states of a node.
+  Eigen::Matrix3d covariance_against(NodeId node, const Eigen::Matrix3d& T) const;
   /// Number of error states of all nodes, and of those that are not distant.
   int size() const { return size_ + distant_.size(); }
   int near_size() const { return size_; }

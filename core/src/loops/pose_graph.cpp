@@ -32,6 +32,12 @@ Eigen::Matrix3d information(const Eigen::Matrix3d& P) {
   return (P + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
 }
 
+/// The noise of a relation as a motion of the whole map.
+Eigen::Matrix3d as_twist(const Eigen::Matrix3d& P, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Matrix3d G = twist_of_error(to.head<2>()) * turn(from.z());
+  return G * P * G.transpose();
+}
+
 /// between(a, b) ⊟ z and its derivatives by the poses a and b.
 struct Residual {
   Eigen::Vector3d r;
@@ -134,16 +140,6 @@ double PoseGraph::chi_squared(const Loop& loop, std::span<const Eigen::Vector3d>
   const Eigen::Vector3d r = residual(poses[loop.from], poses[loop.to], loop.relation.z).r;
   return r.dot(information(loop.relation.P) * r);
 }
-
-namespace {
-
-/// The noise of a relation as a motion of the whole map.
-Eigen::Matrix3d as_twist(const Eigen::Matrix3d& P, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Matrix3d G = twist_of_error(to.head<2>()) * turn(from.z());
-  return G * P * G.transpose();
-}
-
-}  // namespace
 
 /// What a relation says about motions of the whole map depends on the difference of two nodes alone, so the noise of
 /// steps in a row adds up, and nodes that nobody asks for drop out.

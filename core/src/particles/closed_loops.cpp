@@ -87,23 +87,17 @@ void ParticleFilter::search_loop() {
     std::erase_if(suspected_tears_, [&](Time stamp) { return loops_->is_bridged(stamp); });
   if (!correction) {
     const bool is_settled = !loops_->has_accepted() && (had_accepted || loops_->loops().size() > known);
-    if (is_settled && joint_ && joint_->awaits_graph()) verify_return(best);
+    // It left the path where it was: the place that was met again is the right one.
+    if (is_settled && joint_ && joint_->awaits_graph()) {
+      draw_joint_again(best);
+      has_changed();
+    }
     return;
   }
   Particle only = best.clone();
   redrawing_.emplace(std::move(*correction), std::move(only.maps));
   only.maps = redrawing_->recent_maps(loops_->keyframes());
   become(only);
-}
-
-/// The loop left the path where it was: the place that was met again is the right one.
-void ParticleFilter::verify_return(const Particle& best) {
-  std::vector<Eigen::Vector3d> poses;
-  poses.reserve(loops_->keyframes().size());
-  for (const loops::Keyframe& keyframe : loops_->keyframes()) poses.push_back(keyframe.xyyaw);
-  Particle copy = best.clone();
-  draw_joint_again(copy, poses);
-  has_changed();
 }
 
 void ParticleFilter::become(Particle& only) {
@@ -139,7 +133,8 @@ void ParticleFilter::take_corrected_maps() {
   }
   best.path.replace(path);
   best.belief.mean.T_map_base = moved(best.belief.mean.T_map_base, correction.before.back(), keyframes.back().xyyaw);
-  if (joint_) draw_joint_again(best, correction.before);
+  carry_anchors(best, correction.before);
+  if (joint_) draw_joint_again(best);
   become(best);
   closed_loop_ = ClosedLoop{correction.way, correction.shift};
 }
@@ -155,25 +150,38 @@ void ParticleFilter::suspect_tear(std::size_t slot) {
   suspected_tears_.push_back(stamp());
 }
 
-/// The anchors move along with the keyframes. The graph has neither the map's place on the Earth nor height and tilt.
-void ParticleFilter::draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before) {
+std::optional<std::size_t> ParticleFilter::keyframe_of(joint::JointGaussian::NodeId anchor) const {
   const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+  const auto first = std::ranges::find(keyframes, anchor, &loops::Keyframe::anchor);
+  if (first == keyframes.end()) return std::nullopt;
+  return static_cast<std::size_t>(first - keyframes.begin());
+}
+
+void ParticleFilter::carry_anchors(Particle& particle, std::span<const Eigen::Vector3d> before) {
+  const std::vector<joint::AnchorPose> anchors = particle.anchors.items();
+  particle.anchors = {};
+  for (joint::AnchorPose anchor : anchors) {
+    const auto first = keyframe_of(anchor.anchor);
+    if (!first) continue;
+    anchor.xyyaw = loops::compose(loops_->keyframes()[*first].xyyaw, loops::between(before[*first], anchor.xyyaw));
+    particle.anchors.append(anchor);
+  }
+}
+
+/// The graph has neither the map's place on the Earth nor height and tilt.
+void ParticleFilter::draw_joint_again(const Particle& best) {
   std::vector<joint::AnchorPose> anchors;
-  std::vector<std::size_t> anchored;  // the first keyframe of each
-  for (joint::AnchorPose anchor : best.anchors.items()) {
-    const auto first = std::ranges::find(keyframes, anchor.anchor, &loops::Keyframe::anchor);
-    if (first == keyframes.end() || !joint_->has_anchor(anchor.anchor)) continue;
-    anchored.push_back(static_cast<std::size_t>(first - keyframes.begin()));
-    anchor.xyyaw = loops::compose(first->xyyaw, loops::between(before[anchored.back()], anchor.xyyaw));
+  std::vector<std::size_t> places;  // keyframes: the first of each anchor, and the last of all
+  for (const joint::AnchorPose& anchor : best.anchors.items()) {
+    const auto first = keyframe_of(anchor.anchor);
+    if (!first || !joint_->has_anchor(anchor.anchor)) continue;
     anchors.push_back(anchor);
+    places.push_back(*first);
   }
-  best.anchors = {};
-  for (const joint::AnchorPose& anchor : anchors) best.anchors.append(anchor);
+  const std::span<const loops::Keyframe> keyframes = loops_->keyframes();
+  places.push_back(keyframes.size() - 1);
   Eigen::MatrixXd P;
-  if (has_graph()) {
-    anchored.push_back(keyframes.size() - 1);
-    P = loops_->covariance(anchored);
-  }
+  if (has_graph()) P = loops_->covariance(places);
   if (P.size() > 0) {
     joint_->begin_anew(best.belief, keyframes, anchors, std::move(P));
   } else {

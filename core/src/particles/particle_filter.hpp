@@ -213,12 +213,17 @@ class WAYMARK_API ParticleFilter {
   void become(Particle& only);
   /// Replaces all particles by the best one with the corrected path, in the maps that were drawn along it.
   void take_corrected_maps();
-  void verify_return(const Particle& best);
   bool can_close_loops() const;
   /// Way on which a place counts as met again, if the graph of loops verifies that [m].
   std::optional<double> return_way() const;
+  /// True if the graph of loops has all that the joint Gaussian has of the pose.
   bool has_graph() const { return !georeference_ && layout().motion() == StateLayout::Motion::planar; }
-  void draw_joint_again(Particle& best, std::span<const Eigen::Vector3d> before);
+  /// The first keyframe with this anchor.
+  std::optional<std::size_t> keyframe_of(joint::JointGaussian::NodeId anchor) const;
+  /// Moves a particle's anchors as their keyframes were moved from `before`.
+  void carry_anchors(Particle& particle, std::span<const Eigen::Vector3d> before);
+  /// The joint Gaussian gets the places of the best particle's map anew, and what the graph of the path says.
+  void draw_joint_again(const Particle& best);
   /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
   /// sampling.
   void suspect_tear(std::size_t slot);
