@@ -29,7 +29,8 @@ GridFigures figures_of(const TileTree& tiles) {
   tiles.for_all([&](TileIndex, const Tile& tile, bool is_shared) {
     ++figures.tiles;
     figures.tiles_shared += is_shared;
-    for (const std::int8_t odds : tile.odds()) {
+    for (std::size_t i = 0; i < Tile::kCells; ++i) {
+      const std::int8_t odds = tile.odds[i];
       if (!Tile::is_known(odds)) continue;
       ++(Tile::is_occupied(odds) ? figures.occupied : figures.free);
       entropy += entropies[static_cast<std::uint8_t>(odds)];
@@ -46,7 +47,7 @@ std::optional<GridView> view_of(const TileTree& tiles, double resolution) {
   const auto for_known = [&](const auto& visit) {
     tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
       for (std::int32_t i = 0; i < static_cast<std::int32_t>(Tile::kCells); ++i) {
-        const std::int8_t odds = tile.odds()[static_cast<std::size_t>(i)];
+        const std::int8_t odds = tile.odds[static_cast<std::size_t>(i)];
         if (Tile::is_known(odds))
           visit(index.x * Tile::kSide + i % Tile::kSide, index.y * Tile::kSide + i / Tile::kSide, odds);
       }

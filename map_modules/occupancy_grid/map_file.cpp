@@ -23,7 +23,7 @@ void compute_distances(TileTree& tiles) {
   tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
     std::vector<Cell> occupied;
     for (std::size_t i = 0; i < Tile::kCells; ++i) {
-      if (!Tile::is_occupied(tile.odds()[i])) continue;
+      if (!Tile::is_occupied(tile.odds[i])) continue;
       const auto place = static_cast<std::int32_t>(i);
       occupied.push_back({place % Tile::kSide, place / Tile::kSide});
     }
@@ -58,7 +58,7 @@ LoadedMap load_map_file(const std::filesystem::path& yaml, const scan_matching::
       const TileIndex index = Tile::index_of({x, y});
       if (tile == nullptr || index != at) tile = &map.tiles.write(at = index);
       const int value = *percent > 50 ? std::max(1, odds.high / 2) : std::min(-1, odds.low / 2);
-      tile->write_odds()[Tile::place(x, y)] = static_cast<std::int8_t>(value);
+      tile->odds.set(Tile::place(x, y), static_cast<std::int8_t>(value));
     }
   }
   compute_distances(map.tiles);

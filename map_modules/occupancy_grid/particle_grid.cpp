@@ -96,7 +96,7 @@ std::optional<GridView> ParticleGrid::grid() const {
 
 template <class Archive>
 void ParticleGrid::serialize(Archive& archive) {
-  if (archive.section("occupancy_grid", 2) < 2) throw DataError("the checkpoint has an older version");
+  if (archive.section("occupancy_grid", 3) < 3) throw DataError("the checkpoint has an older version");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
   archive(record_, tiles_);
 }

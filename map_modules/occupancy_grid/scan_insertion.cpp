@@ -126,7 +126,7 @@ void ScanInsertion::apply(std::size_t slot, const scan_matching::OddsSettings& o
     const auto r = static_cast<std::size_t>(y);
     const std::uint32_t marked = marks.hit[r] | marks.free[r];
     if (marked == 0) continue;
-    const std::int8_t* before = window_.odds(slot) + r * Tile::kSide;
+    const std::int8_t* before = window_.odds_at(corner.x, corner.y + y);
     const ChangedRow row = changed(before, mask_of(marks.hit[r]), mask_of(marked), odds);
     marks.hit[r] = marks.free[r] = 0;
     if (!row.is_changed) continue;  // all are at their bounds: the tile may stay shared
@@ -134,7 +134,7 @@ void ScanInsertion::apply(std::size_t slot, const scan_matching::OddsSettings& o
       if ((before[x] > 0) == (row.odds[x] > 0)) continue;
       (row.odds[x] > 0 ? occupied_ : freed_).push_back({corner.x + static_cast<std::int32_t>(x), corner.y + y});
     }
-    std::ranges::copy(row.odds, window_.writable_odds(slot) + r * Tile::kSide);
+    std::ranges::copy(row.odds, window_.writable_odds_at(corner.x, corner.y + y));
   }
 }
 

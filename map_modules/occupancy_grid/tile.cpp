@@ -5,65 +5,52 @@
 
 namespace waymark::occupancy_grid {
 
-namespace {
-
-template <class Values>
-Cow<Values> filled_with(typename Values::value_type value) {
-  Values values;
-  values.fill(value);
-  return Cow<Values>(values);
-}
-
-template <class Values>
-std::size_t bytes_of(const Cow<Values>& handle, std::set<const void*>& seen) {
-  return seen.insert(handle.identity()).second ? sizeof(Values) : 0;
-}
-
-/// `initial`: what every tile begins with, which is not written.
-template <class Values>
-void save_values(const Cow<Values>& handle, const Cow<Values>& initial, OutArchive& out) {
-  const bool is_initial = handle.shares_with(initial);
-  out.value(is_initial);
-  if (!is_initial) save_shared(handle.identity(), out, [&] { out.bytes(handle.read().data(), handle.read().size()); });
-}
-
-template <class Values>
-Cow<Values> load_values(const Cow<Values>& initial, InArchive& in) {
-  bool is_initial = false;
-  in.value(is_initial);
-  if (is_initial) return initial;
-  return load_shared<Cow<Values>>(in, [&] {
-    Cow<Values> handle;
-    Values& values = handle.write();
-    in.bytes(values.data(), values.size());
-    return handle;
-  });
-}
-
-}  // namespace
-
-const Cow<Tile::Odds>& Tile::unknown() {
-  static const Cow<Odds> handle = filled_with<Odds>(kUnknown);
+template <class Value, Value kInitial>
+const Cow<typename StripValues<Value, kInitial>::Strip>& StripValues<Value, kInitial>::initial() {
+  static const Cow<Strip> handle = [] {
+    Strip values;
+    values.fill(kInitial);
+    return Cow<Strip>(values);
+  }();
   return handle;
 }
 
-const Cow<Tile::Distances>& Tile::far() {
-  static const Cow<Distances> handle = filled_with<Distances>(kFar);
-  return handle;
+template <class Value, Value kInitial>
+std::size_t StripValues<Value, kInitial>::bytes(std::set<const void*>& seen) const {
+  std::size_t bytes = sizeof(*this);
+  for (const Cow<Strip>& strip : strips_) {
+    if (seen.insert(strip.identity()).second) bytes += sizeof(Strip);
+  }
+  return bytes;
 }
 
-std::size_t Tile::bytes(std::set<const void*>& seen) const {
-  return sizeof(Tile) + bytes_of(odds_, seen) + bytes_of(distances_, seen);
+template <class Value, Value kInitial>
+void StripValues<Value, kInitial>::save(OutArchive& out) const {
+  for (const Cow<Strip>& strip : strips_) {
+    const bool is_initial = strip.shares_with(initial());  // not written
+    out.value(is_initial);
+    if (!is_initial) save_shared(strip.identity(), out, [&] { out.bytes(strip.read().data(), sizeof(Strip)); });
+  }
 }
 
-void Tile::save(OutArchive& out) const {
-  save_values(odds_, unknown(), out);
-  save_values(distances_, far(), out);
+template <class Value, Value kInitial>
+void StripValues<Value, kInitial>::load(InArchive& in) {
+  for (Cow<Strip>& strip : strips_) {
+    bool is_initial = false;
+    in.value(is_initial);
+    if (is_initial) {
+      strip = initial();
+      continue;
+    }
+    strip = load_shared<Cow<Strip>>(in, [&] {
+      Cow<Strip> handle;
+      in.bytes(handle.write().data(), sizeof(Strip));
+      return handle;
+    });
+  }
 }
 
-void Tile::load(InArchive& in) {
-  odds_ = load_values(unknown(), in);
-  distances_ = load_values(far(), in);
-}
+template class StripValues<std::int8_t, Tile::kUnknown>;
+template class StripValues<std::uint8_t, Tile::kFar>;
 
 }  // namespace waymark::occupancy_grid

@@ -7,11 +7,18 @@ void TileWindow::open(const TileTree& tree, const Eigen::Vector2d& center, doubl
   rect_ = scan_matching::TileRect::around(center.array() - reach, center.array() + reach, resolution * Tile::kSide);
   tiles_.resize(rect_.size());
   tree.gather(rect_, tiles_);
-  odds_.resize(rect_.size());
-  distances_.resize(rect_.size());
-  for (std::size_t slot = 0; slot < tiles_.size(); ++slot) {
-    odds_[slot] = tiles_[slot]->odds().data();
-    distances_[slot] = tiles_[slot]->distances().data();
+  odds_.resize(strips());
+  distances_.resize(strips());
+  const auto width = static_cast<std::size_t>(rect_.width());
+  for (std::size_t row = 0, slot = 0; slot < tiles_.size(); ++row) {
+    for (std::size_t column = 0; column < width; ++column, ++slot) {
+      const Tile& tile = *tiles_[slot];
+      for (std::size_t i = 0; i < Tile::kStrips; ++i) {
+        const std::size_t at = (row * Tile::kStrips + i) * width + column;
+        odds_[at] = tile.odds.strip(i);
+        distances_[at] = tile.distances.strip(i);
+      }
+    }
   }
 }
 

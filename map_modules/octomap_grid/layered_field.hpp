@@ -18,8 +18,8 @@ class LayerField : public scan_matching::TiledCells<VoxelOctree::kBits> {
  public:
   LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : TiledCells(rect), slabs_(slabs) {}
 
-  const std::uint8_t* distances(std::size_t slot) const { return slabs_[slot]; }
-  std::uint8_t distance(int x, int y) const { return slabs_[slot(x, y)][Slab::place(x, y)]; }
+  std::uint8_t distance(int x, int y) const { return *distances_at(x, y); }
+  const std::uint8_t* distances_at(int x, int y) const { return slabs_[slot(x, y)] + Slab::place(x, y); }
 
  private:
   std::span<const std::uint8_t* const> slabs_;

@@ -67,7 +67,7 @@ BENCHMARK(refine_and_insert);
 void copy_particle(benchmark::State& state) {
   TileTree tiles;
   for (int x = 0; x < state.range(0); ++x) {
-    for (int y = 0; y < state.range(0); ++y) tiles.write({x, y}).write_odds()[0] = 1;
+    for (int y = 0; y < state.range(0); ++y) tiles.write({x, y}).odds.set(0, 1);
   }
   for (auto _ : state) {
     const TileTree copy = tiles;

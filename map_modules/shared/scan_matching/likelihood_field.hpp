@@ -87,8 +87,8 @@ class PointBlock {
 /// Adds L of end points with the base at `xyyaw`, bilinear between the middles of four cells; 0 outside of the field.
 ///
 /// A field is made of squares of `kSide` × `kSide` cells (a power of two): it has `origin()`, the map's cell that is
-/// (0, 0) in it, `columns()`, `rows()`, `slot(x, y)`, which square a cell is in, `distances(slot)`, the stored
-/// distances of that square row by row, `distance(x, y)` and `holds(x, y)`.
+/// (0, 0) in it, `columns()`, `rows()`, `distance(x, y)`, `distances_at(x, y)`, where that is stored, followed by those
+/// of the cells to the right in its square, and `holds(x, y)`.
 template <class Field>
 FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& table,
                      std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw, double resolution) {
@@ -108,12 +108,13 @@ FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& 
       const int y = static_cast<int>(v);
       fx = u - static_cast<float>(x);
       fy = v - static_cast<float>(y);
-      if ((x & kLast) != kLast && (y & kLast) != kLast) {
-        const std::uint8_t* d = field.distances(field.slot(x, y)) + (y & kLast) * Field::kSide + (x & kLast);
-        l00 = table[d[0]];
-        l10 = table[d[1]];
-        l01 = table[d[Field::kSide]];
-        l11 = table[d[Field::kSide + 1]];
+      if ((x & kLast) != kLast) {
+        const std::uint8_t* lower = field.distances_at(x, y);
+        const std::uint8_t* upper = field.distances_at(x, y + 1);
+        l00 = table[lower[0]];
+        l10 = table[lower[1]];
+        l01 = table[upper[0]];
+        l11 = table[upper[1]];
       } else {
         l00 = table[field.distance(x, y)];
         l10 = table[field.distance(x + 1, y)];

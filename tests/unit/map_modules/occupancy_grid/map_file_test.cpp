@@ -54,21 +54,21 @@ TEST_F(MapFile, IsReadAsItIsDrawn) {
   EXPECT_DOUBLE_EQ(map.resolution, 0.1);
   EXPECT_DOUBLE_EQ(map.T_map_grid.p.x(), -1.03);
   const Tile& tile = map.tiles.read({0, 0});
-  EXPECT_EQ(tile.odds()[Tile::place(2, 2)], 35);
-  EXPECT_EQ(tile.odds()[Tile::place(1, 2)], -20);
-  EXPECT_EQ(tile.odds()[Tile::place(2, 1)], -20);
-  EXPECT_EQ(tile.odds()[Tile::place(2, 0)], Tile::kUnknown);
-  EXPECT_EQ(tile.odds()[Tile::place(4, 0)], Tile::kUnknown);
-  EXPECT_EQ(tile.distances()[Tile::place(2, 2)], 0);
-  EXPECT_EQ(tile.distances()[Tile::place(2, 0)], 2 * Tile::kDistanceSteps);
-  EXPECT_EQ(map.tiles.read({-1, 0}).distances()[Tile::place(-2, 2)], 4 * Tile::kDistanceSteps);
+  EXPECT_EQ(tile.odds[Tile::place(2, 2)], 35);
+  EXPECT_EQ(tile.odds[Tile::place(1, 2)], -20);
+  EXPECT_EQ(tile.odds[Tile::place(2, 1)], -20);
+  EXPECT_EQ(tile.odds[Tile::place(2, 0)], Tile::kUnknown);
+  EXPECT_EQ(tile.odds[Tile::place(4, 0)], Tile::kUnknown);
+  EXPECT_EQ(tile.distances[Tile::place(2, 2)], 0);
+  EXPECT_EQ(tile.distances[Tile::place(2, 0)], 2 * Tile::kDistanceSteps);
+  EXPECT_EQ(map.tiles.read({-1, 0}).distances[Tile::place(-2, 2)], 4 * Tile::kDistanceSteps);
 }
 
 TEST_F(MapFile, NegatedItIsTheOtherWayRound) {
   write("map.yaml", yaml_ + "mode: trinary\n");
   yaml_.replace(yaml_.find("negate: 0"), 9, "negate: 1");
   write("map.yaml", yaml_);
-  EXPECT_EQ(load().tiles.read({0, 0}).odds()[Tile::place(2, 2)], -20);
+  EXPECT_EQ(load().tiles.read({0, 0}).odds[Tile::place(2, 2)], -20);
 }
 
 TEST_F(MapFile, TellsWhatIsWrong) {

@@ -21,7 +21,7 @@ using CellKey = std::pair<int, int>;
 const std::vector<Eigen::Vector3d> kPoses = {{0, 0, 0.3}, {-2, 1, -2.0}, {4.5, -2, 1.7}, {1.2, 0.4, 3.0}};
 
 std::int8_t odds_at(const TileTree& tiles, CellKey cell) {
-  return tiles.read(Tile::index_of({cell.first, cell.second})).odds()[Tile::place(cell.first, cell.second)];
+  return tiles.read(Tile::index_of({cell.first, cell.second})).odds[Tile::place(cell.first, cell.second)];
 }
 
 /// The cells that a beam passes, found by walking along it in steps much shorter than a cell.
@@ -73,7 +73,7 @@ TEST(ScanInsertion, WritesEveryCellOnceAndEndPointsTakeNoMiss) {
     tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
       for (int i = 0; i < static_cast<int>(Tile::kCells); ++i) {
         const CellKey cell{index.x * Tile::kSide + i % Tile::kSide, index.y * Tile::kSide + i / Tile::kSide};
-        const std::int8_t odds = tile.odds()[static_cast<std::size_t>(i)];
+        const std::int8_t odds = tile.odds[static_cast<std::size_t>(i)];
         if (expected.hit.contains(cell)) {
           EXPECT_EQ(odds, 17);
           ++hit;
@@ -121,7 +121,8 @@ TEST(ScanInsertion, OddsStayWithinTheirBounds) {
   int low = 0;
   int high = 0;
   tiles.for_all([&](TileIndex, const Tile& tile, bool) {
-    for (const std::int8_t odds : tile.odds()) {
+    for (std::size_t i = 0; i < Tile::kCells; ++i) {
+      const std::int8_t odds = tile.odds[i];
       EXPECT_TRUE(odds == Tile::kUnknown || odds == -40 || odds == 70) << int{odds};
       low += odds == -40;
       high += odds == 70;
@@ -151,7 +152,7 @@ TEST(ScanInsertion, BeamsWithoutReturnClearOnlyIfAsked) {
   ScanInsertion().insert(tiles, Eigen::Vector3d::Zero(), observe(nothing, Pose{}, {}, clears.scan), clears);
   EXPECT_EQ(odds_at(tiles, {20, 1}), -8);
   tiles.for_all([&](TileIndex, const Tile& tile, bool) {
-    for (const std::int8_t odds : tile.odds()) EXPECT_LE(odds, 0);
+    for (std::size_t i = 0; i < Tile::kCells; ++i) EXPECT_LE(tile.odds[i], 0);
   });
 }
 
@@ -160,7 +161,7 @@ void expect_exact_distances(const TileTree& tiles) {
   std::vector<CellKey> occupied;
   tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
     for (int i = 0; i < static_cast<int>(Tile::kCells); ++i) {
-      if (Tile::is_occupied(tile.odds()[static_cast<std::size_t>(i)]))
+      if (Tile::is_occupied(tile.odds[static_cast<std::size_t>(i)]))
         occupied.push_back({index.x * Tile::kSide + i % Tile::kSide, index.y * Tile::kSide + i / Tile::kSide});
     }
   });
@@ -180,7 +181,7 @@ void expect_exact_distances(const TileTree& tiles) {
   tiles.for_all([&](TileIndex index, const Tile& tile, bool) {
     for (int i = 0; i < static_cast<int>(Tile::kCells); ++i) {
       const CellKey cell{index.x * Tile::kSide + i % Tile::kSide, index.y * Tile::kSide + i / Tile::kSide};
-      const int stored = tile.distances()[static_cast<std::size_t>(i)];
+      const int stored = tile.distances[static_cast<std::size_t>(i)];
       const auto it = nearest.find(cell);
       if (it == nearest.end()) {
         ASSERT_EQ(stored, Tile::kFar) << cell.first << " " << cell.second;

@@ -15,7 +15,7 @@ namespace waymark::occupancy_grid {
 namespace {
 
 void mark(TileTree& tree, TileIndex index, int value) {
-  tree.write(index).write_odds()[0] = static_cast<std::int8_t>(value);
+  tree.write(index).odds.set(0, static_cast<std::int8_t>(value));
 }
 
 std::string saved(const TileTree& tree) {
@@ -48,8 +48,8 @@ TEST(TileTree, AnEmptyOneIsUnknownEverywhere) {
   EXPECT_TRUE(tree.empty());
   EXPECT_EQ(tree.tiles(), 0U);
   EXPECT_EQ(&tree.read({3, -7}), &empty_tile());
-  EXPECT_EQ(tree.read({0, 0}).odds()[5], Tile::kUnknown);
-  EXPECT_EQ(tree.read({0, 0}).distances()[5], Tile::kFar);
+  EXPECT_EQ(tree.read({0, 0}).odds[5], Tile::kUnknown);
+  EXPECT_EQ(tree.read({0, 0}).distances[5], Tile::kFar);
 }
 
 TEST(TileTree, HoldsWhatWasWrittenHoweverFarItGrows) {
@@ -66,13 +66,13 @@ TEST(TileTree, HoldsWhatWasWrittenHoweverFarItGrows) {
   }
   mark(tree, {TileTree::kMaxIndex, -TileTree::kMaxIndex}, 99);
   expected[{TileTree::kMaxIndex, -TileTree::kMaxIndex}] = 99;
-  for (const auto& [index, value] : expected) EXPECT_EQ(tree.read({index.first, index.second}).odds()[0], value);
+  for (const auto& [index, value] : expected) EXPECT_EQ(tree.read({index.first, index.second}).odds[0], value);
   EXPECT_EQ(tree.tiles(), expected.size());
   std::size_t visited = 0;
   tree.for_all([&](TileIndex index, const Tile& tile, bool is_shared) {
     ++visited;
     EXPECT_FALSE(is_shared);
-    EXPECT_EQ(tile.odds()[0], expected.at({index.x, index.y}));
+    EXPECT_EQ(tile.odds[0], expected.at({index.x, index.y}));
   });
   EXPECT_EQ(visited, expected.size());
 }
@@ -107,8 +107,8 @@ TEST(TileTree, ACopySharesUntilOneWrites) {
   const TileTree copy = tree;
   EXPECT_TRUE(copy.shares_root_with(tree));
   mark(tree, {4, 0}, 77);
-  EXPECT_EQ(copy.read({4, 0}).odds()[0], 4);
-  EXPECT_EQ(tree.read({4, 0}).odds()[0], 77);
+  EXPECT_EQ(copy.read({4, 0}).odds[0], 4);
+  EXPECT_EQ(tree.read({4, 0}).odds[0], 77);
   EXPECT_EQ(&copy.read({5, 0}), &tree.read({5, 0}));
   int own = 0;
   tree.for_all([&](TileIndex, const Tile&, bool is_shared) { own += !is_shared; });
@@ -122,23 +122,39 @@ TEST(TileTree, ACopySharesUntilOneWrites) {
 TEST(TileTree, OddsAndDistancesAreSharedByThemselves) {
   TileTree tree;
   mark(tree, {0, 0}, 7);
-  tree.write({0, 0}).write_distances()[3] = 9;
+  tree.write({0, 0}).distances.set(3, 9);
   TileTree copy = tree;
   const TileTree* both[] = {&tree, &copy};
   mark(copy, {0, 0}, 8);
   const std::size_t with_odds = TileTree::bytes_of(both);
-  copy.write({0, 0}).write_distances()[3] = 10;
-  EXPECT_EQ(TileTree::bytes_of(both), with_odds + Tile::kCells) << "writing odds does not clone distances";
-  EXPECT_EQ(tree.read({0, 0}).odds()[0], 7);
-  EXPECT_EQ(tree.read({0, 0}).distances()[3], 9);
-  EXPECT_EQ(copy.read({0, 0}).distances()[3], 10);
+  copy.write({0, 0}).distances.set(3, 10);
+  EXPECT_EQ(TileTree::bytes_of(both), with_odds + Tile::kStripCells) << "writing odds does not clone distances";
+  EXPECT_EQ(tree.read({0, 0}).odds[0], 7);
+  EXPECT_EQ(tree.read({0, 0}).distances[3], 9);
+  EXPECT_EQ(copy.read({0, 0}).distances[3], 10);
+}
+
+TEST(TileTree, StripsOfATileAreSharedByThemselves) {
+  TileTree tree;
+  for (std::size_t i = 0; i < Tile::kCells; ++i) tree.write({0, 0}).odds.set(i, static_cast<std::int8_t>(i % 100));
+  TileTree copy = tree;
+  const TileTree* both[] = {&tree, &copy};
+  copy.write({0, 0});
+  const std::size_t with_tile = TileTree::bytes_of(both);
+  copy.write({0, 0}).odds.set(Tile::kCells - 1, 100);
+  EXPECT_LE(TileTree::bytes_of(both), with_tile + Tile::kCells / 2);
+  for (std::size_t i = 0; i < Tile::kCells; ++i) {
+    const auto before = static_cast<std::int8_t>(i % 100);
+    ASSERT_EQ(tree.read({0, 0}).odds[i], before);
+    ASSERT_EQ(copy.read({0, 0}).odds[i], i + 1 < Tile::kCells ? before : 100);
+  }
 }
 
 TEST(TileTree, PartsStaySharedOnAnArchive) {
   TileTree parent;
   for (int x = 0; x < 20; ++x) {
     mark(parent, {x, 0}, x);
-    parent.write({x, 0}).write_distances()[0] = static_cast<std::uint8_t>(x);
+    parent.write({x, 0}).distances.set(0, static_cast<std::uint8_t>(x));
   }
   TileTree child = parent;
   for (int x = 0; x < 20; ++x) mark(child, {x, 0}, x + 50);
@@ -162,7 +178,7 @@ TEST(TileTree, ComesBackFromAnArchiveAsAFamily) {
   EXPECT_EQ(saved(again.child), saved(child));
   EXPECT_EQ(&again.parent.read({5, 15}), &again.child.read({5, 15}));
   mark(again.child, {5, 15}, 9);
-  EXPECT_EQ(again.parent.read({5, 15}).odds()[0], 5);
+  EXPECT_EQ(again.parent.read({5, 15}).odds[0], 5);
 }
 
 TEST(TileTree, RefusesADamagedArchive) {

@@ -61,7 +61,7 @@ TEST(CloudInsertion, OfAPlanarScanIsThatOfTheFlatGrid) {
   std::size_t different = 0;
   flat.for_all([&](scan_matching::TileIndex index, const occupancy_grid::Tile& tile, bool) {
     for (int i = 0; i < static_cast<int>(occupancy_grid::Tile::kCells); ++i) {
-      const std::int8_t odds = tile.odds()[static_cast<std::size_t>(i)];
+      const std::int8_t odds = tile.odds[static_cast<std::size_t>(i)];
       const Cell cell{index.x * occupancy_grid::Tile::kSide + i % occupancy_grid::Tile::kSide,
                       index.y * occupancy_grid::Tile::kSide + i / occupancy_grid::Tile::kSide};
       const auto it = voxels.find({cell.x, cell.y, 0});
@@ -72,7 +72,7 @@ TEST(CloudInsertion, OfAPlanarScanIsThatOfTheFlatGrid) {
       const VoxelTile* there = map.read({tile_of(cell.x), tile_of(cell.y)}).find(0);
       const Slab* slab = there == nullptr ? nullptr : there->slab(0);
       const int distance = slab == nullptr ? StoredDistance::kFar : slab->distance[Slab::place(cell.x, cell.y)];
-      different += distance != tile.distances()[static_cast<std::size_t>(i)];
+      different += distance != tile.distances[static_cast<std::size_t>(i)];
     }
   });
   EXPECT_GT(known, 15'000U);
