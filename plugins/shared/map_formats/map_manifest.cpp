@@ -123,8 +123,10 @@ std::string manifest_text(const MapManifest& manifest, const std::filesystem::pa
     fmt::format_to(out, "  - {{ name: {}, format: {}, file: {}", quoted_if_needed(layer.name),
                    quoted_if_needed(layer.format), quoted_if_needed(relative.string()));
     if (!is_identity(layer.T_frame_file)) {
-      fmt::format_to(out, ", pose: {{ x_m: {}, y_m: {}, z_m: {}, yaw_deg: {} }}", layer.T_frame_file.p.x(),
-                     layer.T_frame_file.p.y(), layer.T_frame_file.p.z(), layer.T_frame_file.yaw() * kDegPerRad);
+      // Not to the last digits, so that what was read is written again as it was.
+      fmt::format_to(out, ", pose: {{ x_m: {:.12g}, y_m: {:.12g}, z_m: {:.12g}, yaw_deg: {:.12g} }}",
+                     layer.T_frame_file.p.x(), layer.T_frame_file.p.y(), layer.T_frame_file.p.z(),
+                     layer.T_frame_file.yaw() * kDegPerRad);
     }
     fmt::format_to(out, " }}\n");
   }

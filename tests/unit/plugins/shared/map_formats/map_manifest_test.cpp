@@ -59,6 +59,17 @@ TEST_F(MapManifestFile, ReadsWhatWasWritten) {
   EXPECT_EQ(read.find("hall"), nullptr);
 }
 
+// An angle that went through radians and a quaternion differs in its last digits.
+TEST_F(MapManifestFile, IsWrittenAgainAsItWasRead) {
+  const std::filesystem::path folder = write("").parent_path();
+  for (int i = 1; i < 200; ++i) {
+    MapManifest manifest{folder / "maps.yaml", {}, {}};
+    manifest.layers = {{"hall", "octree", folder / "hall.ot", Pose::planar(0.37 * i, -0.11 * i, 0.0152 * i)}};
+    const std::string text = manifest_text(manifest, folder);
+    EXPECT_EQ(manifest_text(read_manifest(write(text)), folder), text);
+  }
+}
+
 TEST_F(MapManifestFile, IsKnownByItsLayersNotByItsName) {
   EXPECT_TRUE(is_manifest(write("layers: []\n")));
   EXPECT_FALSE(is_manifest(write("image: room.pgm\nresolution: 0.1\n")));
