@@ -57,6 +57,7 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
   association.report(model_->matcher.match(window, scan.hits, own), out);
   out.information = R_map_grid * out.information * R_map_grid.transpose();
   out.gradient = R_map_grid * out.gradient;
+  out.slip = R_map_grid * out.slip * R_map_grid.transpose();
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
@@ -96,7 +97,7 @@ std::optional<GridView> ParticleGrid::grid() const {
 
 template <class Archive>
 void ParticleGrid::serialize(Archive& archive) {
-  if (archive.section("occupancy_grid", 3) < 3) throw DataError("the checkpoint has an older version");
+  if (archive.section("occupancy_grid", 4) < 4) throw DataError("the checkpoint has an older version");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
   archive(record_, tiles_);
 }

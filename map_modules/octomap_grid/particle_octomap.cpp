@@ -85,6 +85,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   association.report(model_->matcher.match(target, own), out);
   out.information = R_map_tree * out.information * R_map_tree.transpose();
   out.gradient = R_map_tree * out.gradient;
+  out.slip = R_map_tree * out.slip * R_map_tree.transpose();
 }
 
 void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
@@ -169,8 +170,8 @@ std::vector<MapFile> ParticleOctomap::files(const Pose& T_enu_map) const {
 
 template <class Archive>
 void ParticleOctomap::serialize(Archive& archive) {
-  const std::uint32_t version = archive.section("octomap_grid", 3);
-  if (version < 3) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
+  const std::uint32_t version = archive.section("octomap_grid", 4);
+  if (version < 4) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
   archive(record_, voxels_, surfels_);
 }

@@ -55,12 +55,14 @@ void read_refinement(const py::handle& returned, Refinement& out) {
       out.failed = py::cast<bool>(value);
     } else if (name == "searched") {
       out.searched = py::cast<bool>(value);
+    } else if (name == "slip") {
+      out.slip = py::cast<Eigen::Matrix3d>(value);
     } else if (name == "association") {
       out.association = std::make_unique<PythonAssociation>(hold(py::reinterpret_borrow<py::object>(value)));
     } else {
       throw std::runtime_error(
           "refine: \"" + name +
-          "\" is none of information, gradient, log_evidence, writes, failed, searched, association");
+          "\" is none of information, gradient, log_evidence, writes, failed, searched, slip, association");
     }
   }
 }

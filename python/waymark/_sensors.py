@@ -137,7 +137,8 @@ class ParticleMap:
     def refine(self, pose, P, start, observation):
         """Matches an observation at the prior: `pose` (State) with the covariance P of (x, y, yaw); `start`: a draw from it,
         for a search. Returns None (no information) or a dictionary: information (3, 3), gradient (3), log_evidence, and if
-        needed writes, failed, searched, association. Called for every particle and from many threads: it changes nothing."""
+        needed writes, failed, searched, slip (3, 3), association. Called for every particle and from many threads: it changes
+        nothing."""
         raise NotImplementedError
 
     def insert(self, pose, P, observation, association):

@@ -129,18 +129,30 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   refinement.writes = true;
   refinement.failed = false;
   refinement.searched = false;
+  refinement.slip.setZero();
   refinement.spatial.reset();
   map.refine(prior, start, *input.observation, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
   scratch.writes = scratch.writes || refinement.writes;
   scratch.compared = scratch.compared || refinement.spatial || refinement.failed;
   if (!input.localize) return;
-  if (!apply(refinement, input.share, belief)) throw Error("the map's pose information is not finite");
-  add_innovation(refinement, input.share, prior, scratch.innovation);
+  if (!add_information(refinement, input.share, belief, scratch.innovation))
+    throw Error("the map's pose information is not finite");
   scratch.log_evidence += input.share * refinement.log_evidence;
   scratch.informed = scratch.informed || refinement.spatial || !refinement.information.isZero(0.0);
   scratch.failed = scratch.failed || refinement.failed;
   scratch.searched = scratch.searched || refinement.searched;
+}
+
+/// Refines the belief, after a slip the wider one. False if the information is not finite.
+bool MappingStep::add_information(const Refinement& refinement, double share, Belief& belief,
+                                  MapInnovation& innovation) const {
+  if (!refinement.slip.allFinite()) return false;
+  if (!refinement.slip.isZero(0.0)) estimation::ekf::add_pose_covariance(belief, layout_, refinement.slip);
+  const PoseGaussian prior = pose_of(belief);
+  if (!apply(refinement, share, belief)) return false;
+  add_innovation(refinement, share, prior, innovation);
+  return true;
 }
 
 /// False if the information is not finite.

@@ -108,6 +108,7 @@ class MappingStep {
                   Time stamp, std::uint32_t sensor);
   void refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior, const Pose& start,
                  Belief& belief, Scratch& scratch) const;
+  bool add_information(const Refinement& refinement, double share, Belief& belief, MapInnovation& innovation) const;
   bool apply(const Refinement& refinement, double share, Belief& belief) const;
   PoseGaussian pose_of(const Belief& belief) const;
   Pose draw_start(std::size_t slot, const PoseGaussian& prior, Time stamp, std::uint32_t sensor) const;

@@ -219,6 +219,8 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
     const auto module = static_cast<std::size_t>(input.module);
     if (!input.localize) continue;
     const Refinement& refinement = mapping_.refinement(slot, input.module);
+    if (!refinement.slip.isZero(0.0))
+      joint_->add_noise([&](Belief& belief) { ekf::add_pose_covariance(belief, layout(), refinement.slip); });
     correspondences_.landmarks.clear();
     correspondences_.points_base.clear();
     if (!correspond(inputs, i, slot, failures)) continue;

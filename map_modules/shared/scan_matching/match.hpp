@@ -19,6 +19,7 @@ struct Match {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< η: prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d
   double log_evidence = 0.0;                           ///< tempered log likelihood of the scan, and of d by the prior
   double score = 0.0;                                  ///< mean likelihood of the end points
+  Eigen::Vector3d slip = Eigen::Vector3d::Zero();      ///< variance that the prior lacks, if the motion slipped
   bool searched = false;  ///< coarsely, since the start led to no match, or in all of a wide prior
   bool misfits = false;   ///< where the prior expects it nothing fits, although the prior is narrow
   bool failed = false;    ///< the prior stands: Λ and η are zero

@@ -21,8 +21,10 @@ void MatchAssociation::report(const Match& match, Refinement& out) {
   out.log_evidence = match.log_evidence;
   out.failed = match.failed;
   out.searched = match.misfits;
+  out.slip = match.slip.asDiagonal();
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
+  slipped = !match.failed && !match.slip.isZero(0.0);
   score = match.score;
 }
 
@@ -30,6 +32,7 @@ void MatchRecord::count(const MatchAssociation& how) {
   matches_ += how.outcome == MatchAssociation::Outcome::matched;
   failed_ += how.outcome == MatchAssociation::Outcome::failed;
   searches_ += how.searched;
+  slips_ += how.slipped;
   if (how.outcome == MatchAssociation::Outcome::matched) score_sum_ += how.score;
 }
 
@@ -37,6 +40,7 @@ void MatchRecord::describe(std::vector<MapFigure>& out) const {
   out.push_back({"matches", static_cast<double>(matches_)});
   out.push_back({"failed_matches", static_cast<double>(failed_)});
   out.push_back({"coarse_searches", static_cast<double>(searches_)});
+  out.push_back({"slips", static_cast<double>(slips_)});
   out.push_back({"mean_score", score_sum_ / std::max(1.0, static_cast<double>(matches_))});
 }
 

@@ -20,6 +20,7 @@ struct MatchAssociation final : Association {
 
   Outcome outcome = Outcome::not_tried;
   bool searched = false;
+  bool slipped = false;
   double score = 0.0;
 };
 
@@ -30,13 +31,14 @@ class MatchRecord {
   void describe(std::vector<MapFigure>& out) const;
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(matches_, failed_, searches_, score_sum_);
+    archive(matches_, failed_, searches_, slips_, score_sum_);
   }
 
  private:
   std::uint64_t matches_ = 0;
   std::uint64_t failed_ = 0;
   std::uint64_t searches_ = 0;
+  std::uint64_t slips_ = 0;
   double score_sum_ = 0.0;  // of the matches
 };
 

@@ -12,16 +12,11 @@
 
 namespace waymark::scan_matching {
 
-namespace {
-
-/// True if the prior's σ is more than so many times the half width of the coarse search.
 bool is_wider(const MatchPrior& prior, const MatchSettings& settings, double times) {
   const double distance = times * settings.coarse_distance;
   const double angle = times * settings.coarse_angle;
   return std::max(prior.P(0, 0), prior.P(1, 1)) > distance * distance || prior.P(2, 2) > angle * angle;
 }
-
-}  // namespace
 
 bool is_wide(const MatchPrior& prior, const MatchSettings& settings) {
   // A place that four times the coarse search finds by chance is no reason to look everywhere.
@@ -29,21 +24,9 @@ bool is_wide(const MatchPrior& prior, const MatchSettings& settings) {
   return settings.spread_draws > 0 && is_wider(prior, settings, kFar);
 }
 
-bool may_have_slipped(const MatchPrior& prior, const MatchSettings& settings) {
-  return settings.spread_draws > 0 && !is_wider(prior, settings, 1.0);
-}
-
 double spread_reach(const MatchPrior& prior, const MatchSettings& settings) {
   constexpr double kSpreadSigmas = 4.0;  // no draw is farther away than this, but for one in 3000
   return is_wide(prior, settings) ? kSpreadSigmas * std::sqrt(std::max(prior.P(0, 0), prior.P(1, 1))) : 0.0;
-}
-
-MatchPrior after_slip(const MatchPrior& prior, const MatchSettings& settings) {
-  const Eigen::Vector3d slip(settings.coarse_distance, settings.coarse_distance,
-                             MatchSettings::kFartherTurns * settings.coarse_angle);
-  MatchPrior slipped = prior;
-  slipped.P.diagonal() += slip.cwiseAbs2();
-  return slipped;
 }
 
 Eigen::Vector3d best_draw(const MatchTarget& target, const MatchPrior& prior, const LikelihoodTable& wide, int draws) {

@@ -12,17 +12,14 @@
 /// alike are all found, and the weights decide between them.
 namespace waymark::scan_matching {
 
+/// True if the prior's σ is more than so many times the half width of the coarse search.
+bool is_wider(const MatchPrior& prior, const MatchSettings& settings, double times);
+
 /// True if the prior's σ is more than four times the half width of the coarse search.
 bool is_wide(const MatchPrior& prior, const MatchSettings& settings);
 
 /// How far draws of a wide prior lie from its mean [m]; 0 for others.
 double spread_reach(const MatchPrior& prior, const MatchSettings& settings);
-
-/// True if the prior's σ is within the coarse search: then a motion beyond the search is a slip, not noise.
-bool may_have_slipped(const MatchPrior& prior, const MatchSettings& settings);
-
-/// The prior of a motion that slipped: wider by `coarse_distance` and `kFartherTurns` times `coarse_angle` (σ).
-MatchPrior after_slip(const MatchPrior& prior, const MatchSettings& settings);
 
 /// The best of so many draws of the prior and its start, by the sum of likelihoods, relative to the prior's mean. The
 /// same prior has the same draws.

@@ -6,6 +6,7 @@
 
 #include "map_modules/shared/scan_matching/coarse_search.hpp"
 #include "map_modules/shared/scan_matching/prior_spread.hpp"
+#include "map_modules/shared/scan_matching/slip.hpp"
 #include "map_modules/shared/scan_matching/weak_direction.hpp"
 #include "waymark/math/gaussian.hpp"
 
@@ -56,7 +57,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
         if (!turned.failed && turned.score >= settings_.search_score) match = turned;
       }
     }
-    if (match.failed && may_have_slipped(prior, settings_)) match = match_after_slip(target, prior);
+    if (match.failed && may_have_slipped(prior, settings_)) match = search_slipped(target, prior);
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
@@ -79,6 +80,15 @@ bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const
 }
 
 Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
+  const Match usual = usual_match_from(target, prior, start);
+  if (!may_have_slipped(prior, settings_) || (!usual.failed && is_expected(prior, usual.d))) return usual;
+  const Match slipped = slipped_match_from(target, prior, start);
+  const bool is_likelier = !slipped.failed && (usual.failed || slipped.log_evidence > usual.log_evidence);
+  return is_likelier ? slipped : usual;
+}
+
+Match ScanMatcher::usual_match_from(const MatchTarget& target, const MatchPrior& prior,
+                                    const Eigen::Vector3d& start) const {
   Match match;
   Optimum optimum = descend(target, prior, start, tables_, settings_);
   match.failed = !optimum.d.allFinite() || optimum.fit.score < settings_.min_score;
@@ -94,14 +104,19 @@ Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior
   return match;
 }
 
-Match ScanMatcher::match_after_slip(const MatchTarget& target, const MatchPrior& prior) const {
-  constexpr double kSlipLogProbability = -7.0;  // one step of a thousand
-  constexpr int kSlipDraws = 4;                 // the space is small, and every particle has draws of its own
-  const MatchPrior slipped = after_slip(prior, settings_);
-  const int draws = settings_.spread_draws / kSlipDraws;
-  Match match = match_from(target, slipped, best_draw(target, slipped, tables_.wide, draws));
-  match.failed = match.failed || match.score < settings_.search_score;
+Match ScanMatcher::slipped_match_from(const MatchTarget& target, const MatchPrior& prior,
+                                      const Eigen::Vector3d& start) const {
+  Match match = usual_match_from(target, after_slip(prior, settings_), start);
   match.log_evidence += kSlipLogProbability;
+  match.slip = slip_variance(settings_);
+  return match;
+}
+
+Match ScanMatcher::search_slipped(const MatchTarget& target, const MatchPrior& prior) const {
+  constexpr int kSlipDraws = 4;  // the space is small, and every particle has draws of its own
+  const int draws = settings_.spread_draws / kSlipDraws;
+  Match match = slipped_match_from(target, prior, best_draw(target, after_slip(prior, settings_), tables_.wide, draws));
+  match.failed = match.failed || match.score < settings_.search_score;
   return match;
 }
 

@@ -14,7 +14,8 @@ namespace waymark::scan_matching {
 /// Matches scans against likelihood fields: descends (descent.hpp) from the prior's start, or, where the prior is wide,
 /// from the best of many draws of it (prior_spread.hpp). Where that fails, descends from the best place of a coarse
 /// search (coarse_search.hpp); where nothing fits there either, of one with farther turns, and at last from the best of
-/// many draws about the prior, as after a slip. Information that only roughness gives along a corridor does not count
+/// many draws about the prior, as after a slip (slip.hpp). What the prior does not expect is also matched as after a
+/// slip, and the more likely of both counts. Information that only roughness gives along a corridor does not count
 /// (weak_direction.hpp).
 class ScanMatcher {
  public:
@@ -29,11 +30,16 @@ class ScanMatcher {
   }
 
  private:
-  /// The match that a descent from `start` leads to; it may have failed.
+  /// The match that a descent from `start` leads to; it may have failed. What is not where the prior expects it is
+  /// matched as after a slip, too, and the more likely of both counts.
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
-  /// The match if the motion slipped by more than its σ says. It has failed unless the points fit as those of other
-  /// scans do. The slip is in the evidence, by its own probability, not by the prior.
-  Match match_after_slip(const MatchTarget& target, const MatchPrior& prior) const;
+  /// The same, if the motion did not slip.
+  Match usual_match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
+  /// The same, if it slipped. That is in the evidence, by its own probability.
+  Match slipped_match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
+  /// The match that the best of many draws about the prior leads to. It has failed unless the points fit as those of
+  /// other scans do.
+  Match search_slipped(const MatchTarget& target, const MatchPrior& prior) const;
   /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
   bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
   /// True if a match lies where the prior, or the floor of every match, expects it.

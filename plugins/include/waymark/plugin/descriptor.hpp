@@ -16,7 +16,7 @@
 namespace waymark {
 
 /// Raised whenever an interface of core changes incompatibly.
-inline constexpr std::uint32_t kPluginAbi = 15;
+inline constexpr std::uint32_t kPluginAbi = 16;
 
 #define WAYMARK_STRINGIFY_(x) #x
 #define WAYMARK_STRINGIFY(x) WAYMARK_STRINGIFY_(x)

@@ -119,6 +119,24 @@ TEST(ScanMatching, TurnsFartherWhereNothingNearTheStartFits) {
   }
 }
 
+// By the prior's σ alone (36 nats) the particle would lose against one that fits nothing.
+TEST(ScanMatching, WhatIsFoundFarOutsideThePriorIsASlip) {
+  Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const Eigen::Vector3d offset(0.2, -0.2, 0.3);
+  const MatchPrior narrow{truth - offset, covariance(0.04, 0.07), Eigen::Vector3d::Zero()};
+  const Match slipped = bench.match(truth, narrow, 0.01);
+  ASSERT_FALSE(slipped.failed);
+  EXPECT_GT(slipped.slip.minCoeff(), 0.0);
+  EXPECT_LT((slipped.d - offset).norm(), 0.03);
+  const MatchPrior wide{truth - offset, covariance(0.2, 0.2), Eigen::Vector3d::Zero()};
+  const Match expected = bench.match(truth, wide, 0.01);
+  ASSERT_FALSE(expected.failed);
+  EXPECT_TRUE(expected.slip.isZero()) << "a turn that the noise allows is none";
+  EXPECT_GT(slipped.log_evidence, expected.log_evidence - 8.0) << "by the probability of a slip, not by the prior's σ";
+  EXPECT_LT(slipped.log_evidence, expected.log_evidence);
+}
+
 // Wheels that slipped through a turn: neither search reaches so far, and by the prior's σ (50 nats) the particle would
 // lose against one that fits nothing. So it wins as soon as the next scan fits.
 TEST(ScanMatching, AfterASlipTheScanIsFoundAtThePriceOfASlip) {
