@@ -40,19 +40,19 @@ double ScanMatcher::margin(const MatchPrior& prior) const {
 
 Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
   const bool wide = is_wide(prior, settings_);
-  Match match =
-      match_from(target, prior, wide ? best_draw(target, prior, tables_.wide, settings_.spread_draws) : prior.start);
+  const Eigen::Vector3d start = wide ? best_draw(target, prior, tables_.wide, settings_.spread_draws) : prior.start;
+  Match match = match_or_slip_from(target, prior, start);
   // A descent that ended in a wrong place can fit half of the points.
   const bool needs_search = !wide && !fits(target, prior, match);
   if (needs_search) {
     const CoarseSearch search(target, prior, tables_.wide, settings_, resolution_);
     const FoundPlace near = search.near();
-    const Match searched = match_from(target, prior, near.d);
+    const Match searched = match_or_slip_from(target, prior, near.d);
     if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
     if (!fits(target, prior, match)) {
       const FoundPlace farther = search.farther(near);
       if (farther.likelihood > near.likelihood) {
-        const Match turned = match_from(target, prior, farther.d);
+        const Match turned = match_or_slip_from(target, prior, farther.d);
         // So far from the prior only what fits as other scans do counts.
         if (!turned.failed && turned.score >= settings_.search_score) match = turned;
       }
@@ -79,16 +79,23 @@ bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const
   return unknown < kMostUnknown && match.score >= settings_.search_score * (1.0 - unknown);
 }
 
-Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
-  const Match usual = usual_match_from(target, prior, start);
-  if (!may_have_slipped(prior, settings_) || (!usual.failed && is_expected(prior, usual.d))) return usual;
+Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrior& prior,
+                                      const Eigen::Vector3d& start) const {
+  Match match = match_from(target, prior, start);
+  if (!may_have_slipped(prior, settings_) || is_plausible(target, prior, match)) return match;
   const Match slipped = slipped_match_from(target, prior, start);
-  const bool is_likelier = !slipped.failed && (usual.failed || slipped.log_evidence > usual.log_evidence);
-  return is_likelier ? slipped : usual;
+  if (!slipped.failed && (match.failed || slipped.log_evidence > match.log_evidence)) match = slipped;
+  return match;
 }
 
-Match ScanMatcher::usual_match_from(const MatchTarget& target, const MatchPrior& prior,
-                                    const Eigen::Vector3d& start) const {
+bool ScanMatcher::is_plausible(const MatchTarget& target, const MatchPrior& prior, const Match& match) const {
+  if (match.failed) return false;
+  if (is_expected(prior, match.d)) return true;
+  const Match none = prior_alone(target, prior);
+  return match.log_evidence >= none.log_evidence || none.score >= settings_.min_score;
+}
+
+Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
   Match match;
   Optimum optimum = descend(target, prior, start, tables_, settings_);
   match.failed = !optimum.d.allFinite() || optimum.fit.score < settings_.min_score;
@@ -106,7 +113,7 @@ Match ScanMatcher::usual_match_from(const MatchTarget& target, const MatchPrior&
 
 Match ScanMatcher::slipped_match_from(const MatchTarget& target, const MatchPrior& prior,
                                       const Eigen::Vector3d& start) const {
-  Match match = usual_match_from(target, after_slip(prior, settings_), start);
+  Match match = match_from(target, after_slip(prior, settings_), start);
   match.log_evidence += kSlipLogProbability;
   match.slip = slip_variance(settings_);
   return match;

@@ -119,12 +119,12 @@ TEST(ScanMatching, TurnsFartherWhereNothingNearTheStartFits) {
   }
 }
 
-// By the prior's σ alone (36 nats) the particle would lose against one that fits nothing.
+// By the prior's σ alone (90 nats) the particle would lose against one that fits nothing.
 TEST(ScanMatching, WhatIsFoundFarOutsideThePriorIsASlip) {
   Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
   const Eigen::Vector3d offset(0.2, -0.2, 0.3);
-  const MatchPrior narrow{truth - offset, covariance(0.04, 0.07), Eigen::Vector3d::Zero()};
+  const MatchPrior narrow{truth - offset, covariance(0.025, 0.04), Eigen::Vector3d::Zero()};
   const Match slipped = bench.match(truth, narrow, 0.01);
   ASSERT_FALSE(slipped.failed);
   EXPECT_GT(slipped.slip.minCoeff(), 0.0);
@@ -135,6 +135,18 @@ TEST(ScanMatching, WhatIsFoundFarOutsideThePriorIsASlip) {
   EXPECT_TRUE(expected.slip.isZero()) << "a turn that the noise allows is none";
   EXPECT_GT(slipped.log_evidence, expected.log_evidence - 8.0) << "by the probability of a slip, not by the prior's σ";
   EXPECT_LT(slipped.log_evidence, expected.log_evidence);
+}
+
+// A map of cells is good to some centimetres, the motion of good wheels to millimetres.
+TEST(ScanMatching, WhatFitsNearlyAsWellAtThePriorIsNoSlip) {
+  Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const Eigen::Vector3d offset(0.04, -0.02, 0.0);
+  const Match match = bench.match(truth, {truth - offset, covariance(0.004, 0.004), Eigen::Vector3d::Zero()}, 0.01);
+  ASSERT_FALSE(match.failed);
+  EXPECT_FALSE(match.searched);
+  EXPECT_GT(match.d.norm(), 0.02) << "it lies outside the prior's 99 %";
+  EXPECT_TRUE(match.slip.isZero());
 }
 
 // Wheels that slipped through a turn: neither search reaches so far, and by the prior's σ (50 nats) the particle would
