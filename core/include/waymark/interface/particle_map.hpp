@@ -65,9 +65,9 @@ struct Refinement {
   /// Of a map that matches all six of the pose (`MapModule::is_spatial`); not set on entry. `information` and
   /// `gradient` are then those about (x, y, yaw) alone: what is left if z, roll and pitch are unknown.
   std::optional<SpatialInformation> spatial = std::nullopt;
-  /// Covariance of (x, y, yaw) by which the prior is wider, since the motion slipped: it missed a turn, say, by more than
-  /// its noise says. Zero if it did not. The host widens the prior by it before it applies the information. The log
-  /// evidence contains the probability of a slip.
+  /// Covariance of (x, y, yaw) by which the prior is wider, since the motion slipped: it missed a turn, say, by more
+  /// than its noise says. Zero if it did not. The host widens the prior by it before it applies the information. The
+  /// log evidence contains the probability of a slip.
   Eigen::Matrix3d slip = Eigen::Matrix3d::Zero();
   /// True: the observation does not fit where the prior expects it, although the prior is narrow, even after a search.
   /// An observation of what is new to the map is no such misfit.
