@@ -24,7 +24,7 @@ void MatchAssociation::report(const Match& match, Refinement& out) {
   out.slip = match.slip.asDiagonal();
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
-  slipped = !match.failed && !match.slip.isZero(0.0);
+  slipped = !match.slip.isZero(0.0);
   score = match.score;
 }
 

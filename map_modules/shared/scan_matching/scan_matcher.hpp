@@ -15,8 +15,8 @@ namespace waymark::scan_matching {
 /// from the best of many draws of it (prior_spread.hpp). Where that fails, descends from the best place of a coarse
 /// search (coarse_search.hpp); where nothing fits there either, of one with farther turns, and at last from the best of
 /// many draws about the prior, as after a slip (slip.hpp). A match that the prior makes less likely than none at all is
-/// tried as after a slip, too. Information that only roughness gives along a corridor does
-/// not count (weak_direction.hpp).
+/// tried as after a slip, too. Information that only roughness gives along a corridor does not count
+/// (weak_direction.hpp).
 class ScanMatcher {
  public:
   ScanMatcher(const MatchSettings& settings, double resolution);
@@ -34,14 +34,15 @@ class ScanMatcher {
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The same, if the motion slipped. That is in the evidence, by its own probability.
   Match slipped_match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
-  /// The same, or that of a motion that slipped, if it is likelier and that of the usual motion is not plausible.
+  /// That of the usual motion, or, if it is not plausible and less likely, that of a motion that slipped.
   Match match_or_slip_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The match that the best of many draws about the prior leads to. It has failed unless the points fit as those of
   /// other scans do.
   Match search_slipped(const MatchTarget& target, const MatchPrior& prior) const;
   /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
   bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
-  /// True unless the points fit nowhere near the prior's mean, and the prior makes the match less likely than none.
+  /// False if it failed, and if the points do not fit at the prior's mean and are nevertheless likelier there than
+  /// where the match is, by the prior.
   bool is_plausible(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
   /// True if a match lies where the prior, or the floor of every match, expects it.
   bool is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const;
