@@ -82,17 +82,14 @@ bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const
 Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrior& prior,
                                       const Eigen::Vector3d& start) const {
   Match match = match_from(target, prior, start);
-  if (!may_have_slipped(prior, settings_) || is_plausible(target, prior, match)) return match;
-  const Match slipped = slipped_match_from(target, prior, start);
-  if (!slipped.failed && (match.failed || slipped.log_evidence > match.log_evidence)) match = slipped;
-  return match;
-}
-
-bool ScanMatcher::is_plausible(const MatchTarget& target, const MatchPrior& prior, const Match& match) const {
-  if (match.failed) return false;
-  if (is_expected(prior, match.d)) return true;
+  if (!may_have_slipped(prior, settings_) || (!match.failed && is_expected(prior, match.d))) return match;
   const Match none = prior_alone(target, prior);
-  return match.log_evidence >= none.log_evidence || none.score >= settings_.min_score;
+  const bool fits_nowhere_near = none.score < settings_.min_score;
+  if (!match.failed && (match.log_evidence >= none.log_evidence || !fits_nowhere_near)) return match;
+  // A slip must explain the scan better than that it fits nothing.
+  const Match slipped = slipped_match_from(target, prior, start);
+  if (!slipped.failed && slipped.log_evidence > none.log_evidence) match = slipped;
+  return match;
 }
 
 Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {

@@ -14,9 +14,9 @@ namespace waymark::scan_matching {
 /// Matches scans against likelihood fields: descends (descent.hpp) from the prior's start, or, where the prior is wide,
 /// from the best of many draws of it (prior_spread.hpp). Where that fails, descends from the best place of a coarse
 /// search (coarse_search.hpp); where nothing fits there either, of one with farther turns, and at last from the best of
-/// many draws about the prior, as after a slip (slip.hpp). A match that the prior makes less likely than none at all is
-/// tried as after a slip, too. Information that only roughness gives along a corridor does not count
-/// (weak_direction.hpp).
+/// many draws about the prior, as after a slip (slip.hpp). Where the prior makes a match less likely than none at all,
+/// and a slip is likelier than none, the match is that after a slip. Information that only roughness gives along a
+/// corridor does not count (weak_direction.hpp).
 class ScanMatcher {
  public:
   ScanMatcher(const MatchSettings& settings, double resolution);
@@ -34,16 +34,14 @@ class ScanMatcher {
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The same, if the motion slipped. That is in the evidence, by its own probability.
   Match slipped_match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
-  /// That of the usual motion, or, if it is not plausible and less likely, that of a motion that slipped.
+  /// That of the usual motion; or that of a motion that slipped, if the scan does not fit at the prior's mean, and this
+  /// is nevertheless likelier than the usual motion, and a slip is likelier still.
   Match match_or_slip_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The match that the best of many draws about the prior leads to. It has failed unless the points fit as those of
   /// other scans do.
   Match search_slipped(const MatchTarget& target, const MatchPrior& prior) const;
   /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
   bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
-  /// False if it failed, and if the points do not fit at the prior's mean and are nevertheless likelier there than
-  /// where the match is, by the prior.
-  bool is_plausible(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
   /// True if a match lies where the prior, or the floor of every match, expects it.
   bool is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const;
   /// Of a match that failed: the scan's evidence at the prior's mean.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -125,6 +126,9 @@ TEST(ScanMatching, WhatIsFoundFarOutsideThePriorIsASlip) {
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
   const Eigen::Vector3d offset(0.2, -0.2, 0.3);
   const MatchPrior narrow{truth - offset, covariance(0.025, 0.04), Eigen::Vector3d::Zero()};
+  MatchSettings certain = settings().match;  // pillars give few points: a scan of walls says more
+  certain.evidence_tempering *= 3.0;
+  bench.matcher = ScanMatcher(certain, kResolution);
   const Match slipped = bench.match(truth, narrow, 0.01);
   ASSERT_FALSE(slipped.failed);
   EXPECT_GT(slipped.slip.minCoeff(), 0.0);
@@ -147,6 +151,28 @@ TEST(ScanMatching, WhatFitsNearlyAsWellAtThePriorIsNoSlip) {
   EXPECT_FALSE(match.searched);
   EXPECT_GT(match.d.norm(), 0.02) << "it lies outside the prior's 99 %";
   EXPECT_TRUE(match.slip.isZero());
+}
+
+// People hide most of the walls. What is left fits here badly, and a step aside hardly better.
+TEST(ScanMatching, WhatFitsHardlyBetterThanNothingIsNoSlip) {
+  Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
+  const Eigen::Vector3d aside(0.25, -0.2, 0.1);
+  const MatchPrior prior{{0.1, -0.2, 0.05}, covariance(0.025, 0.04), Eigen::Vector3d::Zero()};
+  ScanObservation scan = observed(bench.walls, prior.mean, 0.01, 1, bench.yaml);
+  const ScanObservation from_aside = observed(bench.walls, prior.mean + aside, 0.01, 2, bench.yaml);
+  for (std::size_t i = 0; i < std::min(scan.hits.size(), from_aside.hits.size()); ++i) {
+    const std::size_t percent = 37 * i % 100;
+    if (percent < 45) scan.hits[i] = from_aside.hits[i];
+    if (percent >= 60) scan.hits[i] *= 0.6f;
+  }
+  bench.window.open(bench.tiles, prior.mean.head<2>(), scan.reach + bench.matcher.margin(prior), kResolution);
+  const Match match = bench.matcher.match(bench.window, scan.hits, prior);
+  MatchSettings no_slips = settings().match;
+  no_slips.spread_draws = 0;
+  const ScanMatcher usual(no_slips, kResolution);
+  const Match other = usual.match(bench.window, scan.hits, prior);
+  EXPECT_TRUE(match.slip.isZero());
+  EXPECT_EQ(match.d, other.d);
 }
 
 // Wheels that slipped through a turn: neither search reaches so far, and by the prior's σ (50 nats) the particle would
