@@ -54,10 +54,7 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
       {T_grid_map * prior.T_map_base, R_map_grid.transpose() * prior.P * R_map_grid}, T_grid_map * start);
   TileWindow& window = scratch().window;
   window.open(tiles_, own.mean.head<2>(), scan.reach + model_->matcher.margin(own), model_->settings.resolution);
-  association.report(model_->matcher.match(window, scan.hits, own), out);
-  out.information = R_map_grid * out.information * R_map_grid.transpose();
-  out.gradient = R_map_grid * out.gradient;
-  out.slip = R_map_grid * out.slip * R_map_grid.transpose();
+  association.report(model_->matcher.match(window, scan.hits, own), R_map_grid, out);
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {

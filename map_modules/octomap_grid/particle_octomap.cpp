@@ -82,10 +82,7 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
   const double reach = cloud.reach + model_->matcher.margin(own);
   LayeredTarget& target = storage().target;
   target.open(voxels_, placed.T_map_base, reach, cloud.matched, model_->settings.resolution);
-  association.report(model_->matcher.match(target, own), out);
-  out.information = R_map_tree * out.information * R_map_tree.transpose();
-  out.gradient = R_map_tree * out.gradient;
-  out.slip = R_map_tree * out.slip * R_map_tree.transpose();
+  association.report(model_->matcher.match(target, own), R_map_tree, out);
 }
 
 void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& start, const CloudObservation& cloud,
@@ -120,7 +117,7 @@ void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& st
       planar.gradient = all.gradient(kPlanar);
     }
   }
-  association.report(planar, out);
+  association.report(planar, Eigen::Matrix3d::Identity(), out);
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {

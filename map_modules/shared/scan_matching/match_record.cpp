@@ -15,13 +15,13 @@ MatchAssociation& MatchAssociation::of(Refinement& out) {
   return association;
 }
 
-void MatchAssociation::report(const Match& match, Refinement& out) {
-  out.information = match.information;
-  out.gradient = match.gradient;
+void MatchAssociation::report(const Match& match, const Eigen::Matrix3d& R_map_match, Refinement& out) {
+  out.information = R_map_match * match.information * R_map_match.transpose();
+  out.gradient = R_map_match * match.gradient;
   out.log_evidence = match.log_evidence;
   out.failed = match.failed;
   out.searched = match.misfits;
-  out.slip = match.slip.asDiagonal();
+  out.slip = R_map_match * match.slip.asDiagonal() * R_map_match.transpose();
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
   slipped = !match.slip.isZero(0.0);

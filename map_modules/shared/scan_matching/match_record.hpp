@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -15,8 +16,9 @@ struct MatchAssociation final : Association {
 
   /// The association that the host keeps in `out`, as new; made if there is none.
   static MatchAssociation& of(Refinement& out);
-  /// Gives the match to the host and notes how it went.
-  void report(const Match& match, Refinement& out);
+  /// Gives the match to the host, in the map's axes, and notes how it went. `R_map_match`: of (x, y, yaw), from the
+  /// axes of the match.
+  void report(const Match& match, const Eigen::Matrix3d& R_map_match, Refinement& out);
 
   Outcome outcome = Outcome::not_tried;
   bool searched = false;
