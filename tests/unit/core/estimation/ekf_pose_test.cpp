@@ -17,6 +17,14 @@ class PoseFilter : public ::testing::Test {
     Belief belief{{}, test::random_state(layout_, random_), test::random_covariance(layout_.size(), random_)};
     return belief;
   }
+  /// All but the heading is certain.
+  Belief heading(double variance) {
+    Belief belief = random_belief();
+    belief.mean.T_map_base = {};
+    belief.P.setZero();
+    belief.P(2, 2) = variance;
+    return belief;
+  }
   void forget_pose_uncertainty(Belief& belief, int from = 0) const {
     for (int i = from; i < 3; ++i) {
       belief.P.row(i).setZero();
@@ -188,6 +196,77 @@ TEST_F(PoseFilter, SamplingWithACertainHeadingLeavesItAlone) {
   EXPECT_GT(moved.head(2).norm(), 1e-3);
   EXPECT_NEAR(moved[2], 0.0, 1e-12);
   EXPECT_LT(belief.P.topRows(3).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// Mapping steps: the motion adds variance `noise` to the heading, a match gives `information` about it, and a share
+/// `fraction` of what is left is drawn.
+struct MappingSteps {
+  double noise;        // [rad²]
+  double information;  // [1/rad²]
+  double fraction;
+  double drawn = 0.0;  // sum of the variances [rad²]
+
+  void run(int steps, Belief& belief, const StateLayout& layout, Random& random) {
+    const Eigen::Matrix3d of_heading = Eigen::Vector3d(0.0, 0.0, information).asDiagonal();
+    for (int step = 0; step < steps; ++step) {
+      belief.P(2, 2) += noise;
+      ASSERT_TRUE(estimation::ekf::apply_pose_information(belief, layout, of_heading, Eigen::Vector3d::Zero()));
+      const double before = belief.P(2, 2);
+      estimation::ekf::sample_pose(belief, layout, fraction, random);
+      drawn += before - belief.P(2, 2);
+    }
+  }
+};
+
+// So a robot with exact odometry does not lose its heading by being mapped often (docs/math/rbpf.md).
+TEST_F(PoseFilter, MappingStepsDrawNoMoreThanTheMotionAdded) {
+  constexpr double kStart = 1e-4;  // [rad²]
+  constexpr int kSteps = 1000;
+  for (const double fraction : {0.01, 0.2, 1.0}) {
+    for (const double noise : {0.0, 1e-6}) {
+      for (const double information : {0.0, 1e5}) {
+        Belief belief = heading(kStart);
+        MappingSteps steps{noise, information, fraction};
+        steps.run(kSteps, belief, layout_, random_);
+        const double added = kStart + kSteps * noise;
+        EXPECT_LE(steps.drawn, added * (1.0 + 1e-9)) << fraction << " " << noise << " " << information;
+        if (information == 0.0) {
+          EXPECT_NEAR(steps.drawn + belief.P(2, 2), added, 1e-9 * added);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(PoseFilter, HeadingsDrawnInManyStepsSpreadAsTheSumOfTheirVariances) {
+  constexpr int kRuns = 2000;
+  double square = 0.0;
+  double expected = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    Belief belief = heading(0.0);
+    MappingSteps steps{1e-5, 1e4, 0.2};
+    steps.run(100, belief, layout_, random_);
+    square += std::pow(belief.mean.T_map_base.yaw(), 2) / kRuns;
+    expected = steps.drawn;
+  }
+  EXPECT_NEAR(square, expected, 5.0 * std::sqrt(2.0 / kRuns) * expected);
+}
+
+// After many steps Λ(1 − a)P² + (a + Λq)P = q, and a·P of q is drawn.
+TEST_F(PoseFilter, AShareOfTheMotionsNoiseIsDrawnInTheLongRun) {
+  constexpr double kNoise = 1e-5;
+  constexpr double kInformation = 1e4;
+  for (const double fraction : {0.01, 0.2, 0.9}) {
+    Belief belief = heading(0.0);
+    MappingSteps steps{kNoise, kInformation, fraction};
+    steps.run(2000, belief, layout_, random_);
+    steps.drawn = 0.0;
+    steps.run(1, belief, layout_, random_);
+    const double A = kInformation * (1.0 - fraction);
+    const double b = fraction + kInformation * kNoise;
+    const double P = (std::sqrt(b * b + 4.0 * A * kNoise) - b) / (2.0 * A);
+    EXPECT_NEAR(steps.drawn, fraction * P, 1e-9 * kNoise) << fraction;
+  }
 }
 
 }  // namespace
