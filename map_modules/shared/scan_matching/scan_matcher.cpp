@@ -84,8 +84,8 @@ Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrio
   Match match = match_from(target, prior, start);
   if (!may_have_slipped(prior, settings_) || (!match.failed && is_expected(prior, match.d))) return match;
   const Match none = prior_alone(target, prior);
-  const bool fits_nowhere_near = none.score < settings_.min_score;
-  if (!match.failed && (match.log_evidence >= none.log_evidence || !fits_nowhere_near)) return match;
+  const bool fits_at_mean = none.score >= settings_.min_score;
+  if (!match.failed && (fits_at_mean || match.log_evidence >= none.log_evidence)) return match;
   // A slip must explain the scan better than that it fits nothing.
   const Match slipped = slipped_match_from(target, prior, start);
   if (!slipped.failed && slipped.log_evidence > none.log_evidence) match = slipped;
