@@ -167,7 +167,8 @@ class Odometry final : public Sensor {
             0.01)),
         max_interval_(config.positive(
             {"max_interval_s", "s",
-             "a sample does not stand for more than this: what a gap in the log means; not of `increment`"},
+             "a sample does not stand for more than this: what a gap in the log means; of `increment`: in a longer "
+             "interval the robot stood for what its motion leaves over at 0.1 m/s and 0.1 rad/s, without noise"},
             0.5)) {
     if (speed_.floor == 0.0 && speed_.per_speed == 0.0)
       config.fail("speed_noise_m_per_sqrt_s", "a speed without noise is not believable");
@@ -273,12 +274,15 @@ class Odometry final : public Sensor {
     return variance(motion) / dt;
   }
 
-  /// Of the mean twist of an interval: what the densities make of its motion, by the interval's square. Stamps jitter,
+  /// Of the mean twist of an interval: what the densities make of its motion, by the interval's square. In a long one
+  /// the robot stood for what its motion leaves over at kSlow and kSlowTurn, and that time has no noise. Stamps jitter,
   /// and the same motion in half the time has not twice the noise: no interval counts as shorter than kShortest.
   Eigen::Vector4d variance_over(const WheelTwist& twist, double interval) const {
-    const double taken = std::max(interval, kShortest);
-    const double slower = interval / taken;
-    const WheelTwist motion{slower * twist.v_x, slower * twist.v_y, slower * twist.w_z};
+    const double at_slow = std::hypot(twist.v_x, twist.v_y) / kSlow + std::abs(twist.w_z) / kSlowTurn;
+    const double moving = std::clamp(interval * at_slow, std::min(interval, max_interval_), interval);
+    const double taken = std::max(moving, kShortest);
+    const double faster = interval / taken;
+    const WheelTwist motion{faster * twist.v_x, faster * twist.v_y, faster * twist.w_z};
     return variance(motion) * taken / (interval * interval);
   }
 
@@ -307,6 +311,8 @@ class Odometry final : public Sensor {
   static constexpr double kFirstInterval = 0.1;  // [s], before there is a previous sample
   static constexpr double kMinInterval = 1e-3;   // [s], two samples with one stamp
   static constexpr double kShortest = 0.1;       // [s], of the intervals of increments
+  static constexpr double kSlow = 0.1;           // [m/s], of a robot that moves
+  static constexpr double kSlowTurn = 0.1;       // [rad/s], the same
   static constexpr double kMinDensity = 1e-5;    // keeps R positive definite where noise vanishes with speed
 
   std::shared_ptr<const WheelModel> model_;

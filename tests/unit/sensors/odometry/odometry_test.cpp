@@ -392,6 +392,24 @@ TEST(Odometry, TheNoiseOfAnIncrementIsThatOfItsDensities) {
   EXPECT_TRUE(burst.isApprox(motion_variance(0.1), 1e-9)) << burst;
 }
 
+// A robot that needed four minutes for half a metre and half a radian stood most of the time.
+TEST(Odometry, AnIncrementHasNoNoiseForTheTimeThatTheRobotStood) {
+  auto bench = odometry(
+      "{ model: increment, speed_noise_m_per_sqrt_s: [0.04, 0.1], yaw_noise_rad_per_sqrt_s: [0.06, 0.0, 0.2],"
+      " max_interval_s: 1.0 }");
+  const auto motion_variance = [&](double interval, double x, double yaw) -> Eigen::Vector3d {
+    return bench.feed(increment(interval, x, 0.0, yaw)).R.diagonal() * interval * interval;
+  };
+  const Eigen::Vector3d slow = motion_variance(10.0, 0.5, 0.5);
+  EXPECT_TRUE(motion_variance(240.0, 0.5, 0.5).isApprox(slow, 0.02)) << slow;
+  EXPECT_LT(slow.z(), 10.0 * 0.08 * 0.08 * 1.02);
+  // Where it moved all the time, and in a short interval, all of it counts.
+  EXPECT_NEAR(motion_variance(10.0, 5.0, 0.0).z(), 10.0 * 0.06 * 0.06, 1e-9);
+  EXPECT_NEAR(motion_variance(0.8, 0.01, 0.0).z(), 0.8 * 0.06 * 0.06, 1e-9);
+  // Without any motion an interval counts as the longest that a sample stands for.
+  EXPECT_NEAR(motion_variance(240.0, 0.0, 0.0).z(), 0.06 * 0.06, 1e-9);
+}
+
 TEST(Odometry, AnIncrementNeedsAnInterval) {
   auto bench = odometry("{ model: increment }");
   EXPECT_THROW(bench.feed(increment(0.0, 0.1, 0.0, 0.0)), DataError);
