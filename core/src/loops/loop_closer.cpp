@@ -72,7 +72,12 @@ void LoopCloser::add(Keyframe keyframe) {
 }
 
 void LoopCloser::bound() {
-  if (is_full()) thin();
+  if (!is_full()) return;
+  thin(keyframes_.size() / 2);
+  for (std::size_t before = 0; is_full() && keyframes_.size() != before;) {
+    before = keyframes_.size();
+    thin(keyframes_.size());
+  }
 }
 
 std::vector<Eigen::Vector3d> LoopCloser::carry(std::size_t last, std::span<const StampedPose> path) {
@@ -88,19 +93,23 @@ std::vector<Eigen::Vector3d> LoopCloser::carry(std::size_t last, std::span<const
   return before;
 }
 
-/// Of the older half, every second keyframe that is not a node goes. What it adds to the error of the path stays.
-void LoopCloser::thin() {
-  const std::size_t half = keyframes_.size() / 2;
+/// Of those before `end`, every second keyframe that is no node goes, but not the last of all. What it adds to the
+/// error of the path stays.
+void LoopCloser::thin(std::size_t end) {
   std::vector<Keyframe> kept;
   std::vector<std::size_t> nodes;
   kept.reserve(keyframes_.size());
   nodes.reserve(nodes_.size());
   auto node = nodes_.begin();
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
+  bool goes = false;
   for (std::size_t i = 0; i < keyframes_.size(); ++i) {
     const bool is_node = node != nodes_.end() && *node == i;
     P += keyframes_[i].P;
-    if (i < half && i % 2 != 0 && !is_node) continue;
+    if (!is_node && i < end && i + 1 < keyframes_.size()) {
+      goes = !goes;
+      if (goes) continue;
+    }
     if (is_node) {
       nodes.push_back(kept.size());
       ++node;

@@ -57,7 +57,7 @@ class WAYMARK_API LoopCloser {
   /// each. The first keyframe of all is certain; one between two nodes is as the earlier of them. Empty if the graph
   /// has no solution.
   Eigen::MatrixXd covariance(std::span<const std::size_t> keyframes) const;
-  /// Drops keyframes if there are too many. Not while a correction is carried out.
+  /// Drops keyframes that are no nodes if there are too many. Not while a correction is carried out.
   void bound();
   /// Forgets what came after `stamp`.
   void rewind(Time stamp);
@@ -112,7 +112,7 @@ class WAYMARK_API LoopCloser {
   bool accept(const Loop& loop, std::span<const Eigen::Vector3d> poses, std::span<const Relation> steps);
   std::vector<Eigen::Vector3d> poses() const;
   std::optional<Correction> correct();
-  void thin();
+  void thin(std::size_t end);
 
   LoopSettings settings_;
   JointSettings noise_;

@@ -200,6 +200,28 @@ TEST(LoopCloser, CarriesAlongWhatCameAfterACorrection) {
   }
 }
 
+// Whatever the spacing of keyframes is: with one spacing, all odd ones may be nodes.
+TEST(LoopCloser, IsFullOfPlacesOnly) {
+  for (const double spacing : {0.2, 0.25, 0.5}) {
+    LoopCloser closer(LoopSettings{}, {});
+    double x = 0.0;
+    for (; !closer.is_full() && x < 40e3; x += spacing) {
+      Keyframe keyframe;
+      keyframe.stamp = Time{from_seconds(x)};
+      keyframe.xyyaw = {x, 0.0, 0.0};
+      keyframe.P = 1e-6 * Eigen::Matrix3d::Identity();
+      closer.add(std::move(keyframe));
+      closer.bound();
+    }
+    EXPECT_GT(x, 19e3) << spacing;
+    EXPECT_LT(x, 22e3) << spacing;
+    double variance = 0.0;
+    for (const Keyframe& keyframe : closer.keyframes()) variance += keyframe.P(0, 0);
+    EXPECT_NEAR(variance, 1e-6 * x / spacing, 1e-6) << "no error of the path is lost";
+    EXPECT_NEAR(closer.keyframes().back().xyyaw.x(), x - spacing, 1e-6);
+  }
+}
+
 TEST(LoopCloser, ForgetsWhatARewindTakesBack) {
   Drive drive;
   drive.go(130.0, 1);
