@@ -103,6 +103,12 @@ bool Anchors::must_wait(const JointGaussian& gaussian, Anchor& anchor) {
   return false;
 }
 
+void Anchors::begin_way() {
+  last_.reset();
+  waiting_since_.reset();
+  for (Anchor& anchor : anchors_) anchor.seen = way_;
+}
+
 /// [m]; with turns.
 double Anchors::way_since_last(const Eigen::Vector3d& xyyaw) {
   const Eigen::Vector3d d = last_ ? loops::difference(xyyaw, *last_) : Eigen::Vector3d::Zero();
@@ -226,6 +232,7 @@ std::optional<JointGaussian::NodeId> Anchors::choose_active(JointGaussian& gauss
     active_ = near;
     return std::nullopt;
   }
+  remove_idle(gaussian);
   if (anchors_.size() >= kMostAnchors) thin(gaussian);
   const Eigen::Vector3d pose = pose_of(gaussian);
   const JointGaussian::NodeId node =
@@ -254,6 +261,18 @@ void Anchors::thin(JointGaussian& gaussian) {
     gaussian.remove_node(anchors_[i].node);
     anchors_.erase(anchors_.begin() + static_cast<std::ptrdiff_t>(i));
     places_.remove(static_cast<int>(i), keeper);
+  }
+  active_ = PlaceGrid::kNone;
+}
+
+void Anchors::remove_idle(JointGaussian& gaussian) {
+  std::vector<bool> is_owner(anchors_.size());
+  places_.for_each_anchor([&](int anchor) { is_owner[static_cast<std::size_t>(anchor)] = true; });
+  for (std::size_t i = anchors_.size(); i-- > 0;) {
+    if (is_owner[i]) continue;
+    gaussian.remove_node(anchors_[i].node);
+    anchors_.erase(anchors_.begin() + static_cast<std::ptrdiff_t>(i));
+    places_.remove(static_cast<int>(i), PlaceGrid::kNone);
   }
   active_ = PlaceGrid::kNone;
 }

@@ -54,6 +54,12 @@ class WAYMARK_API Anchors {
   bool awaits_graph() const { return waiting_since_.has_value(); }
   /// There is no graph any more.
   void count_returns_at_once() { return_way_.reset(); }
+  /// Driven in matches so far [m]; with turns.
+  double way() const { return way_; }
+  /// One anchor for so much new ground [m].
+  double spacing() const { return settings_.anchor_spacing; }
+  /// The pose begins anew: the robot has not driven there. Where it is now is given, so it is no return either.
+  void begin_way();
 
   /// The anchor that new places belong to.
   std::optional<JointGaussian::NodeId> active() const;
@@ -91,6 +97,8 @@ class WAYMARK_API Anchors {
 
   std::optional<JointGaussian::NodeId> choose_active(JointGaussian& gaussian, const Eigen::Vector2d& position);
   void thin(JointGaussian& gaussian);
+  /// Removes anchors that no place belongs to: no match would ever be related to them.
+  void remove_idle(JointGaussian& gaussian);
   /// Variances of (x [m], y [m], yaw [rad]) of an anchor's own error.
   Eigen::Vector3d noise() const {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();

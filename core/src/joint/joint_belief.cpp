@@ -17,6 +17,7 @@ namespace {
 
 /// So many points of a scan show which places it sees.
 constexpr std::size_t kPoints = 90;
+std::size_t stride(std::size_t points) { return 1 + (points - 1) / kPoints; }
 
 /// A scan with so many landmarks ties the pose to them: the cells' own errors do not count then.
 constexpr std::size_t kEnoughLandmarks = 3;
@@ -73,9 +74,10 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
     landmarks_.observe(gaussian_, correspondences.landmarks, evidence.share, evidence.writes);
     landmarks_.make_room(gaussian_, most_landmarks_);
     last_landmarks_ = correspondences.landmarks.size();
+    way_at_landmarks_ = anchors_.way();
   }
   if (correspondences.points_base.empty()) return std::nullopt;
-  const std::size_t step = 1 + (correspondences.points_base.size() - 1) / kPoints;
+  const std::size_t step = stride(correspondences.points_base.size());
   points_.clear();
   for (std::size_t i = 0; i < correspondences.points_base.size(); i += step) {
     const Eigen::Vector2d& p = correspondences.points_base[i];
@@ -108,7 +110,7 @@ void JointBelief::claim_places(std::span<const loops::Keyframe> keyframes) {
   for (const loops::Keyframe& keyframe : keyframes) {
     if (!keyframe.anchor) continue;
     points_.clear();
-    const std::size_t step = 1 + keyframe.points_base.size() / kPoints;
+    const std::size_t step = stride(keyframe.points_base.size());
     for (std::size_t i = 0; i < keyframe.points_base.size(); i += step) {
       const Eigen::Vector2d p = keyframe.points_base[i].cast<double>();
       points_.emplace_back(loops::compose(keyframe.xyyaw, {p.x(), p.y(), 0.0}).head<2>());
@@ -141,9 +143,14 @@ JointBelief::Failure JointBelief::check(const Belief& particles) {
           begins_anew};
 }
 
+/// A scan with enough of them holds for the way to the next anchor: surfaces and landmarks can come from two sensors.
+bool JointBelief::has_landmarks_about() const {
+  return last_landmarks_ >= kEnoughLandmarks && anchors_.way() - way_at_landmarks_ <= anchors_.spacing();
+}
+
 Belief JointBelief::belief() const {
   Belief belief = gaussian_.belief();
-  if (last_landmarks_ >= kEnoughLandmarks) return belief;
+  if (has_landmarks_about()) return belief;
   estimation::ekf::add_pose_covariance(belief, process_.layout(),
                                        anchors_.local_error(belief.mean.T_map_base.p.head<2>()));
   return belief;
@@ -164,8 +171,8 @@ std::optional<JointBelief::LandmarkEstimate> JointBelief::landmark(std::uint64_t
 
 template <class Archive>
 void JointBelief::serialize(Archive& archive) {
-  if (archive.section("joint_belief", 3) < 3) throw DataError("the checkpoint has an older version");
-  archive(gaussian_, start_, last_landmarks_);
+  if (archive.section("joint_belief", 4) < 4) throw DataError("the checkpoint has an older version");
+  archive(gaussian_, start_, last_landmarks_, way_at_landmarks_);
   if (!start_.allFinite()) throw DataError("the checkpoint has a start whose covariance is not finite");
   archive.within(contradictions_, 0, kOften);
   anchors_.serialize(archive, gaussian_);

@@ -52,7 +52,10 @@ class WAYMARK_API JointBelief {
   /// particles take the start pose for it.
   void start(const Belief& prior, const Eigen::Matrix3d& frame);
   /// The pose begins anew; the map stays.
-  void restart(const Belief& belief) { gaussian_.restart(belief); }
+  void restart(const Belief& belief) {
+    gaussian_.restart(belief);
+    anchors_.begin_way();
+  }
 
   void predict(Time to, bool standing) { gaussian_.predict(process_, to, standing); }
   /// An update that the particles have accepted. `owner`: of the model's own states. `georeference`: set if the model
@@ -120,6 +123,7 @@ class WAYMARK_API JointBelief {
 
  private:
   void claim_places(std::span<const loops::Keyframe> keyframes);
+  bool has_landmarks_about() const;
 
   const estimation::ProcessModel& process_;
   std::size_t most_landmarks_;
@@ -132,6 +136,7 @@ class WAYMARK_API JointBelief {
   estimation::StateJacobian H_;          // scratch
   int contradictions_ = 0;               // mapping steps in a row far from the particles
   std::uint64_t last_landmarks_ = 0;     // number in the last scan that showed any
+  double way_at_landmarks_ = 0.0;        // of the anchors, then
   std::vector<Eigen::Vector2d> points_;  // scratch: in the map
 };
 

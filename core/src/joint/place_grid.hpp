@@ -35,7 +35,8 @@ class PlaceGrid {
     return found == anchor_of_.end() ? kNone : found->second;
   }
   void claim(Place place, int anchor) { anchor_of_.try_emplace(place, anchor); }
-  /// The anchor `removed` gives its places to `keeper`; the numbers of later ones fall by one. keeper < removed.
+  /// The anchor `removed` gives its places to `keeper`; the numbers of later ones fall by one. keeper < removed; kNone
+  /// if there are no places to give.
   void remove(int removed, int keeper) {
     for (auto& [place, anchor] : anchor_of_) {
       if (anchor == removed) anchor = keeper;
@@ -43,6 +44,11 @@ class PlaceGrid {
     }
   }
   void clear() { anchor_of_.clear(); }
+  /// The anchor of each place.
+  template <class Function>
+  void for_each_anchor(const Function& function) const {
+    for (const auto& [place, anchor] : anchor_of_) function(static_cast<int>(anchor));
+  }
   /// The largest number of an anchor.
   int largest() const {
     int most = kNone;

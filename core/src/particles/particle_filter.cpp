@@ -219,11 +219,11 @@ void ParticleFilter::map_jointly(std::span<const MappingInput> inputs, MappingFa
     const auto module = static_cast<std::size_t>(input.module);
     if (!input.localize) continue;
     const Refinement& refinement = mapping_.refinement(slot, input.module);
-    if (!refinement.slip.isZero(0.0))
-      joint_->add_noise([&](Belief& belief) { ekf::add_pose_covariance(belief, layout(), refinement.slip); });
     correspondences_.landmarks.clear();
     correspondences_.points_base.clear();
     if (!correspond(inputs, i, slot, failures)) continue;
+    if (!refinement.slip.isZero(0.0))
+      joint_->add_noise([&](Belief& belief) { ekf::add_pose_covariance(belief, layout(), refinement.slip); });
     const Pose& from = mapping_.refined_from(slot, input.module);
     const joint::PoseMatch match{
         {from.p.x(), from.p.y(), from.yaw()}, input.share * refinement.information, input.share * refinement.gradient};

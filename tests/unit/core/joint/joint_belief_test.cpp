@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "waymark/math/so3.hpp"
+
 namespace waymark::joint {
 namespace {
 
@@ -64,6 +66,13 @@ class Drive {
     all_.resize(std::max(all_.size(), anchors_.size()));
     if (!anchors_.empty()) all_[anchors_.size() - 1] = anchors_.back().anchor;
   }
+  /// A camera sees so many landmarks for the first time.
+  void see_landmarks(std::uint64_t count) {
+    Correspondences seen;
+    for (std::uint64_t i = 1; i <= count; ++i)
+      seen.landmarks.push_back({i, true, {static_cast<double>(i), 2.0}, 0.04 * Eigen::Matrix2d::Identity()});
+    joint_.map({.match = {Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()}}, seen, {});
+  }
   /// The path was corrected: all anchors but the first two are gone, and only the first is known.
   void begin_anew(double anchor_sigma) {
     anchors_.resize(2);
@@ -83,6 +92,18 @@ class Drive {
   }
   /// What is around the robot was mapped from the first anchor.
   void claim_for_first() { joint_.draw_again(keyframes_, anchors_); }
+  /// The pose is given, as certain as this in all directions [m, rad].
+  void restart(const Eigen::Vector3d& xyyaw, double sigma) {
+    Belief belief = joint_.belief();
+    belief.mean.T_map_base.p = {xyyaw.x(), xyyaw.y(), 0.0};
+    belief.mean.T_map_base.q = so3::exp({0.0, 0.0, xyyaw.z()});
+    belief.P = sigma * sigma * ErrorMatrix::Identity(6, 6);
+    joint_.restart(belief);
+  }
+  std::size_t kept_anchors() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(anchors_, [this](const AnchorPose& anchor) { return joint_.has_anchor(anchor.anchor); }));
+  }
   bool awaits_graph() const { return joint_.awaits_graph(); }
   bool has_anchor(std::size_t i) const { return joint_.has_anchor(all_[i]); }
   Eigen::Matrix3d P() const { return pose_covariance(joint_.belief(), planar()); }
@@ -203,6 +224,51 @@ TEST(JointBelief, ALoopGivesItWhatTheGraphOfThePathKnows) {
   drive.claim_for_first();
   drive.match();
   EXPECT_LT(sigma(drive), 0.5) << "in a place of an anchor that is known";
+}
+
+TEST(JointBelief, ARobotOnItsRoundsAddsNoAnchorsWithoutEnd) {
+  constexpr double kQuarter = 0.5 * std::numbers::pi;
+  Drive drive;
+  drive.match();
+  const auto go_round = [&] {
+    for (int side = 0; side < 4; ++side) {
+      drive.drive(20.0, 0.0);
+      drive.drive(2.0, kQuarter / 2.0);
+    }
+  };
+  go_round();
+  const std::size_t first = drive.kept_anchors();
+  for (int round = 0; round < 20; ++round) go_round();
+  EXPECT_LE(drive.kept_anchors(), 2 * first);
+}
+
+TEST(JointBelief, ThePlacesOwnErrorCountsWhereNoLandmarksAreInViewAnyMore) {
+  JointSettings settings;
+  settings.anchor_sigma = 0.5;
+  Drive drive(settings);
+  drive.match();
+  EXPECT_GT(std::sqrt(drive.P()(0, 0)), 0.49);
+  drive.see_landmarks(3);
+  drive.match();
+  EXPECT_LT(std::sqrt(drive.P()(0, 0)), 0.4);
+  drive.drive(10.0, 0.0);
+  EXPECT_GT(std::sqrt(drive.P()(0, 0)), 0.49);
+}
+
+TEST(JointBelief, APoseThatIsGivenIsNoWay) {
+  JointSettings settings;
+  settings.anchor_sigma = 0.5;
+  Drive drive(settings, 30.0);
+  drive.match();
+  drive.drive(60.0, 0.0);
+  drive.match();
+  const double before = sigma(drive);
+  // It was carried to where it began.
+  drive.restart(Eigen::Vector3d::Zero(), 0.1);
+  drive.match();
+  drive.match();
+  EXPECT_FALSE(drive.awaits_graph());
+  EXPECT_LT(sigma(drive), 1.1 * before);
 }
 
 TEST(JointBelief, TooManyAnchorsAreThinned) {
