@@ -34,8 +34,8 @@ class ScanMatcher {
   Match match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The same, if the motion slipped. That is in the evidence, by its own probability.
   Match slipped_match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
-  /// That of the usual motion; or that of a motion that slipped, if the scan does not fit at the prior's mean, and this
-  /// is nevertheless likelier than the usual motion, and a slip is likelier still.
+  /// That of the usual motion; or that of a motion that slipped, if it is likelier than no match, and the usual motion
+  /// has no match, or the scan does not fit at the prior's mean, which is nevertheless likelier than that match.
   Match match_or_slip_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const;
   /// The match that the best of many draws about the prior leads to. It has failed unless the points fit as those of
   /// other scans do.
