@@ -9,9 +9,13 @@ namespace waymark::loops {
 
 namespace {
 
-constexpr double kNodeSpacing = 1.0;     // of way between nodes [m]
-constexpr double kWindow = 5.0;          // of way on both sides of a window's middle [m]
-constexpr std::size_t kSearchEvery = 3;  // nodes
+constexpr double kNodeSpacing = 1.0;  // of way between nodes [m]
+// Of a robot that stands so many keyframes are kept: the scans of several scanners.
+constexpr std::size_t kMostAtOnePlace = 20;
+constexpr double kAtOnePlace = 0.02;      // [m]
+constexpr double kAtOnePlaceTurn = 0.01;  // [rad]
+constexpr double kWindow = 5.0;           // of way on both sides of a window's middle [m]
+constexpr std::size_t kSearchEvery = 3;   // nodes
 constexpr double kSigmas = 3.0;
 constexpr double kLeastSearch = 0.6;  // [m]
 constexpr double kLeastTurn = 0.05;   // [rad]
@@ -62,13 +66,24 @@ void LoopCloser::clear() {
 
 void LoopCloser::add(Keyframe keyframe) {
   if (!keyframes_.empty()) {
-    const Keyframe& last = keyframes_.back();
+    Keyframe& last = keyframes_.back();
+    if (stands_at(keyframe.xyyaw)) {
+      last.P += keyframe.P;
+      return;
+    }
     const Eigen::Vector3d step = between(last.xyyaw, keyframe.xyyaw);
     keyframe.way = last.way + step.head<2>().norm() + kArm * std::abs(step.z());
   }
   keyframes_.push_back(std::move(keyframe));
   if (nodes_.empty() || keyframes_.back().way - keyframes_[nodes_.back()].way >= kNodeSpacing)
     nodes_.push_back(keyframes_.size() - 1);
+}
+
+/// True if there are keyframes enough from there.
+bool LoopCloser::stands_at(const Eigen::Vector3d& xyyaw) const {
+  if (keyframes_.size() < kMostAtOnePlace) return false;
+  const Eigen::Vector3d moved = between(keyframes_[keyframes_.size() - kMostAtOnePlace].xyyaw, xyyaw);
+  return moved.head<2>().norm() < kAtOnePlace && std::abs(moved.z()) < kAtOnePlaceTurn;
 }
 
 void LoopCloser::bound() {

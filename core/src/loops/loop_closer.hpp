@@ -37,7 +37,7 @@ class WAYMARK_API LoopCloser {
   LoopCloser(const LoopSettings& settings, const JointSettings& noise) : settings_(settings), noise_(noise) {}
 
   void clear();
-  /// A mapping step, after all those before.
+  /// A mapping step, after all those before. Of a robot that stands the first ones are kept.
   void add(Keyframe keyframe);
   /// Searches the last place whose window is complete, if a search is due, in one older place for each call; in more,
   /// if the next search is due already. `path`: of the best particle, read if one is. The call after one that found
@@ -113,6 +113,7 @@ class WAYMARK_API LoopCloser {
   std::vector<Eigen::Vector3d> poses() const;
   std::optional<Correction> correct();
   void thin(std::size_t end);
+  bool stands_at(const Eigen::Vector3d& xyyaw) const;
 
   LoopSettings settings_;
   JointSettings noise_;

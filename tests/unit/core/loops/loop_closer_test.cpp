@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -220,6 +221,22 @@ TEST(LoopCloser, IsFullOfPlacesOnly) {
     EXPECT_NEAR(variance, 1e-6 * x / spacing, 1e-6) << "no error of the path is lost";
     EXPECT_NEAR(closer.keyframes().back().xyyaw.x(), x - spacing, 1e-6);
   }
+}
+
+TEST(LoopCloser, KeepsFewKeyframesOfARobotThatStands) {
+  LoopCloser closer(LoopSettings{}, {});
+  Random random({1, 2, 0, 0});
+  const Eigen::Matrix3d jitter = Eigen::Vector3d(0.002, 0.002, 0.001).cwiseAbs2().asDiagonal();
+  for (int i = 0; i < 1000; ++i) {
+    Keyframe keyframe;
+    keyframe.stamp = Time{from_seconds(i)};
+    keyframe.xyyaw = gaussian::sample(jitter, random);
+    keyframe.xyyaw.x() += std::min(i, 9);
+    keyframe.P = 1e-6 * Eigen::Matrix3d::Identity();
+    closer.add(std::move(keyframe));
+  }
+  ASSERT_EQ(closer.keyframes().size(), 9U + 20U);
+  EXPECT_NEAR(closer.keyframes().back().P(0, 0), 972e-6, 1e-9) << "what it may have moved meanwhile counts";
 }
 
 TEST(LoopCloser, ForgetsWhatARewindTakesBack) {
