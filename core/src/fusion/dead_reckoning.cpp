@@ -47,7 +47,9 @@ void DeadReckoning::predict(Time to) {
     belief_.stamp = to;  // as the filter: it starts at the first motion measurement
     return;
   }
-  const ErrorMatrix F = process_.transition(belief_.mean, to_seconds(to - belief_.stamp));
+  const double dt = to_seconds(to - belief_.stamp);
+  way_ += belief_.mean.v_base.norm() * dt;
+  const ErrorMatrix F = process_.transition(belief_.mean, dt);
   for (Point& point : points_) point.with_state = (F * point.with_state).eval();
   process_.predict(belief_, to, standstill_.standing());
 }

@@ -35,6 +35,8 @@ class DeadReckoning {
   /// The heading of the base at the begin, out of path and fixes; nothing if the points lie within `least_distance`
   /// [m].
   std::optional<estimation::HeadingFit> heading(double least_distance) const;
+  /// The way driven up to the last fix, by the motion sensors [m].
+  double way() const { return way_; }
 
  private:
   /// A point that was fixed, and its covariance with the present state.
@@ -58,6 +60,7 @@ class DeadReckoning {
   std::deque<Measurement> waiting_;               // motion after the last fix, by stamp
   std::vector<Point> points_;
   Eigen::MatrixXd joint_;   // covariance of the points
+  double way_ = 0.0;        // [m]
   bool has_moved_ = false;  // a motion was measured
   bool measures_speed_ = false;
   UpdateList updates_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/start_finder.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,6 +24,12 @@ constexpr double kLargestYawSigma = 0.2;
 /// The fixes that gave the heading are fused afterwards, too. A prior with this factor on its σ repeats a quarter of
 /// their information.
 constexpr double kRepeated = 2.0;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Eigen::Vector2d chord(const StartHint& to, const StartHint& from) {
+  return (*to.p_map_point - *from.p_map_point).head<2>();
+}
 
 }  // namespace
 
@@ -50,6 +58,7 @@ void StartFinder::restart(const StartSettings& settings, StartSources sources) {
   reckoning_.reset();
   yaw_.reset();
   yaw_sigma_ = 0.0;
+  path_sigma_.reset();
 }
 
 void StartFinder::add_fix(const Measurement& measurement, const StartHint& hint,
@@ -64,6 +73,7 @@ void StartFinder::add_fix(const Measurement& measurement, const StartHint& hint,
   if (wants_heading) reckoning_->add_fix(measurement, hint);
   const auto first = std::ranges::find(first_fixes_, measurement.sensor, &Fix::sensor);
   const bool is_first = first == first_fixes_.end();
+  if (!is_first) first->farthest = std::max(first->farthest, chord(hint, first->hint).norm());
   if (wants_heading && reckoning_->measures_speed()) {
     find_heading_on_path();
   } else if (wants_heading && !is_first && measurement.stamp > first->stamp) {
@@ -75,17 +85,21 @@ void StartFinder::add_fix(const Measurement& measurement, const StartHint& hint,
 /// The motion sensors give the path, so that curves, driving in reverse and turning in place are no error.
 void StartFinder::find_heading_on_path() {
   const auto fit = reckoning_->heading(settings_.min_course_distance);
+  path_sigma_ = fit ? std::optional(fit->sigma) : std::nullopt;
   if (!fit || fit->sigma > kLargestYawSigma) return;
   yaw_ = fit->yaw;
   yaw_sigma_ = std::max(settings_.yaw_sigma, kRepeated * fit->sigma);
   reckoning_.reset();
 }
 
+/// Fixes less far apart give no course; `sigma` is of their difference.
+double StartFinder::least_chord(double sigma) const { return std::max(5.0 * sigma, settings_.min_course_distance); }
+
 /// From two fixes of one antenna, where no sensor measures the speed.
 void StartFinder::find_heading_on_chord(const StartHint& hint, const Fix& first) {
-  const Eigen::Vector2d course = (*hint.p_map_point - *first.hint.p_map_point).head<2>();
+  const Eigen::Vector2d course = chord(hint, first.hint);
   const double sigma = std::hypot(hint.sigma_m, first.hint.sigma_m);
-  if (course.norm() > std::max(5.0 * sigma, settings_.min_course_distance)) {
+  if (course.norm() > least_chord(sigma)) {
     // Assumes that the robot starts to drive forwards.
     yaw_ = std::atan2(course.y(), course.x());
     yaw_sigma_ = std::max(settings_.yaw_sigma, sigma / course.norm());
@@ -147,7 +161,25 @@ Start StartFinder::make_start(Time stamp, const Fix* fix) const {
 std::string StartFinder::missing() const {
   if (!settings_.position && first_fixes_.empty())
     return "no sensor gave a plausible position (set initial.x_m and initial.y_m, or check the position sensor)";
-  return "the heading is unknown: the fixes do not lie far enough apart (set initial.yaw_deg, or drive on)";
+  return "the heading is unknown: " + missing_heading();
+}
+
+/// With the numbers by which the user sees the cause: too short a way, fixes that are too coarse, or a wrong unit.
+std::string StartFinder::missing_heading() const {
+  const auto widest = std::ranges::max_element(first_fixes_, {}, &Fix::farthest);
+  if (widest == first_fixes_.end()) return "no sensor gave one (set initial.yaw_deg)";
+  const std::string apart = fmt::format("the fixes lie up to {:.1f} m apart", widest->farthest);
+  if (!reckoning_ || !reckoning_->measures_speed()) {
+    return fmt::format(
+        "no sensor has measured the speed, and {}; {:.1f} m are needed (set initial.yaw_deg, or drive on)", apart,
+        least_chord(std::numbers::sqrt2 * widest->hint.sigma_m));
+  }
+  const std::string ways = fmt::format("{}, and the way by the motion sensors is {:.1f} m", apart, reckoning_->way());
+  if (!path_sigma_) return ways + " (set initial.yaw_deg, or drive on; if these do not fit, a unit is wrong)";
+  return fmt::format(
+      "fixes and motion sensors give it to ± {:.2g}° only, {:.3g}° is needed; {} "
+      "(if these do not fit, a unit is wrong: waymark doctor; otherwise set initial.yaw_deg, or drive on)",
+      *path_sigma_ / kDegree, kLargestYawSigma / kDegree, ways);
 }
 
 }  // namespace waymark::fusion

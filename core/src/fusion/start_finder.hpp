@@ -62,6 +62,7 @@ class StartFinder {
     Time stamp;
     std::uint64_t sequence;
     StartHint hint;
+    double farthest = 0.0;  ///< distance of a later fix of the same sensor, at most [m]
   };
 
   Start make_start(Time stamp, const Fix* fix) const;
@@ -71,6 +72,8 @@ class StartFinder {
                const std::vector<Measurement>& before);
   void find_heading_on_path();
   void find_heading_on_chord(const StartHint& hint, const Fix& first);
+  double least_chord(double sigma) const;
+  std::string missing_heading() const;
 
   StartSettings settings_;
   const estimation::ProcessModel& process_model_;
@@ -81,6 +84,7 @@ class StartFinder {
   std::optional<DeadReckoning> reckoning_;  // since the first fix, unless the YAML gives the heading
   std::optional<double> yaw_;
   double yaw_sigma_ = 0.0;
+  std::optional<double> path_sigma_;  // of the last heading on the path that was not good enough [rad]
 };
 
 }  // namespace waymark::fusion

@@ -270,8 +270,36 @@ TEST(FusionStart, FixesTooCloseTogetherGiveNoHeading) {
   robot.play(in_order(log));
   EXPECT_FALSE(robot.fusion().started());
   EXPECT_THAT(robot.events(), HasSubstr("the filter never started: the heading is unknown"));
+  EXPECT_THAT(robot.events(),
+              HasSubstr("the fixes lie up to 0.4 m apart, and the way by the motion sensors is 0.4 m ("));
   EXPECT_EQ(robot.report(0).before_start, 50U);
   EXPECT_EQ(robot.report(1).before_start, 5U);
+}
+
+TEST(FusionStart, AWrongUnitOfTheSpeedShowsInTheReasonForNoHeading) {
+  FusionRobot robot("sensors:\n" + kWheels + gps());
+  std::vector<Measurement> log;
+  drive(log, 0.0, 20.0, 100.0);
+  for (int k = 0; k <= 20; ++k) log.push_back(fix(k, 0.05 * k * k, 1.0 * k));
+  robot.play(in_order(log));
+  EXPECT_FALSE(robot.fusion().started());
+  const std::string events = robot.events();
+  EXPECT_THAT(events, HasSubstr("° only, 11.5° is needed; the fixes lie up to 28.3 m apart"));
+  EXPECT_THAT(events, HasSubstr("m (if these do not fit, a unit is wrong"));
+  const std::string way = "the way by the motion sensors is ";
+  ASSERT_THAT(events, HasSubstr(way));
+  EXPECT_NEAR(std::stod(events.substr(events.find(way) + way.size())), 2000.0, 100.0);
+}
+
+TEST(FusionStart, WithoutAMeasuredSpeedTheReasonForNoHeadingIsTheDistanceThatIsNeeded) {
+  const std::string gyro =
+      "  - { name: imu, plugin: imu, tilt: false, reports_standstill: false, base_T_sensor: {} }\n";
+  FusionRobot robot("sensors:\n" + gyro + gps());
+  robot.play(in_order({fix(0.0, 0.0, 0.0), fix(1.0, 0.3, 0.0)}));
+  EXPECT_FALSE(robot.fusion().started());
+  EXPECT_THAT(
+      robot.events(),
+      HasSubstr("no sensor has measured the speed, and the fixes lie up to 0.3 m apart; 0.7 m are needed (set"));
 }
 
 TEST(FusionStart, MeasurementsBeforeTheFirstFixAreCountedAndReported) {
