@@ -13,6 +13,8 @@ namespace waymark::host::diagnosis {
 
 namespace {
 
+constexpr double kCertain = 3.0;  ///< σ
+
 std::string plus_minus(const Ratio& ratio) { return fmt::format("{:.3g} ± {:.2g}", ratio.value, ratio.sigma); }
 
 /// Those of a group that an observer is compared with; of its own sensor, what else that observes.
@@ -51,8 +53,11 @@ std::string change_of_yaw(const Case& c, const Observer& observer, const Ratio& 
                            name);
       if (is_one_scale(sensor, scales)) return fmt::format("source: speeds of {} times {:.4g}", name, 1.0 / r);
       if (sensor.payload == WheelSpeeds::kType) {
-        if (mirrored) return fmt::format("source: swap left_mps and right_mps of {} (or both count backwards)", name);
-        if (r > 0.0) return fmt::format("sensors.{}.track_m: {:.3g} fits", name, c.setting(i, "track_m") * r);
+        const double track = c.setting(i, "track_m") * std::abs(r);
+        if (r > 0.0) return fmt::format("sensors.{}.track_m: {:.3g} fits", name, track);
+        const bool has_other_track = !mirrored && std::abs(std::abs(r) - 1.0) > kCertain * ratio.sigma;
+        return fmt::format("source: swap left_mps and right_mps of {} (or both count backwards){}", name,
+                           has_other_track ? fmt::format("; sensors.{}.track_m: {:.3g} fits then", name, track) : "");
       }
       if (sensor.payload == WheelSteering::kType) {
         if (mirrored && goes_backwards(sensor))

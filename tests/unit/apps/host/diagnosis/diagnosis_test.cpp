@@ -31,6 +31,24 @@ TEST(Diagnosis, NamesWheelsThatAreSwapped) {
               ElementsAre("wheels"));
 }
 
+TEST(Diagnosis, FitsTheTrackWidthOfWheelsThatAreSwapped) {
+  const auto swap = [](Readings& r) { std::swap(r.wheels.left_mps, r.wheels.right_mps); };
+  const std::string advice = "source: swap left_mps and right_mps of wheels (or both count backwards)";
+  for (const std::string track : {"0.5", "0.7"}) {
+    std::string yaml = kCurvingRobot;
+    yaml.replace(yaml.find("0.5"), 3, track);
+    const Examined examined = examine(swap, {.yaml = yaml});
+    ASSERT_THAT(examined.named(), ElementsAre("wheels"));
+    const std::string& change = examined.findings.front().change;
+    EXPECT_TRUE(change.starts_with(advice)) << change;
+    if (track == "0.5") {
+      EXPECT_EQ(change, advice);
+    } else {
+      EXPECT_NEAR(number_after("; sensors.wheels.track_m: ", change), 0.5, 0.03) << change;
+    }
+  }
+}
+
 TEST(Diagnosis, NamesWheelsThatCountTooMuchOnce) {
   const Examined examined = examine([](Readings& r) {
     r.wheels.left_mps *= 10.0;
