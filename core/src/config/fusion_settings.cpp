@@ -62,15 +62,15 @@ void read_motion(const Config& motion, FusionSettings& settings) {
 StartSettings read_start(const Config& initial) {
   StartSettings start;
   if (initial.has("x_m") || initial.has("y_m")) {
-    start.position = Eigen::Vector2d(
-        initial.number_in(
-            {"x_m", "m", "position of the base in the map, towards the east; both `x_m` and `y_m` or none",
-             "from the sensors"},
-            -kFarthest, kFarthest),
-        initial.number_in(
-            {"y_m", "m", "position of the base in the map, towards the north; both `x_m` and `y_m` or none",
-             "from the sensors"},
-            -kFarthest, kFarthest));
+    const double x = initial.number_in(
+        {"x_m", "m", "position of the base in the map, towards the east; both `x_m` and `y_m` or none",
+         "from the sensors"},
+        -kFarthest, kFarthest);
+    const double y = initial.number_in(
+        {"y_m", "m", "position of the base in the map, towards the north; both `x_m` and `y_m` or none",
+         "from the sensors"},
+        -kFarthest, kFarthest);
+    start.position = Eigen::Vector2d(x, y);
   }
   start.height = initial.number_in({"z_m", "m", "height of the base in the map"}, -kFarthest, kFarthest, start.height);
   start.position_sigma = initial.number_in(

@@ -64,11 +64,14 @@ Node& need(Node& node, const Key& key) {
   if (Node* child = find(node, key); child != nullptr) return *child;
   std::vector<std::string> unread;
   for (const auto& child : node.children) {
-    if (!child->was_read && !child->is_default) unread.push_back(child->key);
+    // One that was asked for is spelt as it should be.
+    const bool is_valid = std::ranges::any_of(node.asked, [&](const Asked& asked) { return asked.path == child->key; });
+    if (!child->was_read && !child->is_default && !is_valid) unread.push_back(child->key);
   }
   const std::string near = config::nearest_key(key.name, unread);
   config::fail_at(
-      node, fmt::format("{} is missing{}", key.name, near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+      node, fmt::format("{} is missing{}", key.name,
+                        near.empty() ? "" : fmt::format("; \"{}\" is given: did you mean \"{}\"?", near, key.name)));
 }
 
 std::unique_ptr<Node> filled_in(Kind kind, std::string text = {}) {

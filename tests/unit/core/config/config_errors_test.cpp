@@ -124,10 +124,17 @@ TEST(ConfigErrors, ListTheChoices) {
 
 TEST(ConfigErrors, NameWhatIsMissing) {
   EXPECT_EQ(read_error("sigma: 1", [](const Config& c) { c.number("sigma_m"); }),
-            "f.yaml:2:5: sensors.gps: sigma_m is missing; did you mean \"sigma\"?");
+            "f.yaml:2:5: sensors.gps: sigma_m is missing; \"sigma\" is given: did you mean \"sigma_m\"?");
   EXPECT_EQ(read_error("other: 1", [](const Config& c) { c.number("sigma_m"); }),
             "f.yaml:2:5: sensors.gps: sigma_m is missing");
   EXPECT_EQ(message_of([] { Config::parse("a: 1", "f.yaml").child("filter"); }), "f.yaml:1:1: filter is missing");
+}
+
+TEST(ConfigErrors, AKeyThatIsAskedForIsNoMisspeltOne) {
+  const auto read = [](const Config& c) {
+    if (c.has("x_m") || c.has("y_m")) c.number("y_m");
+  };
+  EXPECT_EQ(read_error("x_m: 1", read), "f.yaml:2:5: sensors.gps: y_m is missing");
 }
 
 TEST(ConfigErrors, FailNamesPlaceAndKey) {
