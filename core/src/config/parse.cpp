@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <fstream>
 #include <map>
@@ -101,6 +102,28 @@ std::string line_of(const std::string& text, int line) {
   return found;
 }
 
+/// What a typing error was that yaml-cpp explains in words of its own; empty if that is not known.
+std::string explanation(const std::string& text, const YAML::Exception& error) {
+  if (error.mark.is_null()) return {};
+  const std::string line = line_of(text, error.mark.line);
+  // In flow style the braces of a variable are YAML's own.
+  if (line.find("${") != std::string::npos) return "between { } or [ ] a variable needs quotes: \"${name}\"";
+  if (line.substr(0, line.find_first_not_of(" \t")).find('\t') != std::string::npos)
+    return "there is a tab in the indentation; YAML wants blanks";
+  if (error.msg == YAML::ErrorMsg::END_OF_MAP_FLOW) return "before this place a { has no }, or a comma is missing";
+  if (error.msg == YAML::ErrorMsg::END_OF_SEQ_FLOW) return "before this place a [ has no ], or a comma is missing";
+  // The line with "-name: gps" is a text, so that the error may be in the one that follows.
+  for (int k = error.mark.line; k >= std::max(0, error.mark.line - 1); --k) {
+    const std::string candidate = line_of(text, k);
+    const std::size_t at = candidate.find_first_not_of(' ');
+    const bool has_letter = at != std::string::npos && at + 1 < candidate.size() && candidate[at] == '-' &&
+                            std::isalpha(static_cast<unsigned char>(candidate[at + 1])) != 0;
+    if (has_letter && candidate.find(':', at) != std::string::npos)
+      return fmt::format("line {} needs a blank after its \"-\"", k + 1);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const std::string> origin, bool in_lines) {
@@ -110,11 +133,10 @@ std::unique_ptr<Node> parse_yaml(const std::string& text, std::shared_ptr<const 
     document = YAML::Load(text);
   } catch (const YAML::Exception& error) {
     const bool placed = in_lines && !error.mark.is_null();
-    // In flow style the braces of a variable are YAML's own.
-    const bool variable = !error.mark.is_null() && line_of(text, error.mark.line).find("${") != std::string::npos;
-    throw config_error(fmt::format(
-        "{}{}: {}{}", *origin, placed ? fmt::format(":{}:{}", error.mark.line + 1, error.mark.column + 1) : "",
-        error.msg, variable ? "; between { } or [ ] a variable needs quotes: \"${name}\"" : ""));
+    const std::string meaning = explanation(text, error);
+    throw config_error(fmt::format("{}{}: {}{}{}", *origin,
+                                   placed ? fmt::format(":{}:{}", error.mark.line + 1, error.mark.column + 1) : "",
+                                   error.msg, meaning.empty() ? "" : "; ", meaning));
   }
   return Converter(std::move(origin), in_lines).convert(document);
 }

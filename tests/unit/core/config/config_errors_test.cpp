@@ -183,6 +183,23 @@ TEST(ConfigErrors, PlaceWrongSyntax) {
   EXPECT_NE(parse_error("a: { b: ${c} }\n").find("\"${name}\""), std::string::npos);
 }
 
+TEST(ConfigErrors, ExplainTypingErrorsOfYaml) {
+  const auto expect = [](const std::string& yaml, const std::string& place, const std::string& meaning) {
+    const std::string error = parse_error(yaml);
+    EXPECT_TRUE(error.starts_with("f.yaml:" + place + ": ")) << error;
+    EXPECT_TRUE(error.ends_with("; " + meaning)) << error;
+  };
+  const std::string tab = "there is a tab in the indentation; YAML wants blanks";
+  expect("a:\n\tb: 1\n", "2:3", tab);
+  expect("a:\n  b: 1\n  \tc: 2\n", "3:3", tab);
+  expect("s:\n  - { a: 1\n  - { b: 2 }\n", "3:5", "before this place a { has no }, or a comma is missing");
+  expect("s: { a: 1 b: 2 }\n", "1:12", "before this place a { has no }, or a comma is missing");
+  expect("s:\n  a: [0, 1\n  b: 3\n", "3:4", "before this place a [ has no ], or a comma is missing");
+  expect("s:\n  -name: gps\n    b: 3\n", "3:6", "line 2 needs a blank after its \"-\"");
+  expect("s:\n  - name: a\n  -name: b\n", "3:3", "line 3 needs a blank after its \"-\"");
+  EXPECT_EQ(parse_error("a: -5: 3\n"), "f.yaml:1:6: illegal map value");
+}
+
 TEST(ConfigErrors, RefuseWhatIsNoMapping) {
   EXPECT_EQ(parse_error("- 1\n- 2\n"), "f.yaml:1:1: a list is not a mapping of keys to values");
   EXPECT_EQ(parse_error("a: 1\n---\nb: 2\n"), "f.yaml: has several documents (---), one is expected");
