@@ -301,6 +301,8 @@ Mounting read_mounting(const Config& entry) {
   if (is_mounted_by_source(entry)) {
     entry.text("base_T_sensor");  // it is settled later, or the sensor has none
   } else if (entry.has("base_T_sensor")) {
+    if (entry.is_list("base_T_sensor"))
+      entry.fail("base_T_sensor", "a list is not a mapping; write { xyz_m: [x, y, z], yaw_deg: 0 }");
     const Config extrinsics = entry.child({"base_T_sensor", "",
                                            "pose of the sensor in the base frame: x forward, y left, z up, also for a "
                                            "camera; required if a plugin needs it. `from_tf`: what the source learns "

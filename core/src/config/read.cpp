@@ -128,9 +128,16 @@ double read_number(Node& node, const Key& key, const Range& range, double fallba
   return fallback;
 }
 
-std::string to_choice(const Node& node, std::initializer_list<std::string_view> words) {
+std::string to_choice(const Node& node, const Key& key, std::initializer_list<std::string_view> words) {
   std::string word = config::to_text(node);
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
+  if (words.size() == 1 && !key.meaning.empty()) {
+    // The one word stands for a value of another kind, such as a list; only the meaning names that.
+    std::string meaning(key.meaning);
+    std::erase(meaning, '`');
+    config::fail_at(node,
+                    fmt::format("\"{}\" is not {}, nor what else is expected: {}", word, *words.begin(), meaning));
+  }
   config::fail_at(node, fmt::format("\"{}\" is not one of: {}", word, fmt::join(words, ", ")));
 }
 
@@ -224,12 +231,12 @@ std::string Config::text(const Key& key, std::string_view fallback) const {
 
 std::string Config::choice(const Key& key, std::initializer_list<std::string_view> words) const {
   note_words(*node_, key, words);
-  return to_choice(need(*node_, key), words);
+  return to_choice(need(*node_, key), key, words);
 }
 std::string Config::choice(const Key& key, std::initializer_list<std::string_view> words,
                            std::string_view fallback) const {
   note_words(*node_, key, words);
-  if (const Node* node = find(*node_, key); node != nullptr) return to_choice(*node, words);
+  if (const Node* node = find(*node_, key); node != nullptr) return to_choice(*node, key, words);
   fill_in_scalar(*node_, key, std::string(fallback));
   return std::string(fallback);
 }

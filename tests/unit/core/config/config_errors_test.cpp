@@ -122,6 +122,15 @@ TEST(ConfigErrors, ListTheChoices) {
             "f.yaml:3:12: sensors.gps.model: \"akerman\" is not one of: differential, ackermann");
 }
 
+TEST(ConfigErrors, GiveTheMeaningWhereAWordStandsForAValueOfAnotherKind) {
+  EXPECT_EQ(read_error("arm: 0.5",
+                       [](const Config& c) {
+                         c.choice({"arm", "m", "the antenna in the base frame [x, y, z], or `none`"}, {"none"});
+                       }),
+            "f.yaml:3:10: sensors.gps.arm: \"0.5\" is not none, nor what else is expected: the antenna in the base "
+            "frame [x, y, z], or none");
+}
+
 TEST(ConfigErrors, NameWhatIsMissing) {
   EXPECT_EQ(read_error("sigma: 1", [](const Config& c) { c.number("sigma_m"); }),
             "f.yaml:2:5: sensors.gps: sigma_m is missing; \"sigma\" is given: did you mean \"sigma_m\"?");

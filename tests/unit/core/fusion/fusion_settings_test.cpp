@@ -136,6 +136,16 @@ TEST(Mounting, CompletesThePayloadAndReadsTheExtrinsics) {
   EXPECT_FALSE(read_mounting(Config::parse("{ name: x }")).T_base_sensor.has_value());
 }
 
+TEST(Mounting, RefusesAListForThePoseWithWhatIsExpected) {
+  try {
+    read_mounting(Config::parse("{ name: x, base_T_sensor: [0.2, 0, 0.3] }", "robot.yaml"));
+    FAIL() << "nothing was thrown";
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "robot.yaml:1:27: base_T_sensor: a list is not a mapping; write { xyz_m: [x, y, z], yaw_deg: 0 }");
+  }
+}
+
 TEST(Mounting, ReadsTheIntrinsicsOfACamera) {
   const Mounting m = read_mounting(
       Config::parse("{ name: front, payload: Image, intrinsics: { size_px: [640, 480], focal_px: [500, 501],"
