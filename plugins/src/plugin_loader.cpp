@@ -59,7 +59,19 @@ std::string describe(const std::vector<std::filesystem::path>& folders) {
   return texts.empty() ? "no folder" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
-std::filesystem::path find_file(std::string_view name, const std::vector<std::filesystem::path>& folders) {
+// For a sensor that only maps use, and that therefore has no plugin; empty for others.
+std::string without_plugin(std::string_view kind, std::string_view name) {
+  if (kind != "sensor") return {};
+  std::string_view payload;
+  if (name == "lidar" || name == "laser" || name == "scanner" || name == "LaserScan") payload = "LaserScan";
+  if (name == "PointCloud") payload = "PointCloud";
+  if (name == "camera" || name == "Image") payload = "Image";
+  if (payload.empty()) return {};
+  return fmt::format("; a scanner or a camera has no plugin: write payload: {} instead", payload);
+}
+
+std::filesystem::path find_file(std::string_view kind, std::string_view name,
+                                const std::vector<std::filesystem::path>& folders) {
   if (!is_plain_name(name)) {
     throw PluginError(fmt::format("plugin \"{}\": a plugin's name has only letters, digits, _ and -", name));
   }
@@ -76,8 +88,10 @@ std::filesystem::path find_file(std::string_view name, const std::vector<std::fi
   std::vector<std::string> names;
   for (const auto& file : plugin_files(folders)) names.push_back(plugin_name_of(file));
   const std::string nearest = nearest_name(name, names);
-  throw PluginError(fmt::format("plugin \"{}\" is not found: no {} in {}{}", name, file_name, describe(folders),
-                                nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+  const std::string hint = without_plugin(kind, name);
+  throw PluginError(
+      fmt::format("plugin \"{}\" is not found: no {} in {}{}", name, file_name, describe(folders),
+                  hint.empty() && !nearest.empty() ? fmt::format("; did you mean \"{}\"?", nearest) : hint));
 }
 
 // Loads the file only if its record fits.
@@ -107,7 +121,7 @@ std::string origin(const Config& config) {
 PluginLibrary open_for(std::string_view kind, std::string_view name, const Config& config,
                        const std::vector<std::filesystem::path>& folders) {
   try {
-    return open_fitting(find_file(name, folders), kind, name);
+    return open_fitting(find_file(kind, name, folders), kind, name);
   } catch (const PluginError& error) {
     throw PluginError(fmt::format("{}: {}", origin(config), error.what()));
   }

@@ -12,6 +12,7 @@
 namespace waymark::host {
 namespace {
 
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
@@ -67,6 +68,18 @@ TEST(Robot, TakesASensorOfTheProgramItself) {
 TEST(Robot, RefusesAKeyThatNothingReads) {
   EXPECT_THAT([] { Robot::live(yaml("sensors: [" + kWheels + "], sinsk: []"), loader()); },
               ThrowsMessage<ConfigError>(HasSubstr("sinsk")));
+}
+
+TEST(Robot, NamesThePayloadOfASensorThatHasNoPlugin) {
+  const auto with = [](const std::string& plugin) {
+    return [plugin] { Robot::live(yaml("sensors: [" + kWheels + ", { name: a, plugin: " + plugin + " }]"), loader()); };
+  };
+  const std::string hint = "; a scanner or a camera has no plugin: write payload: ";
+  for (const std::string plugin : {"lidar", "laser", "scanner", "LaserScan"})
+    EXPECT_THAT(with(plugin), ThrowsMessage<PluginError>(EndsWith(hint + "LaserScan instead"))) << plugin;
+  EXPECT_THAT(with("camera"), ThrowsMessage<PluginError>(EndsWith(hint + "Image instead")));
+  EXPECT_THAT(with("PointCloud"), ThrowsMessage<PluginError>(EndsWith(hint + "PointCloud instead")));
+  EXPECT_THAT(with("odometri"), ThrowsMessage<PluginError>(EndsWith("; did you mean \"odometry\"?")));
 }
 
 TEST(Robot, ReadsOldNamesOfKeysAndSaysSo) {
