@@ -2,9 +2,12 @@
 #include "scan_builder.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include "bad_row.hpp"
 #include "number_text.hpp"
@@ -21,6 +24,24 @@ double read_angle(const Config& scan, const Config::Key& degrees, const Config::
   if (!scan.has(radians.name)) return scan.number_in(degrees, -360.0, 360.0) * kRadPerDeg;
   if (scan.has(degrees.name)) scan.fail(radians.name, "give it in degrees or in radians, not both");
   return scan.number_in(radians, -360.0 * kRadPerDeg, 360.0 * kRadPerDeg);
+}
+
+std::string rounded(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6).ptr;
+  return {text.data(), end};
+}
+
+/// Throws ConfigError for a step with which the beams would go around more than once, as in another unit.
+void check_turn(const Config& entry, const ScanShape& shape, std::size_t beams) {
+  constexpr double kMostDegrees = 1.01 * 360.0;  // steps are rounded
+  const double step = std::abs(shape.step_rad) / kRadPerDeg;
+  const double turn = step * (static_cast<double>(beams) - 1.0);
+  if (turn <= kMostDegrees) return;
+  const Config scan = entry.child("scan");
+  scan.fail(scan.has("step_rad") ? "step_rad" : "step_deg", std::to_string(beams) + " beams of " + rounded(step) +
+                                                                " deg cover " + rounded(turn) +
+                                                                " deg; at most 360 are possible");
 }
 
 ColumnRange read_ranges(const Config& columns, ColumnFinder& finder) {
@@ -85,6 +106,7 @@ ScanBuilder::ScanBuilder(const Config& entry, const Config& columns, ColumnFinde
     }
   }
   shape_ = read_scan_shape(entry);
+  check_turn(entry, shape_, ranges_.count());
 }
 
 std::shared_ptr<Payload> ScanBuilder::build(Row row) const {

@@ -359,6 +359,23 @@ TEST_F(CsvPayloads, TakesTheAnglesOfAScanInRadians) {
   EXPECT_THAT(construction_error<ConfigError>(entry(scan + "{ start_rad: 1, step_rad: 90 }")), HasSubstr("step_rad"));
 }
 
+TEST_F(CsvPayloads, TheBeamsOfAScanGoAroundOnceAtMost) {
+  std::string row = "0";
+  for (int i = 0; i < 361; ++i) row += ",1";
+  write("a.csv", row + "\n");
+  const auto scan = [](int beams, const std::string& step) {
+    return "files: [{ path: a.csv, sensor: lidar, time: 0, payload: LaserScan, columns: { ranges_m: { first: 1, "
+           "count: " +
+           std::to_string(beams) + " } }, scan: { start_deg: -90, " + step + " } }]";
+  };
+  EXPECT_THAT(construction_error<ConfigError>(scan(181, "step_deg: 100")),
+              HasSubstr("scan.step_deg: 181 beams of 100 deg cover 18000 deg; at most 360 are possible"));
+  EXPECT_THAT(construction_error<ConfigError>(scan(181, "step_rad: -0.5")),
+              HasSubstr("scan.step_rad: 181 beams of 28.6479 deg cover 5156.62 deg; at most 360 are possible"));
+  for (const char* step : {"step_deg: 1", "step_deg: -1", "step_rad: 0.0175"})
+    EXPECT_EQ(make(scan(361, step))->next()->as<LaserScan>().ranges_m.size(), 361U) << step;
+}
+
 TEST_F(CsvPayloads, BeamsMayHaveTimesOfTheirOwn) {
   write("a.csv", "t,r0,r1\n0,1,2\n");
   const std::string scan =
