@@ -22,6 +22,13 @@ Column read_column(const Config& settings, std::string_view field, ColumnFinder&
   return finder.find(settings, {"column", "a number, counted from 0, or a name from the header"}, field);
 }
 
+/// For messages: `column "v"`, or by its number if the header does not name it, or names two the same.
+std::string place(const std::vector<std::string>& header, std::size_t index) {
+  const bool is_named =
+      index < header.size() && !header[index].empty() && std::ranges::count(header, header[index]) == 1;
+  return is_named ? "column " + in_quotes(header[index]) : "column " + std::to_string(index) + " counted from 0";
+}
+
 double non_zero_scale(const Config& config) {
   const double scale = config.number(
       {"scale", "value = raw · scale + offset: radians of degrees by 0.0174532925199433, metres of ticks"}, 1.0);
@@ -55,17 +62,17 @@ Column ColumnFinder::find(const Config& config, std::string_view key, const std:
   if (is_number) {
     if (index >= kMostColumns) config.fail(key, name + " is not a column number (0 to 999999)");
   } else {
-    const auto found = std::ranges::find(header_, name);
-    if (found == header_.end()) {
-      if (header_.empty())
+    const auto found = std::ranges::find(*header_, name);
+    if (found == header_->end()) {
+      if (header_->empty())
         config.fail(key, in_quotes(name) + " is not a column number, and the file has no header row");
-      const std::vector<std::string_view> names(header_.begin(), header_.end());
+      const std::vector<std::string_view> names(header_->begin(), header_->end());
       config.fail(key, "the header has no column " + in_quotes(name) + suggestion(name, names));
     }
-    index = static_cast<std::size_t>(found - header_.begin());
+    index = static_cast<std::size_t>(found - header_->begin());
   }
   use(index, 1, field);
-  return {index, "column " + std::to_string(index) + " (" + std::string(field) + ")"};
+  return {index, place(*header_, index) + " (" + std::string(field) + ")"};
 }
 
 void ColumnFinder::use(std::size_t first, std::size_t count, std::string_view field) {
@@ -165,7 +172,8 @@ std::optional<NumberColumn> optional_number_column(const Config& columns, const 
   return column;
 }
 
-ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder) {
+ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFinder& finder)
+    : header_(finder.header()) {
   const GivenKey given = given_key(columns, {key.name, key.unit}).value_or(GivenKey{std::string(key.name)});
   field_ = given.key;
   const Config settings = columns.child(Config::Key(given.key, key.unit, key.meaning, key.fallback));
@@ -196,7 +204,7 @@ ColumnRange::ColumnRange(const Config& columns, const Config::Key& key, ColumnFi
 }
 
 std::string ColumnRange::label(std::size_t beam) const {
-  return "column " + std::to_string(first_ + beam) + " (" + field_ + ", beam " + std::to_string(beam) + ")";
+  return place(*header_, first_ + beam) + " (" + field_ + ", beam " + std::to_string(beam) + ")";
 }
 
 void ColumnRange::read(Row row, std::vector<float>& values, std::optional<float> non_finite) const {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,13 +18,14 @@ namespace waymark::csv {
 /// One column of a file.
 struct Column {
   std::size_t index = 0;
-  std::string label;  ///< for messages: `column 2 (speed_mps)`
+  std::string label;  ///< for messages: `column "v" (speed_mps)`
 };
 
 /// Finds the columns that the YAML names, by 0-based number or header name, and keeps account of them.
 class ColumnFinder {
  public:
-  explicit ColumnFinder(std::vector<std::string> header) : header_(std::move(header)) {}
+  explicit ColumnFinder(std::vector<std::string> header)
+      : header_(std::make_shared<const std::vector<std::string>>(std::move(header))) {}
 
   /// The column that scalar `key` of `config` names, for the payload field `field`. Throws ConfigError (no such name).
   Column find(const Config& config, const Config::Key& key, std::string_view field);
@@ -33,6 +35,9 @@ class ColumnFinder {
   void use(std::size_t first, std::size_t count, std::string_view field);
   /// Counts what else tells two entries on the same columns apart.
   void note(std::string what);
+
+  /// The names of the columns; empty if the file has none.
+  std::shared_ptr<const std::vector<std::string>> header() const { return header_; }
 
   /// A row with fewer fields is a bad row.
   std::size_t needed_fields() const { return needed_; }
@@ -47,7 +52,7 @@ class ColumnFinder {
   bool keeps_invalid() const { return keeps_invalid_; }
 
  private:
-  std::vector<std::string> header_;
+  std::shared_ptr<const std::vector<std::string>> header_;
   std::size_t needed_ = 0;
   std::vector<std::string> used_;
   bool allows_empty_ = false;
@@ -111,6 +116,7 @@ class ColumnRange {
   std::string label(std::size_t beam) const;
 
   std::string field_;
+  std::shared_ptr<const std::vector<std::string>> header_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   double scale_ = 1.0;

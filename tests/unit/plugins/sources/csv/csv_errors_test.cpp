@@ -131,40 +131,50 @@ TEST_F(CsvErrors, TooFewColumns) {
 
 TEST_F(CsvErrors, TextForANumber) {
   EXPECT_THAT(wheels_error("t,l,r\n0,1,2\n1,fast,2\n"),
-              StartsWith(at("a.csv", 3) + "\"fast\" in column 1 (left_mps) is not a number"));
+              StartsWith(at("a.csv", 3) + "\"fast\" in column \"l\" (left_mps) is not a number"));
+}
+
+TEST_F(CsvErrors, ColumnsHaveTheNamesOfTheHeaderIfThoseAreUnique) {
+  EXPECT_THAT(wheels_error("t,v,v\n0,1,2\n1,fast,2\n"), HasSubstr("in column 1 counted from 0 (left_mps)"));
+  EXPECT_THAT(wheels_error("t,,v\n0,1,2\n1,fast,2\n"), HasSubstr("in column 1 counted from 0 (left_mps)"));
 }
 
 TEST_F(CsvErrors, NumberWithATail) {
-  EXPECT_THAT(wheels_error("0,1,2\n1,1.5m,2\n"), HasSubstr("\"1.5m\" in column 1 (left_mps) is not a number"));
+  EXPECT_THAT(wheels_error("0,1,2\n1,1.5m,2\n"),
+              HasSubstr("\"1.5m\" in column 1 counted from 0 (left_mps) is not a number"));
 }
 
 TEST_F(CsvErrors, EmptyField) {
-  EXPECT_THAT(wheels_error("0,1,2\n1,,2\n"), StartsWith(at("a.csv", 2) + "column 1 (left_mps) is empty"));
+  EXPECT_THAT(wheels_error("0,1,2\n1,,2\n"),
+              StartsWith(at("a.csv", 2) + "column 1 counted from 0 (left_mps) is empty"));
 }
 
 class CsvNonFinite : public CsvErrors, public ::testing::WithParamInterface<std::string> {};
 TEST_P(CsvNonFinite, IsABadRow) {
-  EXPECT_THAT(wheels_error("0,1,2\n1,2," + GetParam() + "\n"),
-              StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 2 (right_mps) is not finite"));
+  EXPECT_THAT(
+      wheels_error("0,1,2\n1,2," + GetParam() + "\n"),
+      StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 2 counted from 0 (right_mps) is not finite"));
 }
 TEST_P(CsvNonFinite, IsABadTime) {
   EXPECT_THAT(wheels_error("0,1,2\n" + GetParam() + ",1,2\n"),
-              StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 0 (time) is not finite"));
+              StartsWith(at("a.csv", 2) + "\"" + GetParam() + "\" in column 0 counted from 0 (time) is not finite"));
 }
 INSTANTIATE_TEST_SUITE_P(Words, CsvNonFinite, ::testing::Values("nan", "NaN", "inf", "-inf", "+Infinity"));
 
 TEST_F(CsvErrors, NumberBeyondADouble) {
-  EXPECT_THAT(wheels_error("0,1,2\n1,1e999,2\n"), HasSubstr("\"1e999\" in column 1 (left_mps) is out of range"));
+  EXPECT_THAT(wheels_error("0,1,2\n1,1e999,2\n"),
+              HasSubstr("\"1e999\" in column 1 counted from 0 (left_mps) is out of range"));
 }
 
 TEST_F(CsvErrors, TimeBeyondInt64) {
-  EXPECT_THAT(wheels_error("99999999999,1,2\n"), HasSubstr("\"99999999999\" in column 0 (time) is out of range"));
+  EXPECT_THAT(wheels_error("99999999999,1,2\n"),
+              HasSubstr("\"99999999999\" in column 0 counted from 0 (time) is out of range"));
 }
 
 TEST_F(CsvErrors, TimeWithoutADifference) {
   for (const std::string time : {"4611686019", "-4611686019", "9200000000", "-9200000000"}) {
     EXPECT_THAT(wheels_error("0,1,2\n" + time + ",1,2\n"),
-                HasSubstr('"' + time + "\" in column 0 (time) is out of range"));
+                HasSubstr('"' + time + "\" in column 0 counted from 0 (time) is out of range"));
   }
   write("a.csv", "-4611686018,1,2\n4611686018,1,2\n");
   EXPECT_EQ(read_all(*make(wheels_yaml("a.csv", "", "max_time_jump_s: 1.0e+12\nmax_bad_rows: 1\n"))).size(), 1u)
@@ -237,7 +247,9 @@ INSTANTIATE_TEST_SUITE_P(Rows, CsvBeams,
 TEST_F(CsvErrors, NonFiniteBeam) {
   write("a.csv", "0,1,inf,3\n");
   EXPECT_THAT(reading_error(*make(kScan)),
-              StartsWith(at("a.csv", 1) + "\"inf\" in column 2 (ranges_m, beam 1) is not finite"));
+              StartsWith(at("a.csv", 1) + "\"inf\" in column 2 counted from 0 (ranges_m, beam 1) is not finite"));
+  write("a.csv", "t,r0,r1,x\n0,1,inf,3\n");
+  EXPECT_THAT(reading_error(*make(kScan)), HasSubstr("\"inf\" in column \"r1\" (ranges_m, beam 1) is not finite"));
 }
 
 TEST_F(CsvErrors, IdentityThatIsNoWholeNumber) {
@@ -245,19 +257,19 @@ TEST_F(CsvErrors, IdentityThatIsNoWholeNumber) {
   EXPECT_THAT(
       reading_error(*make("files: [{path: a.csv, sensor: camera, payload: LandmarkObservations, time: 0, columns: "
                           "{range_m: 1, bearing_rad: 2, identity: 3}}]")),
-      HasSubstr("\"6.5\" in column 3 (identity) is not a whole number"));
+      HasSubstr("\"6.5\" in column 3 counted from 0 (identity) is not a whole number"));
 }
 
 TEST_F(CsvErrors, LatitudeBeyondThePole) {
   write("a.csv", "0,90.5,8\n");
   EXPECT_THAT(reading_error(*make("files: [{path: a.csv, sensor: gps, payload: GnssFix, time: 0, columns: "
                                   "{latitude_deg: 1, longitude_deg: 2}}]")),
-              HasSubstr("\"90.5\" in column 1 (latitude_deg) is not a latitude"));
+              HasSubstr("\"90.5\" in column 1 counted from 0 (latitude_deg) is not a latitude"));
 }
 
 TEST_F(CsvErrors, ConditionOnText) {
   EXPECT_THAT(wheels_error("0,1,2,x\n", ", where: [{column: 3, equals: 1}]"),
-              HasSubstr("\"x\" in column 3 (where) is not a number"));
+              HasSubstr("\"x\" in column 3 counted from 0 (where) is not a number"));
 }
 
 // --- the limit
@@ -298,7 +310,8 @@ TEST_F(CsvErrors, ReferenceWithABadRowTakesNoMeasurementWithIt) {
     source->reference();
     ADD_FAILURE() << "nothing was thrown";
   } catch (const DataError& error) {
-    EXPECT_THAT(error.what(), StartsWith(at("truth.csv", 2) + "\"x\" in column 1 (x_m) is not a number"));
+    EXPECT_THAT(error.what(),
+                StartsWith(at("truth.csv", 2) + "\"x\" in column 1 counted from 0 (x_m) is not a number"));
   }
   EXPECT_TRUE(source->next().has_value());
 }

@@ -75,7 +75,7 @@ TEST_F(CsvPayloads, ACompassMayKnowTrueNorthAndItsDoubt) {
   EXPECT_TRUE(std::isnan(all[1].as<CompassHeading>().sigma_rad));
   EXPECT_FALSE(all[1].as<CompassHeading>().from_true_north);
   EXPECT_THAT(by_column->bad_records().at(0).reason,
-              HasSubstr("\"2\" in column 3 (from_true_north) is neither 0 nor 1"));
+              HasSubstr("\"2\" in column \"true_north\" (from_true_north) is neither 0 nor 1"));
   EXPECT_TRUE(source(columns + ", from_true_north: true }")->next()->as<CompassHeading>().from_true_north);
   EXPECT_FALSE(source(columns + " }")->next()->as<CompassHeading>().from_true_north);
 }
@@ -273,13 +273,13 @@ TEST_F(CsvPayloads, AnEmptyFieldIsUnknownIfTheFileSaysSo) {
   EXPECT_TRUE(std::isnan(all[1].as<GnssFix>().p_map_antenna.x()));
   EXPECT_EQ(all[1].as<GnssFix>().latitude_deg, 49.0);
   EXPECT_EQ(all[1].as<GnssFix>().satellites, 7);
-  EXPECT_THAT(reading_error(*source(fix)), HasSubstr("a.csv:2: column 3 (latitude_deg) is empty"));
+  EXPECT_THAT(reading_error(*source(fix)), HasSubstr("a.csv:2: column \"lat\" (latitude_deg) is empty"));
 }
 
 TEST_F(CsvPayloads, ARequiredFieldIsNeverUnknown) {
   write("a.csv", "t,h\n0,\n");
   EXPECT_THAT(reading_error(*source("payload: CompassHeading, columns: { heading_rad: h }, empty_is_unknown: true")),
-              HasSubstr("column 1 (heading_rad) is empty"));
+              HasSubstr("column \"h\" (heading_rad) is empty"));
 }
 
 TEST_F(CsvPayloads, UnknownAxesAreNaN) {

@@ -96,14 +96,16 @@ TEST_F(CsvLongScans, ABadBeamCostsItselfOnly) {
   const auto source = make(entry());
   const auto scans = read_all(*source);
   EXPECT_THAT(scans.at(0).as<LaserScan>().ranges_m, ElementsAre(1.0f, kNoReturn, 3.0f));
-  EXPECT_THAT(source->bad_records().at(0).reason, HasSubstr("\"x\" in column 2 (range_m) is not a number"));
+  EXPECT_THAT(source->bad_records().at(0).reason,
+              HasSubstr("\"x\" in column 2 counted from 0 (range_m) is not a number"));
 }
 
 TEST_F(CsvLongScans, BearingsInAnotherUnitAreNamed) {
   write("a.csv", "0,-90,1\n0,90,2\n");
-  EXPECT_THAT(reading_error(*make(entry(", group_by_time: true", "bearing_rad: 1, range_m: 2"))),
-              AllOf(HasSubstr("a.csv:2: \"90\" in column 1 (bearing_rad) lies a turn or more from scan.start"),
-                    HasSubstr("is its unit right?")));
+  EXPECT_THAT(
+      reading_error(*make(entry(", group_by_time: true", "bearing_rad: 1, range_m: 2"))),
+      AllOf(HasSubstr("a.csv:2: \"90\" in column 1 counted from 0 (bearing_rad) lies a turn or more from scan.start"),
+            HasSubstr("is its unit right?")));
 }
 
 TEST_F(CsvLongScans, OneBeamIsNoScan) {

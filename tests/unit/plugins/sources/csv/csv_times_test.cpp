@@ -43,7 +43,7 @@ TEST_F(CsvTimes, UnixTimeMayBeInAnyUnit) {
 
 TEST_F(CsvTimes, UnixTimeInAnotherUnitIsNamedWhereItIsRefused) {
   EXPECT_THAT(error_of("1704067200123"),
-              AllOf(HasSubstr("a.csv:1: \"1704067200123\" in column 0 (time) is out of range as seconds"),
+              AllOf(HasSubstr("a.csv:1: \"1704067200123\" in column 0 counted from 0 (time) is out of range as seconds"),
                     HasSubstr("unit: ms }")));
   EXPECT_THAT(error_of("1704067200123456"), HasSubstr("unit: us }"));
   EXPECT_THAT(error_of("1704067200123456789"), HasSubstr("unit: ns }"));
