@@ -14,6 +14,8 @@
 namespace waymark::csv {
 namespace {
 
+constexpr int kNano = -9;
+
 std::optional<int> power_of_ten(double value) {
   for (int exponent = -12; exponent <= 6; ++exponent) {
     const std::string text = "1e" + std::to_string(exponent);
@@ -24,17 +26,22 @@ std::optional<int> power_of_ten(double value) {
   return std::nullopt;
 }
 
-/// The unit in which a number of seconds that no calendar has is a time of this century; empty if there is none.
-std::string_view likely_unit(double value) {
+/// Of seconds since 1970.
+bool is_in_this_century(double seconds) {
   constexpr double kFrom = 946'684'800.0;     // 2000-01-01
   constexpr double kUntil = 4'102'444'800.0;  // 2100-01-01
+  return seconds >= kFrom && seconds < kUntil;
+}
+
+/// The unit in which a number of seconds that no calendar has is a time of this century; empty if there is none.
+std::string_view likely_unit(double value) {
   struct Candidate {
     std::string_view unit;
     double seconds;
   };
   constexpr std::array kCandidates{Candidate{"ms", 1e-3}, Candidate{"us", 1e-6}, Candidate{"ns", 1e-9}};
   for (const auto& [unit, seconds] : kCandidates) {
-    if (value * seconds >= kFrom && value * seconds < kUntil) return unit;
+    if (is_in_this_century(value * seconds)) return unit;
   }
   return {};
 }
@@ -84,7 +91,10 @@ std::int64_t TimeColumn::nanoseconds(std::string_view field) const {
   std::int64_t nanoseconds = 0;
   if (exponent_) {
     const NumberText text = parse_nanoseconds(field, *exponent_, nanoseconds);
-    if (text == NumberText::ok) return nanoseconds;
+    if (text == NumberText::ok) {
+      if (*exponent_ == kNano) refuse_seconds(field);
+      return nanoseconds;
+    }
     if (text == NumberText::not_a_number && looks_like_a_date(field)) {
       if (!is_plain_) throw BadRow(in_quotes(field) + " in " + column_.label + " is a date: it has no unit or scale");
       if (const auto stamp = parse_iso_time(field)) return stamp->time_since_epoch().count();
@@ -96,6 +106,17 @@ std::int64_t TimeColumn::nanoseconds(std::string_view field) const {
   const long double value = std::round(static_cast<long double>(finite_number(field, column_.label)) * scale_ * 1e9L);
   if (!(std::abs(value) < 9.2e18L)) reject_time(field, NumberText::out_of_range);
   return static_cast<std::int64_t>(value);
+}
+
+/// As nanoseconds. A log that begins at 0 has such values in its first seconds, too, but no digits after the point.
+void TimeColumn::refuse_seconds(std::string_view field) const {
+  if (field.find('.') == std::string_view::npos) return;
+  const double value = finite_number(field, column_.label);
+  if (value == std::floor(value) || !is_in_this_century(value)) return;
+  const std::string tenths = std::to_string(std::lround(value * 1e-8));
+  throw BadRow(in_quotes(field) + " in " + column_.label + " is " + tenths.substr(0, tenths.size() - 1) + "." +
+               tenths.back() +
+               " s after 1970 as ns; as s since 1970 it lies in this century: time: { column, unit: s }");
 }
 
 void TimeColumn::reject_time(std::string_view field, NumberText text) const {

@@ -23,6 +23,7 @@ class TimeColumn {
 
  private:
   std::int64_t nanoseconds(std::string_view field) const;
+  void refuse_seconds(std::string_view field) const;
   [[noreturn]] void reject_time(std::string_view field, NumberText text) const;
 
   Column column_;

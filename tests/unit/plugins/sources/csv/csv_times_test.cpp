@@ -42,11 +42,24 @@ TEST_F(CsvTimes, UnixTimeMayBeInAnyUnit) {
 }
 
 TEST_F(CsvTimes, UnixTimeInAnotherUnitIsNamedWhereItIsRefused) {
-  EXPECT_THAT(error_of("1704067200123"),
-              AllOf(HasSubstr("a.csv:1: \"1704067200123\" in column 0 counted from 0 (time) is out of range as seconds"),
-                    HasSubstr("unit: ms }")));
+  EXPECT_THAT(
+      error_of("1704067200123"),
+      AllOf(HasSubstr("a.csv:1: \"1704067200123\" in column 0 counted from 0 (time) is out of range as seconds"),
+            HasSubstr("unit: ms }")));
   EXPECT_THAT(error_of("1704067200123456"), HasSubstr("unit: us }"));
   EXPECT_THAT(error_of("1704067200123456789"), HasSubstr("unit: ns }"));
+}
+
+TEST_F(CsvTimes, SecondsAreNoNanoseconds) {
+  const std::string error =
+      "\"1717228800.31\" in column 0 counted from 0 (time) is 1.7 s after 1970 as ns; as s since 1970 it lies in this "
+      "century: time: { column, unit: s }";
+  for (const char* time : {"time_ns: 0", "time: { column: 0, unit: ns }", "time: { column: 0, scale: 1e-9 }"})
+    EXPECT_THAT(error_of("1717228800.31", time), HasSubstr(error)) << time;
+  // what a log that begins at 0 has after 1.7 s
+  EXPECT_EQ(stamp_of("1717228800", "time_ns: 0"), 1'717'228'800);
+  EXPECT_EQ(stamp_of("1717228800.0", "time_ns: 0"), 1'717'228'800);
+  EXPECT_EQ(stamp_of("17228800.5", "time_ns: 0"), 17'228'801);
 }
 
 TEST_F(CsvTimes, DatesOfIso8601AreRead) {
