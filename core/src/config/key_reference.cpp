@@ -108,7 +108,7 @@ class Explorer {
   void carry_out(Trial trial) {
     for (int i = 0; i < kMostRequired; ++i) {
       const std::vector<Asked> asked = run(trial);
-      for (const Asked& key : asked) note(key, trial.revealing);
+      for (const Asked& key : asked) note(key, trial);
       const auto missing = std::ranges::find_if(asked, [&](const Asked& key) {
         return key.is_required && key.type != Type::none && !contains(trial.required, key.path) &&
                !contains(trial.revealing, key.path) && !is_given(key.path);
@@ -145,18 +145,29 @@ class Explorer {
     }
   }
 
-  void note(const Asked& asked, const Values& revealing) {
+  void note(const Asked& asked, const Trial& trial) {
     DescribedKey* known = find_key(found_, asked.path);
     if (known == nullptr) {
       known = &found_.emplace_back(DescribedKey{asked, {}});
-      for (const auto& [path, value] : revealing) known->given.push_back(fmt::format("{}={}", path, value));
-    } else if (known->asked.type == Type::none || (known->asked.meaning.empty() && !asked.meaning.empty())) {
-      known->asked = asked;  // it was only looked for, or its declaration stands elsewhere
+      for (const auto& [path, value] : trial.revealing) known->given.push_back(fmt::format("{}={}", path, value));
     } else {
-      return;
+      if (asked.type != Type::none) drop_conditions(*known, trial);
+      const bool is_better =
+          known->asked.type == Type::none || (known->asked.meaning.empty() && !asked.meaning.empty());
+      if (!is_better) return;
+      known->asked = asked;  // it was only looked for, or its declaration stands elsewhere
     }
     // What is read only where it is given may be left out.
-    if (contains(revealing, asked.path)) known->asked.is_required = false;
+    if (contains(trial.revealing, asked.path)) known->asked.is_required = false;
+  }
+
+  /// Those of keys without which the trial read this one as well. Another value of the same key refutes nothing: what
+  /// two of three choices read still depends on the choice.
+  static void drop_conditions(DescribedKey& key, const Trial& trial) {
+    std::erase_if(key.given, [&trial](const std::string& given) {
+      const std::string path = given.substr(0, given.find('='));
+      return !contains(trial.revealing, path) && !contains(trial.required, path);
+    });
   }
 
   /// What the reader must decide by, such as the kind of a payload: the same key is worth trying again with another.

@@ -88,6 +88,19 @@ TEST(DescribeKeys, FindsWhatOnlyAnotherChoiceReads) {
   EXPECT_THAT(find(keys, "offset_m").given, ElementsAre("model=car", "steers_behind=true"));
 }
 
+TEST(DescribeKeys, WhatOneOfSeveralKeysRevealsDependsOnNone) {
+  const auto keys = describe_keys([](const Config& config) {
+    const bool has_angle = config.has("angle_deg");
+    if (has_angle) config.number({"angle_deg", "as it is"});
+    if (!has_angle && config.choice({"angle", "or where it is from"}, {"unknown", "auto"}, "unknown") == "unknown")
+      return;
+    config.number("sigma_deg", 5.0);
+    if (has_angle) config.number("offset_deg", 0.0);
+  });
+  EXPECT_THAT(find(keys, "sigma_deg").given, IsEmpty());
+  EXPECT_THAT(find(keys, "offset_deg").given, ElementsAre("angle_deg=1"));
+}
+
 TEST(DescribeKeys, AKeyThatIsReadOnlyWhereItIsGivenIsOptional) {
   const auto keys = describe_keys([](const Config& config) {
     if (!config.has("velocity_sigma_mps")) return;
