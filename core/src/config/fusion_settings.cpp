@@ -202,23 +202,26 @@ JointSettings read_joint(const Config& yaml) {
   joint.enabled = yaml.boolean({"enabled", "false: the covariance of the particles alone is reported"}, joint.enabled);
   joint.anchor_spacing = yaml.number_in({"anchor_spacing_m", "m", "distance between the anchors of a dense map"}, 0.5,
                                         1000.0, joint.anchor_spacing);
-  joint.anchor_sigma =
-      yaml.number_in({"anchor_sigma_m", "m", "error that all that is mapped from an anchor has in common"}, 0.0, 10.0,
-                     joint.anchor_sigma);
-  joint.anchor_yaw_sigma = kRadPerDeg * yaml.number_in({"anchor_yaw_sigma_deg", "deg", "the same of its heading"}, 0.0,
-                                                       90.0, joint.anchor_yaw_sigma / kRadPerDeg);
+  joint.anchor_sigma = yaml.number_in(
+      {"anchor_sigma_m", "m",
+       "σ of the error of position that all places have in common which were first mapped from one anchor"},
+      0.0, 10.0, joint.anchor_sigma);
+  joint.anchor_yaw_sigma = kRadPerDeg * yaml.number_in({"anchor_yaw_sigma_deg", "deg", "the same of their heading"},
+                                                       0.0, 90.0, joint.anchor_yaw_sigma / kRadPerDeg);
   return joint;
 }
 
 LoopSettings read_loops(const Config& yaml) {
   LoopSettings loops;
   loops.enabled = yaml.boolean({"enabled", "false: places that are met again do not correct the maps"}, loops.enabled);
-  loops.least_way =
-      yaml.number_in({"least_way_m", "m", "way after which a place counts as met again"}, 5.0, 1e6, loops.least_way);
+  loops.least_way = yaml.number_in(
+      {"least_way_m", "m", "distance driven since a place was seen, after which it is searched for as a loop"}, 5.0,
+      1e6, loops.least_way);
   loops.search_distance = yaml.number_in({"search_distance_m", "m", "half width of the search for a place, at most"},
                                          0.5, 50.0, loops.search_distance);
-  loops.search_angle = kRadPerDeg * yaml.number_in({"search_angle_deg", "deg", "the same of the heading"}, 1.0, 180.0,
-                                                   loops.search_angle / kRadPerDeg);
+  loops.search_angle =
+      kRadPerDeg * yaml.number_in({"search_angle_deg", "deg", "half width of that search in heading, at most"}, 1.0,
+                                  180.0, loops.search_angle / kRadPerDeg);
   loops.least_shift = yaml.number_in({"least_shift_m", "m", "the maps are drawn again where a loop moves them farther"},
                                      0.0, 100.0, loops.least_shift);
   return loops;
