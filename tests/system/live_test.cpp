@@ -248,6 +248,34 @@ TEST(Live, PrintsAsMuchAsTheLevelSays) {
   EXPECT_EQ(waymark({"run", "robot.yaml", "--log-level", "loud"}).exit_code, 2);
 }
 
+/// How often `part` is in `text`.
+std::size_t count_of(std::string_view part, const std::string& text) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(Live, PrintsAnEventOfTheFilterOnce) {
+  const LiveRobot robot;
+  const Outcome outcome =
+      robot.command({"--set", "source.wheels.nan_probability=0.1", "--set", "source.duration_s=5"}).run();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(count_of("(further ones are only counted)", outcome.err), 1U) << outcome.err;
+}
+
+/// Only a run that is killed shows what was printed before its end.
+TEST(Live, PrintsAnEventOfTheFilterWhenItHappens) {
+  const LiveRobot robot;
+  const auto has_more_than_one_second = [&] {
+    if (!robot.is_under_way()) return false;
+    return nlohmann::json::parse(robot.ctl({"status"}).out)["measurements"] > 100;
+  };
+  const Outcome outcome =
+      robot.command({"--set", "source.wheels.nan_probability=0.3"}).send(SIGKILL, has_more_than_one_second).run();
+  EXPECT_EQ(outcome.exit_code, 128 + SIGKILL);
+  EXPECT_THAT(outcome.err, HasSubstr("(further ones are only counted)"));
+}
+
 TEST(Live, TwoRunsDoNotShareASocket) {
   const LiveRobot robot;
   auto run = std::async(std::launch::async, [&] { return robot.command().run(); });

@@ -78,7 +78,7 @@ Session::Session(Robot robot, SessionOptions options)
       config_identity_(identity_of(robot_.yaml.effective())) {
   if (robot_.live_input)
     live_ = std::make_unique<LiveRun>(robot_.live_input, robot_.live_clock, robot_, results_, options_.stop,
-                                      [this] { take_live_events(); });
+                                      [this] { take_new_events(); });
 }
 
 Session::~Session() = default;
@@ -214,7 +214,7 @@ void Session::follow_live() {
     results_.commanded(last_arrival_, missing_command(robot_.sensors[sensor].name, gap));
   }
   write_live_checkpoint_if_due();
-  take_live_events();
+  take_new_events();
 }
 
 /// Found by a running robot, and repeated by the replay of its record at the same place, with the same event.
@@ -236,8 +236,12 @@ void Session::write_live_checkpoint_if_due() {
 }
 
 /// A peer that connects and goes, and a robot that runs for months, must not fill the memory.
-void Session::take_live_events() {
+void Session::take_new_events() {
   for (Event& event : live_->take_events()) keep(std::move(event));
+  // The filter keeps its own for the report.
+  for (const Event& event : fusion_->take_new_events()) {
+    if (options_.on_event) options_.on_event(event);
+  }
 }
 
 void Session::keep(Event event) {
@@ -270,7 +274,7 @@ void Session::obey(const Measurement& command) {
   // A command may come from a source that does not see the answer.
   if (steers(text)) live_->note(fmt::format("command: {}{}", text, has_changed_filter ? "" : ": " + answer));
   live_->reply(command.sequence, answer);
-  take_live_events();
+  take_new_events();
 }
 
 /// The filter goes on in another host with the new settings, from a checkpoint in memory.
@@ -360,9 +364,11 @@ std::optional<Measurement> Session::next() {
 }
 
 SessionResult Session::conclude() {
+  if (diagnosis_) diagnosis_->finish();
   if (live_) {
+    if (diagnosis_) note_findings();
     live_->end();
-    take_live_events();
+    take_new_events();
   }
   SessionResult result;
   result.started = fusion_->started();
@@ -385,10 +391,7 @@ SessionResult Session::conclude() {
     result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
     std::ranges::stable_sort(result.report.events, {}, &Event::stamp);
   }
-  if (diagnosis_) {
-    diagnosis_->finish();
-    add_findings(result);
-  }
+  if (diagnosis_) add_findings(result);
   // A running robot is ended so as a matter of course.
   result.report.interrupted = !live_ && options_.stop != nullptr && *options_.stop;
   bool reported = false;

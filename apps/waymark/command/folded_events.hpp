@@ -75,6 +75,8 @@ inline std::vector<FoldedEvents> fold(std::span<const Event> events) {
 /// Counts the events of a run that goes on, so that not each of many equal ones is printed.
 class RepeatedEvents {
  public:
+  /// True if there was one of its kind, so that it was printed.
+  bool has_shown(const Event& event) const { return counts_.contains(without_numbers(event.text)); }
   /// True for the first three of a kind, then for the tenth, the hundredth and so on. `count`: how many there were.
   bool shows(const Event& event, std::uint64_t& count) {
     // A run of months has more kinds than one wants to keep.

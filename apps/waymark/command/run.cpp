@@ -88,13 +88,13 @@ void print_matches(const std::vector<MatchReport>& maps, const RunLog& log) {
   }
 }
 
-/// `was_printed`: single events were printed when they happened.
-void print_report(const RunReport& report, bool was_printed, const RunLog& log) {
+/// `printed`: what was printed when it happened.
+void print_report(const RunReport& report, const RepeatedEvents& printed, const RunLog& log) {
   std::vector<Event> events;
   // Failures come in the last line.
   std::ranges::copy_if(report.events, std::back_inserter(events), [](const Event& e) { return !e.is_failure; });
   for (const FoldedEvents& folded : fold(events)) {
-    if (was_printed && folded.count == 1) continue;
+    if (folded.count == 1 && printed.has_shown(folded.first)) continue;
     for (const std::string& line : folded.lines()) log.print(LogLevel::warning, "waymark: {}\n", line);
   }
   print_matches(report.matches, log);
@@ -184,7 +184,7 @@ int run(const RunOptions& options) {
   heap_trim.reset();
   const host::SessionResult result = options.save.empty() ? session.finish() : session.suspend(options.save);
   progress.finish();
-  print_report(result.report, is_live, log);
+  print_report(result.report, repeated, log);
   for (const std::string& line : result.replaced) log.print(LogLevel::info, "waymark: {}\n", line);
   log.print(LogLevel::info, "{}{:.1f} s of log in {:.2f} s; results in {}\n",
             result.report.interrupted ? "interrupted: " : "", progress.log_seconds(), progress.wall_seconds(),

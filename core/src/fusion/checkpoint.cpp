@@ -172,6 +172,9 @@ void resume_started(InArchive& in, Parts& p, Progress& progress, const Repeat& r
   for (std::size_t i = 0; i < progress.processed_late.size(); ++i)
     p.committed.sensors[i].state.counters.processed_late = progress.processed_late[i];
   p.committed.update_health(p.committed.filter.stamp());
+  // The run before has taken them.
+  p.new_arrival_events.skip(p.arrival_events);
+  p.committed.new_events.skip(p.committed.events);
   if (!needed.last.found().empty()) p.last = {std::move(needed.last.found().front()), fate};
 }
 

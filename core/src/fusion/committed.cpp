@@ -124,6 +124,7 @@ void Committed::roll_back(const Mark& mark) {
   }
   standstill = mark.standstill;
   health = mark.health;
+  new_events.roll_back(events, mark.events);
   events.resize(mark.events);
   smoother.truncate(mark.smoothed);
   last_stamp = mark.last_stamp;

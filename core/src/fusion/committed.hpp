@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estimation/smoother.hpp"
+#include "fusion/new_events.hpp"
 #include "fusion/sensor_record.hpp"
 #include "monitoring/health_monitor.hpp"
 #include "monitoring/standstill.hpp"
@@ -55,7 +56,8 @@ struct Committed {
   monitoring::HealthMonitor health;
   estimation::Smoother smoother;
   std::vector<Event> events = {};
-  Time last_stamp{};  ///< of the last measurement, buffered ones before the start included
+  NewEvents new_events = {};  ///< of `events`
+  Time last_stamp{};          ///< of the last measurement, buffered ones before the start included
   ModeFinder modes = {};
   std::vector<ParticleView> views = {};  ///< scratch of `update_health`
   bool unsound = false;                  ///< no belief can be updated any more: its numbers have no meaning

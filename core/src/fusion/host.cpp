@@ -80,6 +80,14 @@ void Fusion::visit_last(const Observer& observer) const {
     observer(fusion::SnapshotView(p.committed, p.maps.maps(), p.started, p.last->first, p.last->second, p.datum));
 }
 
+std::vector<Event> Fusion::take_new_events() {
+  Parts& p = *parts_;
+  std::vector<Event> events;
+  p.new_arrival_events.take(p.arrival_events, events);
+  p.committed.new_events.take(p.committed.events, events);
+  return events;
+}
+
 RunReport Fusion::report() const {
   const Parts& p = *parts_;
   RunReport report;

@@ -14,6 +14,7 @@
 #include "fusion/horizons.hpp"
 #include "fusion/intake.hpp"
 #include "fusion/map_extraction.hpp"
+#include "fusion/new_events.hpp"
 #include "fusion/startup.hpp"
 #include "waymark/host/fusion.hpp"
 
@@ -64,6 +65,7 @@ struct Fusion::Parts {
   Observer observer;
 
   std::vector<Event> arrival_events;                 // of clocks and late measurements; not rolled back
+  fusion::NewEvents new_arrival_events;              // of these
   std::optional<std::pair<Measurement, Fate>> last;  // the last reported measurement
   std::uint64_t arrived = 0;
   std::uint64_t turns = 0;  // measurements in the total order so far, late ones included

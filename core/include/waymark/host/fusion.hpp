@@ -100,6 +100,9 @@ class WAYMARK_API Fusion {
   void set_pose(const GivenPose& pose);
   /// Number of measurements that were added, those before a checkpoint included.
   std::uint64_t arrived() const;
+  /// The events of the filter since the last call, or since the checkpoint, as soon as they happen: `report` has all,
+  /// in the order of their stamps. What a late measurement only repeats does not come again.
+  std::vector<Event> take_new_events();
   /// Counters of the sensors and events so far; without the source's bad records.
   RunReport report() const;
   /// Health of sensors and pose after the last processed measurement.

@@ -32,7 +32,7 @@ struct SessionOptions {
   /// Called after every committed measurement, after the sinks, with the share of the log that was read (0 to 1,
   /// negative if unknown). The snapshot is valid during the call.
   std::function<void(const Snapshot&, double share)> observer = nullptr;
-  /// Of a running robot: called with each event of sources, queue and sinks when it happens.
+  /// Of a running robot: called with each event of filter, diagnosis, sources, queue and sinks when it happens.
   std::function<void(const Event&)> on_event = nullptr;
 };
 
@@ -92,7 +92,7 @@ class Session {
   void obey(const Measurement& command);
   void follow_live();
   void note_missing(std::uint32_t sensor, const Gap& gap, Time arrival);
-  void take_live_events();
+  void take_new_events();
   void keep(Event event);
   void diagnose(const Measurement& measurement);
   void note_findings();
