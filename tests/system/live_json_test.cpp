@@ -12,6 +12,8 @@
 #include <boost/asio/streambuf.hpp>
 #include <chrono>
 #include <csignal>
+#include <functional>
+#include <future>
 #include <istream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -197,6 +199,29 @@ TEST(LiveJson, MessagesThatAreLostOnTheirWayAreReportedAndTheRecordRepeatsThat) 
   const nlohmann::json replayed = nlohmann::json::parse(read_text(again / "diagnostics.json"));
   EXPECT_EQ(missing_events(replayed), events);
   EXPECT_EQ(replayed.at("health"), report.at("health"));
+}
+
+/// The shipped robot, to which nobody sends anything. `steer`: called with its control socket; must stop it.
+Outcome run_without_measurements(const std::function<void(const std::string& socket)>& steer) {
+  const TemporaryFolder folder;
+  const std::string control = (folder / "ctl").string();
+  Command command({"run", WAYMARK_SOURCE_DIR "/config/live_json.yaml", "--out", (folder / "out").string(), "--set",
+                   fmt::format("source.port={}", test::free_port(SOCK_DGRAM)), "--set",
+                   fmt::format("sinks.json_poses.port={}", test::free_port(SOCK_STREAM)), "--set",
+                   "live.control=" + control});
+  auto run = std::async(std::launch::async, [&] { return command.run(); });
+  EXPECT_TRUE(test::eventually([&] { return waymark({"ctl", control, "status"}).exit_code == 0; }));
+  steer(control);
+  return run.get();
+}
+
+TEST(LiveJson, ARunThatNeverStartsEndsWithTheReason) {
+  const Outcome outcome = run_without_measurements([](const std::string& socket) {
+    EXPECT_EQ(waymark({"ctl", socket, "disable", "gps"}).exit_code, 0);  // an event after all measurements
+    EXPECT_EQ(waymark({"ctl", socket, "stop"}).exit_code, 0);
+  });
+  EXPECT_TRUE(reports_error(outcome, 1, {"the filter never started: no measurement has arrived"})) << outcome.err;
+  EXPECT_THAT(outcome.errors().back(), testing::Not(testing::HasSubstr("command: disable gps")));
 }
 
 }  // namespace

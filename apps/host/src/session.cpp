@@ -388,8 +388,11 @@ SessionResult Session::conclude() {
                     live_events_left_out_, kMostEvents / 2));
   }
   if (!live_events_.empty()) {
-    result.report.events.insert(result.report.events.end(), live_events_.begin(), live_events_.end());
-    std::ranges::stable_sort(result.report.events, {}, &Event::stamp);
+    std::vector<Event>& events = result.report.events;
+    // The event that the filter never started stays the last one, whatever its time.
+    const std::ptrdiff_t kept = result.started || events.empty() ? 0 : 1;
+    events.insert(events.end() - kept, live_events_.begin(), live_events_.end());
+    std::ranges::stable_sort(events.begin(), events.end() - kept, {}, &Event::stamp);
   }
   if (diagnosis_) add_findings(result);
   // A running robot is ended so as a matter of course.
