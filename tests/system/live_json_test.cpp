@@ -224,5 +224,15 @@ TEST(LiveJson, ARunThatNeverStartsEndsWithTheReason) {
   EXPECT_THAT(outcome.errors().back(), testing::Not(testing::HasSubstr("command: disable gps")));
 }
 
+TEST(LiveJson, TheStatusSaysThatTheFilterHasNotStarted) {
+  run_without_measurements([](const std::string& socket) {
+    const nlohmann::json status = nlohmann::json::parse(waymark({"ctl", socket, "status"}).out);
+    EXPECT_EQ(status.at("started"), false);
+    EXPECT_EQ(status.at("health"), "lost");
+    EXPECT_EQ(status.at("reason"), "the filter has not started");
+    EXPECT_EQ(waymark({"ctl", socket, "stop"}).exit_code, 0);
+  });
+}
+
 }  // namespace
 }  // namespace waymark::system_test

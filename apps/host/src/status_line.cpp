@@ -13,6 +13,11 @@ std::string status_line(const Fusion& fusion, const Robot& robot, const LiveRepo
   const Health& health = fusion.health();
   nlohmann::ordered_json json{
       {"started", fusion.started()}, {"health", to_string(health.state)}, {"reason", health.reason}};
+  if (!fusion.started()) {
+    // The filter's own health begins with its start.
+    json["health"] = to_string(Health::State::lost);
+    json["reason"] = "the filter has not started";
+  }
   if (silence > Duration::zero()) {
     json["health"] = to_string(Health::State::lost);
     json["reason"] = fmt::format("nothing has arrived for {:.1f} s", to_seconds(silence));
