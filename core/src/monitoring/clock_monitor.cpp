@@ -76,6 +76,10 @@ std::optional<std::string> ClockMonitor::find_fault(const Measurement& m, Durati
   }
   jumps_in_a_row_ = 0;
   if (now_ && *now_ - m.stamp > settings_.max_jump) {
+    if (m.arrival - m.stamp > settings_.max_jump) {
+      return fmt::format("stamp {:.3f} lies {:.3g} s before the time of arrival: another clock, or an old message",
+                         seconds(m.stamp), to_seconds(m.arrival - m.stamp));
+    }
     return fmt::format("stamp {:.3f} lies {:.3g} s before all others: the clock went backwards", seconds(m.stamp),
                        to_seconds(*now_ - m.stamp));
   }

@@ -74,7 +74,15 @@ TEST(FusionClock, AnEarlyClockMayBeSetForwardByItsDelay) {
 TEST(FusionClock, NamesAStampFarInThePast) {
   FusionRobot robot = robot_on(with_stamp(10, at(kEpoch - 1e6)));
   EXPECT_EQ(robot.report(1).mistimed, 1U);
-  EXPECT_THAT(robot.events(), HasSubstr("the clock went backwards"));
+  EXPECT_THAT(robot.events(), HasSubstr("before the time of arrival: another clock, or an old message"));
+}
+
+TEST(FusionClock, NamesAClockThatWentBackwards) {
+  std::vector<Measurement> log = straight();
+  log.push_back(fix(kEpoch - 1e6, 0.0, 0.0));  // with its arrival
+  FusionRobot robot = robot_on(log);
+  EXPECT_EQ(robot.report(1).mistimed, 1U);
+  EXPECT_THAT(robot.events(), HasSubstr("before all others: the clock went backwards"));
 }
 
 TEST(FusionClock, OneArrivalYearsAheadDoesNotMakeTheOthersLate) {
