@@ -45,10 +45,10 @@ void LiveInput::read(std::size_t source) {
     }
   } catch (const std::exception& error) {
     const std::lock_guard lock(mutex_);
-    events_.push_back(fmt::format("a source ended: {}", error.what()));
+    events_.push_back(fmt::format("{}{}", kSourceEnded, error.what()));
   } catch (...) {
     const std::lock_guard lock(mutex_);
-    events_.emplace_back("a source ended: unknown exception");
+    events_.push_back(fmt::format("{}unknown exception", kSourceEnded));
   }
   const std::lock_guard lock(mutex_);
   --reading_;

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -22,6 +23,9 @@
 #include "waymark/interface/source.hpp"
 
 namespace waymark::host {
+
+/// An event that begins so says that a source has failed, and why.
+inline constexpr std::string_view kSourceEnded = "a source ended: ";
 
 /// The sources of a running robot as one: each is read in a thread of its own into one bounded queue, in order of
 /// arrival. If the filter falls behind, scans are thinned; if the queue is full, sensors that allow it lose their

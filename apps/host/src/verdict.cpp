@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <string_view>
+
+#include "live_input.hpp"
 
 namespace waymark::host {
 
@@ -14,9 +17,12 @@ std::vector<std::string> failures_of(const SessionResult& result, const std::vec
   if (!result.log_error.empty()) failures.push_back(result.log_error);
   // The last event names the cause of a missing start, unless the log ended early.
   const bool names_cause = !result.started && result.log_error.empty() && !result.report.interrupted;
+  std::string ended;  // the sources of a running robot that failed
   for (const Event& event : result.report.events) {
-    if (event.is_failure || (names_cause && &event == &result.report.events.back()))
-      failures.push_back(fmt::format("at {} s: {}", format_time(event.stamp, 3), event.text));
+    if (event.text.starts_with(kSourceEnded)) ended += "; " + event.text;
+    const bool is_cause = names_cause && &event == &result.report.events.back();
+    if (event.is_failure || is_cause)
+      failures.push_back(fmt::format("at {} s: {}{}", format_time(event.stamp, 3), event.text, is_cause ? ended : ""));
   }
   failures.insert(failures.end(), of_sinks.begin(), of_sinks.end());
   return failures;
