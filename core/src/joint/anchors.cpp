@@ -258,23 +258,22 @@ void Anchors::thin(JointGaussian& gaussian) {
       ++i;
       continue;
     }
-    gaussian.remove_node(anchors_[i].node);
-    anchors_.erase(anchors_.begin() + static_cast<std::ptrdiff_t>(i));
-    places_.remove(static_cast<int>(i), keeper);
+    remove(gaussian, i, keeper);
   }
-  active_ = PlaceGrid::kNone;
 }
 
 void Anchors::remove_idle(JointGaussian& gaussian) {
   std::vector<bool> is_owner(anchors_.size());
   places_.for_each_anchor([&](int anchor) { is_owner[static_cast<std::size_t>(anchor)] = true; });
   for (std::size_t i = anchors_.size(); i-- > 0;) {
-    if (is_owner[i]) continue;
-    gaussian.remove_node(anchors_[i].node);
-    anchors_.erase(anchors_.begin() + static_cast<std::ptrdiff_t>(i));
-    places_.remove(static_cast<int>(i), PlaceGrid::kNone);
+    if (!is_owner[i]) remove(gaussian, i, PlaceGrid::kNone);
   }
-  active_ = PlaceGrid::kNone;
+}
+
+void Anchors::remove(JointGaussian& gaussian, std::size_t anchor, int keeper) {
+  gaussian.remove_node(anchors_[anchor].node);
+  anchors_.erase(anchors_.begin() + static_cast<std::ptrdiff_t>(anchor));
+  places_.remove(static_cast<int>(anchor), keeper);
 }
 
 void Anchors::clear() {

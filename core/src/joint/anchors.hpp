@@ -99,6 +99,8 @@ class WAYMARK_API Anchors {
   void thin(JointGaussian& gaussian);
   /// Removes anchors that no place belongs to: no match would ever be related to them.
   void remove_idle(JointGaussian& gaussian);
+  /// Its places go to `keeper`, an earlier one, or kNone if it has none. The numbers of later ones fall by one.
+  void remove(JointGaussian& gaussian, std::size_t anchor, int keeper);
   /// Variances of (x [m], y [m], yaw [rad]) of an anchor's own error.
   Eigen::Vector3d noise() const {
     return Eigen::Vector3d(settings_.anchor_sigma, settings_.anchor_sigma, settings_.anchor_yaw_sigma).cwiseAbs2();
