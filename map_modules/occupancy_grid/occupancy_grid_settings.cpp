@@ -12,7 +12,8 @@ OccupancyGridSettings OccupancyGridSettings::read(const Config& config) {
       10.0, 0.05);
   s.scan = scan_matching::ScanSettings::read(config, s.resolution);
   s.match = scan_matching::MatchSettings::read(
-      config.child_or_empty({"match", "how scans are matched on the likelihood field"}));
+      config.child_or_empty({"match", "how scans are matched on the likelihood field"}),
+      scan_matching::MatchDefaults::cells(s.resolution));
   s.odds = scan_matching::OddsSettings::read(
       config.child_or_empty({"log_odds", "what hits and misses add, and bounds: natural logarithms, rounded to 1/20"}));
   s.load = map_formats::LoadSettings::read(config, map_formats::kMapServerFormat);

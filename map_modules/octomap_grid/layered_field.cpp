@@ -12,9 +12,11 @@ namespace waymark::octomap_grid {
 
 namespace {
 
-const std::uint8_t* far_slab() {
+/// Unknown, and nothing occupied is near.
+LayerTile no_tile() {
   static const Slab slab;
-  return slab.distance.data();
+  static const VoxelOctree voxels;
+  return {slab.distance.data(), &voxels};
 }
 
 }  // namespace
@@ -46,12 +48,12 @@ void LayeredTarget::open(const VoxelMap& map, const Pose& T_map_base, double rea
     points_.push_back(one.p);
     layers_.back().end = points_.size();
   }
-  find_slabs();
+  find_tiles();
 }
 
-/// Column by column: most have no slab in most of the layers.
-void LayeredTarget::find_slabs() {
-  slabs_.assign(layers_.size() * rect_.size(), far_slab());
+/// Column by column: most have no tile in most of the layers.
+void LayeredTarget::find_tiles() {
+  tiles_.assign(layers_.size() * rect_.size(), no_tile());
   if (layers_.empty()) return;
   const std::int32_t lowest = layers_.front().z;
   const std::int32_t highest = layers_.back().z;
@@ -62,10 +64,12 @@ void LayeredTarget::find_slabs() {
     columns_[slot]->for_all([&](std::int32_t tile_z, const VoxelTile& tile, bool) {
       const std::int32_t first = tile_z * Slab::kSide;
       const std::int32_t end = std::min(first + Slab::kSide, highest + 1);
-      for (std::int32_t z = std::max(first, lowest); tile.has_slabs() && z < end; ++z) {
+      for (std::int32_t z = std::max(first, lowest); z < end; ++z) {
         const std::size_t layer = layer_at_[static_cast<std::size_t>(z - lowest)];
-        const Slab* slab = layer == kNoLayer ? nullptr : tile.slab(z);
-        if (slab != nullptr) slabs_[layer * rect_.size() + slot] = slab->distance.data();
+        if (layer == kNoLayer) continue;
+        LayerTile& here = tiles_[layer * rect_.size() + slot];
+        here.voxels = &tile.voxels;
+        if (const Slab* slab = tile.slab(z)) here.distances = slab->distance.data();
       }
     });
   }
@@ -89,6 +93,13 @@ double LayeredTarget::sum_likelihood(const scan_matching::LikelihoodTable& table
     sum += scan_matching::sum_likelihood(field(i), table, own, xyyaw, resolution_, least - sum - left);
   }
   return sum;
+}
+
+double LayeredTarget::blocked_share(const Eigen::Vector3d& xyyaw) const {
+  std::size_t blocked = 0;
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    blocked += scan_matching::count_blocked(field(i), points(layers_[i]), xyyaw, resolution_);
+  return points_.empty() ? 0.0 : static_cast<double>(blocked) / static_cast<double>(points_.size());
 }
 
 }  // namespace waymark::octomap_grid

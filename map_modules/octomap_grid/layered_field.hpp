@@ -13,16 +13,29 @@
 
 namespace waymark::octomap_grid {
 
-/// The distances of one layer of a map around a scan, as a field that points are matched on.
+/// What one layer of a map has in one tile.
+struct LayerTile {
+  const std::uint8_t* distances;
+  const VoxelOctree* voxels;
+};
+
+/// One layer of a map around a scan, as a field that points are matched on.
 class LayerField : public scan_matching::TiledCells<VoxelOctree::kBits> {
  public:
-  LayerField(const TileRect& rect, std::span<const std::uint8_t* const> slabs) : TiledCells(rect), slabs_(slabs) {}
+  LayerField(const TileRect& rect, std::int32_t z, std::span<const LayerTile> tiles)
+      : TiledCells(rect), z_(z), tiles_(tiles) {}
 
+  bool is_known(int x, int y) const {
+    constexpr int kMask = VoxelOctree::kSide - 1;
+    const auto local = [](int cell) { return static_cast<std::uint8_t>(cell & kMask); };
+    return tiles_[slot(x, y)].voxels->find({local(x), local(y), local(z_)}) != nullptr;
+  }
   std::uint8_t distance(int x, int y) const { return *distances_at(x, y); }
-  const std::uint8_t* distances_at(int x, int y) const { return slabs_[slot(x, y)] + Slab::place(x, y); }
+  const std::uint8_t* distances_at(int x, int y) const { return tiles_[slot(x, y)].distances + Slab::place(x, y); }
 
  private:
-  std::span<const std::uint8_t* const> slabs_;
+  std::int32_t z_;
+  std::span<const LayerTile> tiles_;
 };
 
 /// A scan over one particle's map: every point over the layer that it lies in. Height, roll and pitch are those of the
@@ -37,7 +50,7 @@ class LayeredTarget final : public scan_matching::MatchTarget {
   scan_matching::FieldFit fit(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
   double sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw,
                         double least) const override;
-  double unknown_share(const Eigen::Vector3d& /*xyyaw*/) const override { return 0.0; }
+  double blocked_share(const Eigen::Vector3d& xyyaw) const override;
 
  private:
   struct Layer {
@@ -50,9 +63,9 @@ class LayeredTarget final : public scan_matching::MatchTarget {
     Eigen::Vector2f p;
   };
 
-  void find_slabs();
+  void find_tiles();
   LayerField field(std::size_t layer) const {
-    return {rect_, std::span(slabs_).subspan(layer * rect_.size(), rect_.size())};
+    return {rect_, layers_[layer].z, std::span(tiles_).subspan(layer * rect_.size(), rect_.size())};
   }
   std::span<const Eigen::Vector2f> points(const Layer& layer) const {
     return std::span(points_).subspan(layer.first, layer.end - layer.first);
@@ -61,8 +74,8 @@ class LayeredTarget final : public scan_matching::MatchTarget {
   TileRect rect_;
   double resolution_ = 1.0;
   std::vector<const TileColumn*> columns_;
-  std::vector<std::size_t> layer_at_;       // per height from the lowest on
-  std::vector<const std::uint8_t*> slabs_;  // per layer and column
+  std::vector<std::size_t> layer_at_;  // per height from the lowest on
+  std::vector<LayerTile> tiles_;       // per layer and column
   std::vector<Levelled> levelled_;
   std::vector<Layer> layers_;
   std::vector<Eigen::Vector2f> points_;  // in the base's place, but level; layer by layer

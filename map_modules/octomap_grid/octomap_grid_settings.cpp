@@ -35,17 +35,19 @@ OctomapGridSettings OctomapGridSettings::read(const Config& config) {
     if (value > kLongestReach * s.resolution) config.fail(key, "must be at most 2000 times resolution_m");
   }
   const Config match = config.child_or_empty({"match", "how scans are matched on the likelihood field"});
-  s.match = scan_matching::MatchSettings::read(match);
-  s.match_heights =
-      read_heights(match, {"height_m", "m", "[low, high] above the base: points that are matched", "all"});
-  s.max_match_points = static_cast<int>(
-      match.integer_in({"max_points", "points of a cloud that are matched, at most"}, 1, 1'000'000, 1000));
   const std::string kind = match.choice(
       {"kind",
        "`planar`: x, y and yaw, on the likelihood field of each layer; `planes`: the same, on small planes; "
        "`spatial`: height, roll and pitch, too, on small planes (`motion.kind: spatial`)"},
       {"planar", "planes", "spatial"}, "planar");
   s.match_kind = kind == "planar" ? MatchKind::planar : kind == "planes" ? MatchKind::planes : MatchKind::spatial;
+  s.match = scan_matching::MatchSettings::read(match, s.match_kind == MatchKind::planar
+                                                          ? scan_matching::MatchDefaults::cells(s.resolution)
+                                                          : scan_matching::MatchDefaults::planes());
+  s.match_heights =
+      read_heights(match, {"height_m", "m", "[low, high] above the base: points that are matched", "all"});
+  s.max_match_points = static_cast<int>(
+      match.integer_in({"max_points", "points of a cloud that are matched, at most"}, 1, 1'000'000, 1000));
   s.surfel_cell = match.number_in(
       {"cell_m", "m", "with `kind: planes` or `spatial`: side of the smallest cells that have a plane each",
        "4 * resolution_m"},

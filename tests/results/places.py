@@ -8,6 +8,7 @@ Examples:
   tests/results/places.py --place fhw --seed 3 --out out/fhw
   tests/results/places.py --place fhw --set maps=[] --out out/fhw_wheels
   tests/results/places.py --place fhw --steps --out out/fhw
+  tests/results/places.py --place csail --backwards --out out/csail_backwards
 """
 import bisect
 import gzip
@@ -25,7 +26,7 @@ PLACES = {
     "belgioioso": ("lines", -0.04, {}),
     "csail": ("lines", 0, {}),
     "infinite-corridor": ("lines", 0, {}),
-    "freiburg-campus": ("lines", -0.04, {"cell_m": 0.1, "range_max_m": 80, "wide_sigma_m": 0.24, "narrow_sigma_m": 0.1, "search_m": 0.56}),
+    "freiburg-campus": ("lines", -0.04, {"cell_m": 0.1, "range_max_m": 80, "wide_sigma_m": 0.24, "narrow_sigma_m": 0.07, "search_m": 0.56}),
     "mit-csail": ("ipc", 0, {}),
 }
 LINE_INTERVAL_S = 0.1
@@ -36,12 +37,29 @@ FIRST = 30  # poses of the reference that show how its frame lies to that of the
 REFERENCE_SIGMA_M = 0.05
 
 
-def scans(place):
+def log_of(place):
+    return os.path.join(os.environ["WAYMARK_DATA"], "carmen_mit_csail/mit-csail.clf.gz" if place == "mit-csail" else f"carmen_rbpf_corrected/{place}.log.gz")
+
+
+def write_backwards(place, folder):
+    """The log with its lines from the last to the first, as if the robot had driven back all the way in reverse."""
+    if PLACES[place][0] != "lines":
+        raise SystemExit(f"{place} has times; only logs whose lines count can be turned round")
+    with gzip.open(log_of(place), "rt") as log:
+        lines = log.readlines()
+    is_head = lambda line: line.startswith(("#", "PARAM"))
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{place}.log.gz"
+    with gzip.open(file, "wt") as log:
+        log.writelines([line for line in lines if is_head(line)] + [line for line in reversed(lines) if not is_head(line)])
+    return file
+
+
+def scans(place, file):
     """Stamp and pose of odometry of every scan, in the order of the lines."""
     times = PLACES[place][0]
-    folder = "carmen_mit_csail/mit-csail.clf.gz" if place == "mit-csail" else f"carmen_rbpf_corrected/{place}.log.gz"
     found, line = [], 0
-    with gzip.open(os.path.join(os.environ["WAYMARK_DATA"], folder), "rt") as log:
+    with gzip.open(file, "rt") as log:
         for words in map(str.split, log):
             if not words or words[0].startswith("#") or words[0] == "PARAM":
                 continue
@@ -52,14 +70,16 @@ def scans(place):
     return found
 
 
-def reference(place):
+def reference(place, file, backwards=False):
     """Stamp and pose that the other filter gave to scans."""
     name = "carmen_mit_csail/mit-csail.rbpf.txt" if place == "mit-csail" else f"carmen_rbpf_corrected/{place}.rbpf.txt"
-    with open(os.path.join(os.environ["WAYMARK_DATA"], name)) as file:
-        rows = [[float(word) for word in line.split()] for line in file if not line.startswith("#")]
+    with open(os.path.join(os.environ["WAYMARK_DATA"], name)) as poses:
+        rows = [[float(word) for word in line.split()] for line in poses if not line.startswith("#")]
     if place == "mit-csail":
         return [(row[0], row[1:]) for row in rows]
-    stamps = [stamp for stamp, _ in scans(place)]
+    if backwards:
+        rows.reverse()
+    stamps = [stamp for stamp, _ in scans(place, file)]
     if len(stamps) != len(rows):
         raise SystemExit(f"{place}: {len(stamps)} scans, but {len(rows)} poses")
     return [(stamp, row[1:]) for stamp, row in zip(stamps, rows)]
@@ -73,8 +93,8 @@ def motion(begin, end):
 
 def steps(place):
     """How far odometry and the other filter's poses differ from one scan to the next, per square root of the time between: RMS along, across, yaw."""
-    poses = dict(reference(place))
-    both = [(stamp, odometry, poses[stamp]) for stamp, odometry in scans(place) if stamp in poses]
+    poses = dict(reference(place, log_of(place)))
+    both = [(stamp, odometry, poses[stamp]) for stamp, odometry in scans(place, log_of(place)) if stamp in poses]
     squares = [0.0, 0.0, 0.0]
     for (t0, o0, p0), (t1, o1, p1) in zip(both, both[1:]):
         for axis, (one, other) in enumerate(zip(motion(o0, o1), motion(p0, p1))):
@@ -82,9 +102,9 @@ def steps(place):
     return [math.sqrt(square / (len(both) - 1)) for square in squares]
 
 
-def write_reference(place, out):
+def write_reference(place, poses, out):
     """The other filter's poses in the frame of the run: turned and moved to where the robot was at the first of them."""
-    poses, rows = reference(place), rows_of(out / "trajectory.txt")
+    rows = rows_of(out / "trajectory.txt")
     laser = PLACES[place][1]
     stamps = [row[0] for row in rows]
     offsets = []
@@ -106,6 +126,7 @@ def main():
     parser = parser_of(__doc__)
     parser.add_argument("--place", choices=PLACES, required=True)
     parser.add_argument("--noise", help="of the wheels, instead of that of the YAML: along,across,yaw")
+    parser.add_argument("--backwards", action="store_true", help="the log from its end to its begin: the robot drives in reverse")
     parser.add_argument("--steps", action="store_true", help="only what odometry and the other filter's poses differ by from scan to scan")
     options = parser.parse_args()
     if options.steps:
@@ -121,8 +142,12 @@ def main():
         config = "config/carmen_sparse.yaml"
         settings += [f"variables.place={options.place}", f"variables.times={times}", f"variables.laser_x_m={laser}",
                      *(f"variables.{key}={value}" for key, value in outdoors.items())]
+    file = log_of(options.place)
+    if options.backwards:
+        file = write_backwards(options.place, options.out.with_name(options.out.name + "_log"))
+        settings.append(f"variables.log={file.parent}")
     run(options, ROOT / config, options.out, *settings, more=["--seed", str(options.seed)])
-    write_reference(options.place, options.out)
+    write_reference(options.place, reference(options.place, file, options.backwards), options.out)
     other = ("--reference", options.out / "other.txt", "--max-time-gap", 100, "--lever-arm", f"{laser},0,0")
     scored = evaluate(options, "--estimate", options.out / "path.txt", "--align", "se2", *other)["trajectory"]
     online = evaluate(options, "--estimate", options.out / "trajectory.txt", "--covariance", options.out / "covariance.csv",

@@ -50,13 +50,16 @@ void PointBlock::add_to(FieldSums& sums) {
 
 FieldFit FieldSums::fit(double resolution) const {
   FieldFit fit;
-  fit.log_likelihood = log_likelihood + std::log(product);
+  const auto new_points = static_cast<double>(unknown);
+  const double known_points = static_cast<double>(points) - new_points;
+  fit.log_likelihood = log_likelihood + std::log(product) + new_points * std::log(0.1);
   fit.JtJ << xx, xy, xt, xy, yy, yt, xt, yt, tt;
   fit.Jtr << rx, ry, rt;
   const Eigen::Vector3d per_unit(1.0 / resolution, 1.0 / resolution, 1.0);
   fit.JtJ = per_unit.asDiagonal() * fit.JtJ * per_unit.asDiagonal();
   fit.Jtr = per_unit.asDiagonal() * fit.Jtr;
-  fit.score = points == 0 ? 0.0 : sum / static_cast<double>(points);
+  fit.score = known_points > 0.0 ? sum / known_points : 0.0;
+  fit.unknown = points > 0 ? new_points / static_cast<double>(points) : 0.0;
   return fit;
 }
 

@@ -28,8 +28,9 @@ class LikelihoodTable {
 struct FieldFit {
   Eigen::Matrix3d JtJ = Eigen::Matrix3d::Zero();  ///< Σ ∇L ∇Lᵀ
   Eigen::Vector3d Jtr = Eigen::Vector3d::Zero();  ///< Σ ∇L (1 − L): half the descent of Σ (1 − L)²
-  double score = 0.0;                             ///< mean of L
-  double log_likelihood = 0.0;                    ///< Σ log(0.9 L + 0.1)
+  double score = 0.0;                             ///< mean of L where the map is known; 0 if that is nowhere
+  double unknown = 0.0;                           ///< share of the points where it is not: they only count as below
+  double log_likelihood = 0.0;                    ///< Σ log(0.9 L + 0.1), with L = 0 where the map is unknown
 };
 
 /// What a fit is summed up from, in cells; of one field or of several.
@@ -39,6 +40,7 @@ struct FieldSums {
   double log_likelihood = 0.0;
   int blocks = 0;  // in `product`
   std::size_t points = 0;
+  std::size_t unknown = 0;  // of the points, those that end where the map is unknown
 
   FieldFit fit(double resolution) const;
 };
@@ -84,11 +86,44 @@ class PointBlock {
   Values l00_ = Values::Zero(), l10_ = Values::Zero(), l01_ = Values::Zero(), l11_ = Values::Zero();
 };
 
-/// Adds L of end points with the base at `xyyaw`, bilinear between the middles of four cells; 0 outside of the field.
+/// Whether the map is known where a beam ends: at its end (u, v), or as far before as distances are kept, since what a
+/// beam ends behind is often known alone; there as far beside as half the space between two beams, since far off that
+/// is unknown in every map. `qx`, `qy` is the end from the base. All in cells.
+///
+/// Where it is not known the beam shows a part of the world for the first time. The nearest occupied cell is then where
+/// the known part ends, and would pull the scan towards what has been seen before: less far, and less of a turn.
+template <class Field>
+bool ends_in_known(const Field& field, float u, float v, float qx, float qy) {
+  constexpr auto kBefore = static_cast<float>(StoredDistance::kReach);
+  constexpr float kHalfBetween = 0.0087f;  // half a degree
+  const auto is_known = [&](float x, float y) {
+    if (!(x >= 0.0f && y >= 0.0f)) return false;
+    const int column = static_cast<int>(x);
+    const int row = static_cast<int>(y);
+    return field.holds(column, row) && field.is_known(column, row);
+  };
+  if (field.distance(static_cast<int>(u), static_cast<int>(v)) == 0 || is_known(u, v)) return true;
+  const float length = std::sqrt(qx * qx + qy * qy);
+  if (length <= 0.0f) return false;
+  const float dx = qx / length;
+  const float dy = qy / length;
+  const float before = std::min(length, kBefore);
+  const float x = u - before * dx;
+  const float y = v - before * dy;
+  if (is_known(x, y)) return true;
+  const float most = std::ceil(kHalfBetween * length);
+  for (float beside = 1.0f; beside <= most; ++beside) {
+    if (is_known(x - beside * dy, y + beside * dx) || is_known(x + beside * dy, y - beside * dx)) return true;
+  }
+  return false;
+}
+
+/// Adds L of end points with the base at `xyyaw`, bilinear between the middles of four cells. Those that end where the
+/// map is unknown are only counted; L is 0 outside of the field.
 ///
 /// A field is made of squares of `kSide` × `kSide` cells (a power of two): it has `origin()`, the map's cell that is
 /// (0, 0) in it, `columns()`, `rows()`, `distance(x, y)`, `distances_at(x, y)`, where that is stored, followed by those
-/// of the cells to the right in its square, and `holds(x, y)`.
+/// of the cells to the right in its square, `is_known(x, y)` and `holds(x, y)`.
 template <class Field>
 FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& table,
                      std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw, double resolution) {
@@ -106,6 +141,10 @@ FieldSums add_points(FieldSums sums, const Field& field, const LikelihoodTable& 
     if (u >= 0.0f && v >= 0.0f && u < most_x && v < most_y) {
       const int x = static_cast<int>(u);
       const int y = static_cast<int>(v);
+      if (!ends_in_known(field, u + 0.5f, v + 0.5f, qx, qy)) {
+        ++sums.unknown;
+        continue;
+      }
       fx = u - static_cast<float>(x);
       fy = v - static_cast<float>(y);
       if ((x & kLast) != kLast) {
@@ -158,23 +197,37 @@ double sum_likelihood(const Field& field, const LikelihoodTable& table, std::spa
   return sum;
 }
 
-/// Share of end points in unknown cells with nothing occupied near; 0 of a field without `is_known(x, y)`.
+/// Whether the way from `from` to `to` [cells] leads through something occupied. Where nothing is near the steps are as
+/// long as that is far; the last ones before the end are not looked at, since the end may be a surface.
 template <class Field>
-double unknown_share(const Field& field, std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw,
-                     double resolution) {
-  std::size_t unknown = 0;
-  if constexpr (requires { field.is_known(0, 0); }) {
-    const FieldProjection at(field.origin(), xyyaw, resolution);
-    for (const Eigen::Vector2f& p : points) {
-      const float u = at.c * p.x() - at.s * p.y() + at.x;
-      const float v = at.s * p.x() + at.c * p.y() + at.y;
-      const int x = static_cast<int>(u);
-      const int y = static_cast<int>(v);
-      const bool is_inside = u >= 0.0f && v >= 0.0f && field.holds(x, y);
-      unknown += !is_inside || (!field.is_known(x, y) && field.distance(x, y) == StoredDistance::kFar);
-    }
+bool is_blocked(const Field& field, const Eigen::Vector2f& from, const Eigen::Vector2f& to) {
+  const float length = (to - from).norm();
+  for (float way = 0.0f; way < length - StoredDistance::kReach;) {
+    const Eigen::Vector2f at = from + (way / length) * (to - from);
+    const int x = static_cast<int>(at.x());
+    const int y = static_cast<int>(at.y());
+    if (!field.holds(x, y)) return false;
+    const int distance = field.distance(x, y);
+    if (distance == 0) return true;
+    way += static_cast<float>(std::clamp(distance / StoredDistance::kSteps, 1, StoredDistance::kReach));
   }
-  return points.empty() ? 0.0 : static_cast<double>(unknown) / static_cast<double>(points.size());
+  return false;
+}
+
+/// How many of the points that end where the map is unknown lie behind something that is occupied: no beam gets there.
+template <class Field>
+std::size_t count_blocked(const Field& field, std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw,
+                          double resolution) {
+  const FieldProjection at(field.origin(), xyyaw, resolution);
+  const Eigen::Vector2f base(at.x, at.y);
+  std::size_t blocked = 0;
+  for (const Eigen::Vector2f& p : points) {
+    const Eigen::Vector2f q(at.c * p.x() - at.s * p.y(), at.s * p.x() + at.c * p.y());
+    const Eigen::Vector2f end = base + q;
+    if (!(end.minCoeff() >= 0.0f) || !field.holds(static_cast<int>(end.x()), static_cast<int>(end.y()))) continue;
+    blocked += !ends_in_known(field, end.x(), end.y(), q.x(), q.y()) && is_blocked(field, base, end);
+  }
+  return blocked;
 }
 
 }  // namespace waymark::scan_matching

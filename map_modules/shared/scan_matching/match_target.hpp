@@ -16,8 +16,8 @@ class MatchTarget {
   virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
   /// Where it cannot reach `least`, part of the sum.
   virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const = 0;
-  /// Share of the points that end in unknown cells with nothing occupied near; 0 of a map that cannot say that.
-  virtual double unknown_share(const Eigen::Vector3d& xyyaw) const = 0;
+  /// Share of the points that end where the map is unknown, behind something that is occupied.
+  virtual double blocked_share(const Eigen::Vector3d& xyyaw) const = 0;
 };
 
 /// End points over one field.
@@ -32,8 +32,10 @@ class PlanarTarget final : public MatchTarget {
   double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const override {
     return scan_matching::sum_likelihood(field_, table, points_, xyyaw, resolution_, least);
   }
-  double unknown_share(const Eigen::Vector3d& xyyaw) const override {
-    return scan_matching::unknown_share(field_, points_, xyyaw, resolution_);
+  double blocked_share(const Eigen::Vector3d& xyyaw) const override {
+    return points_.empty() ? 0.0
+                           : static_cast<double>(count_blocked(field_, points_, xyyaw, resolution_)) /
+                                 static_cast<double>(points_.size());
   }
 
  private:

@@ -26,6 +26,16 @@ Eigen::Matrix3d with_floor(const Eigen::Matrix3d& information, const Eigen::Vect
   return 0.5 * (result + result.transpose());
 }
 
+/// Mean of L of the points that end where the map is known. What would have to look through a wall does not fit there.
+double score(const MatchTarget& target, const FieldFit& fit, const Eigen::Vector3d& xyyaw) {
+  if (fit.unknown == 0.0) return fit.score;
+  const double known = 1.0 - fit.unknown;
+  const double judged = known + target.blocked_share(xyyaw);
+  return judged > 0.0 ? fit.score * known / judged : 0.0;
+}
+
+constexpr double kMostUnknown = 0.85;  // with fewer points in known places chance decides
+
 }  // namespace
 
 ScanMatcher::ScanMatcher(const MatchSettings& settings, double resolution)
@@ -43,13 +53,13 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   const Eigen::Vector3d start = wide ? best_draw(target, prior, tables_.wide, settings_.spread_draws) : prior.start;
   Match match = match_or_slip_from(target, prior, start);
   // A descent that ended in a wrong place can fit half of the points.
-  const bool needs_search = !wide && !fits(target, prior, match);
+  const bool needs_search = !wide && !fits(match);
   if (needs_search) {
     const CoarseSearch search(target, prior, tables_.wide, settings_, resolution_);
     const FoundPlace near = search.near();
     const Match searched = match_or_slip_from(target, prior, near.d);
     if (match.failed || (!searched.failed && searched.score > match.score)) match = searched;
-    if (!fits(target, prior, match)) {
+    if (!fits(match)) {
       const FoundPlace farther = search.farther(near);
       if (farther.likelihood > near.likelihood) {
         const Match turned = match_or_slip_from(target, prior, farther.d);
@@ -61,7 +71,7 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
   }
   if (match.failed) match = prior_alone(target, prior);
   match.searched = wide || needs_search;
-  match.misfits = needs_search && !(fits(target, prior, match) && is_expected(prior, match.d));
+  match.misfits = needs_search && !(fits(match) && is_expected(prior, match.d));
   return match;
 }
 
@@ -72,12 +82,7 @@ bool ScanMatcher::is_expected(const MatchPrior& prior, const Eigen::Vector3d& d)
   return d.dot(P.llt().solve(d)) < kGate;
 }
 
-bool ScanMatcher::fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const {
-  constexpr double kMostUnknown = 0.7;  // with fewer points in known places chance decides
-  if (match.failed || match.score >= settings_.search_score) return !match.failed;
-  const double unknown = target.unknown_share(prior.mean + match.d);
-  return unknown < kMostUnknown && match.score >= settings_.search_score * (1.0 - unknown);
-}
+bool ScanMatcher::fits(const Match& match) const { return !match.failed && match.score >= settings_.search_score; }
 
 Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrior& prior,
                                       const Eigen::Vector3d& start) const {
@@ -95,13 +100,14 @@ Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrio
 Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
   Match match;
   Optimum optimum = descend(target, prior, start, tables_, settings_);
-  match.failed = !optimum.d.allFinite() || optimum.fit.score < settings_.min_score;
+  match.failed = !optimum.d.allFinite() || optimum.fit.unknown > kMostUnknown ||
+                 score(target, optimum.fit, prior.mean + optimum.d) < settings_.min_score;
   if (match.failed) return match;
   const WeakDirection weak =
       find_weak_direction(target, tables_.wide, prior.mean + optimum.d, optimum.information, settings_.wide_sigma);
   if (weak.share < 1.0) optimum = without_weak_direction(optimum, weak, target, prior, tables_.narrow);
   match.d = optimum.d;
-  match.score = optimum.fit.score;
+  match.score = score(target, optimum.fit, prior.mean + optimum.d);
   match.information = with_floor(optimum.information, settings_.floor);
   match.gradient = match.information * optimum.d + optimum.pull;
   match.log_evidence = settings_.evidence_tempering * optimum.fit.log_likelihood - 0.5 * optimum.pull.dot(optimum.d);
@@ -128,7 +134,7 @@ Match ScanMatcher::prior_alone(const MatchTarget& target, const MatchPrior& prio
   const FieldFit fit = target.fit(tables_.narrow, prior.mean);
   Match match;
   match.failed = true;
-  match.score = fit.score;
+  match.score = score(target, fit, prior.mean);
   match.log_evidence = settings_.evidence_tempering * fit.log_likelihood;
   return match;
 }

@@ -40,8 +40,8 @@ class ScanMatcher {
   /// The match that the best of many draws about the prior leads to. It has failed unless the points fit as those of
   /// other scans do.
   Match search_slipped(const MatchTarget& target, const MatchPrior& prior) const;
-  /// True if the points fit the map as those of other scans do. Where the map knows nothing they are no misfit.
-  bool fits(const MatchTarget& target, const MatchPrior& prior, const Match& match) const;
+  /// True if the points fit the map as those of other scans do.
+  bool fits(const Match& match) const;
   /// True if a match lies where the prior, or the floor of every match, expects it.
   bool is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const;
   /// Of a match that failed: the scan's evidence at the prior's mean.

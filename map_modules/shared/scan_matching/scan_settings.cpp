@@ -45,20 +45,23 @@ ScanSettings ScanSettings::read(const Config& config, double resolution) {
   return s;
 }
 
-MatchSettings MatchSettings::read(const Config& config) {
+MatchSettings MatchSettings::read(const Config& config, const MatchDefaults& defaults) {
   MatchSettings s{};
-  s.wide_sigma = config.positive(
-      {"wide_sigma_m", "m", "σ of the wide field; the stored distances end at 6 times `resolution_m`"}, 0.12);
-  s.narrow_sigma = config.positive({"narrow_sigma_m", "m", "σ of the narrow field"}, 0.05);
+  s.wide_sigma =
+      config.positive({"wide_sigma_m", "m", "σ of the wide field; the stored distances end at 6 times `resolution_m`",
+                       defaults.wide_sigma_text},
+                      defaults.wide_sigma);
+  s.narrow_sigma = config.positive({"narrow_sigma_m", "m", "σ of the narrow field", defaults.narrow_sigma_text},
+                                   defaults.narrow_sigma);
   s.curvature_scale = config.positive({"curvature_scale",
                                        "κ: information of a squared residual; fewer particles and sparse beams: 100; "
                                        "many beams on the same walls (541 in `config/hybrid.yaml`): 3"},
                                       100.0);
   s.evidence_tempering = config.number_in({"evidence_tempering", "τ: about 1/particles, 0.02 to 0.1"}, 0.0, 1.0, 0.03);
   s.search_score = config.number_in({"search_score", "mean likelihood L of the end points below which the search runs"},
-                                    0.0, 1.0, 0.6);
+                                    0.0, 1.0, defaults.search_score);
   s.min_score = config.number_in({"min_score", "mean likelihood L of the end points below which a match has failed"},
-                                 0.0, 1.0, 0.3);
+                                 0.0, 1.0, defaults.min_score);
   s.max_iterations =
       static_cast<int>(config.integer_in({"max_iterations", "iterations of each stage, at most"}, 1, 1000, 12));
   s.coarse_distance = config.non_negative(

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <string_view>
 
 #include "waymark/base/time.hpp"
 #include "waymark/config/config.hpp"
@@ -22,6 +24,36 @@ struct ScanSettings {
   static ScanSettings read(const Config& config, double resolution);
 };
 
+/// What a kind of matching takes if the YAML says nothing; the texts as for `Config::Key::fallback`.
+struct MatchDefaults {
+  double wide_sigma;  ///< [m]
+  std::string_view wide_sigma_text;
+  double narrow_sigma;  ///< [m]
+  std::string_view narrow_sigma_text;
+  double search_score;
+  double min_score;
+
+  /// On the likelihood field of cells. A narrow field that is wider is pulled ahead, onto surfaces whose near side is
+  /// worn away.
+  static MatchDefaults cells(double resolution) {
+    return {.wide_sigma = std::max(0.12, 1.2 * resolution),
+            .wide_sigma_text = "the larger of 0.12 and 1.2 * resolution_m",
+            .narrow_sigma = 0.7 * resolution,
+            .narrow_sigma_text = "0.7 * resolution_m",
+            .search_score = 0.5,
+            .min_score = 0.25};
+  }
+  /// On small planes.
+  static MatchDefaults planes() {
+    return {.wide_sigma = 0.12,
+            .wide_sigma_text = {},
+            .narrow_sigma = 0.05,
+            .narrow_sigma_text = {},
+            .search_score = 0.6,
+            .min_score = 0.3};
+  }
+};
+
 /// Matching on the likelihood field.
 struct MatchSettings {
   static constexpr double kFartherTurns = 3.0;    ///< turns where nothing near fits, in coarse_angle
@@ -40,7 +72,7 @@ struct MatchSettings {
   Eigen::Vector3d floor;      ///< σ of (x [m], y [m], yaw [rad]) that is added to every match
 
   /// From the node `match`. Throws ConfigError.
-  static MatchSettings read(const Config& config);
+  static MatchSettings read(const Config& config, const MatchDefaults& defaults);
 };
 
 /// What hits and misses do, in steps of 1/kSteps.

@@ -45,7 +45,7 @@ std::vector<Eigen::Vector3f> seen_from(const Pose& T_map_base, std::uint32_t see
 }
 
 scan_matching::MatchSettings match_settings(const std::string& yaml = "{}") {
-  return scan_matching::MatchSettings::read(Config::parse(yaml));
+  return scan_matching::MatchSettings::read(Config::parse(yaml), scan_matching::MatchDefaults::planes());
 }
 
 class InARoom : public ::testing::Test {

@@ -112,7 +112,7 @@ std::vector<Wall> pillars() {
 TEST(ScanMatching, TurnsFartherWhereNothingNearTheStartFits) {
   Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
-  for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0.15, -0.1, 0.29), Eigen::Vector3d(-0.2, 0.05, -0.31)}) {
+  for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0.15, -0.1, 0.36), Eigen::Vector3d(-0.2, 0.05, -0.36)}) {
     const Match match = bench.match(truth, {truth - offset, covariance(0.1, 0.07), Eigen::Vector3d::Zero()}, 0.01);
     ASSERT_FALSE(match.failed) << offset.transpose();
     EXPECT_TRUE(match.searched) << offset.transpose();
@@ -180,7 +180,7 @@ TEST(ScanMatching, WhatFitsHardlyBetterThanNothingIsNoSlip) {
 TEST(ScanMatching, AfterASlipTheScanIsFoundAtThePriceOfASlip) {
   Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
   const Eigen::Vector3d truth(0.1, -0.2, 0.05);
-  const Eigen::Vector3d offset(0.35, -0.3, 0.7);
+  const Eigen::Vector3d offset(0.35, -0.3, 0.8);
   const MatchPrior prior{truth - offset, covariance(0.05, 0.07), Eigen::Vector3d::Zero()};
   const Match match = bench.match(truth, prior, 0.01);
   ASSERT_FALSE(match.failed);
@@ -203,10 +203,25 @@ TEST(ScanMatching, PointsInUnknownPlacesAreNoMisfit) {
   const Eigen::Vector3d truth(0.0, 0.0, 1.4);
   const Match match = bench.match(truth, {truth, covariance(0.05, 0.03), Eigen::Vector3d::Zero()}, 0.01);
   ASSERT_FALSE(match.failed);
-  EXPECT_LT(match.score, settings().match.search_score);
+  EXPECT_GT(match.score, settings().match.search_score);
   EXPECT_FALSE(match.searched);
   EXPECT_FALSE(match.misfits);
   EXPECT_LT(match.d.norm(), 0.02);
+}
+
+// Half of what it sees is behind where it stood before. If that counted as misfits, the scan would fit best there.
+TEST(ScanMatching, ARobotThatReversesIsNotHeldBack) {
+  const std::vector<Wall> walls = {{-9, -1.01, 3, -1.01},   {3, -1.01, 3, -2.2},    {3, -2.2, 4.1, -2.2},
+                                   {4.1, -2.2, 4.1, -1.01}, {4.1, -1.01, 9, -1.01}, {9, -1.01, 9, 1.03},
+                                   {9, 1.03, -9, 1.03},     {-9, 1.03, -9, -1.01}};
+  for (const double step : {0.5, 1.0, 1.5}) {
+    Bench bench(walls, {{0, 0, 0}, {0.3, 0, 0}});
+    const Eigen::Vector3d truth(-step, 0.02, 0.03);
+    const Match match = bench.match(truth, {truth, covariance(0.05, 0.03), Eigen::Vector3d::Zero()}, 0.01);
+    ASSERT_FALSE(match.failed) << step;
+    EXPECT_TRUE(match.slip.isZero()) << step;
+    EXPECT_LT(match.d.head<2>().norm(), 0.03) << step;
+  }
 }
 
 /// prior · exp(ηᵀ d − ½ dᵀ Λ d) has its mean at d, and the evidence has the prior's term: also for P without inverse.
@@ -232,7 +247,7 @@ TEST(ScanMatching, WhereOnlyTheHeadingIsUnknownEachParticleLooksForItself) {
 
 TEST(ScanMatching, ASearchWithoutBoundsIsRefused) {
   try {
-    MatchSettings::read(Config::parse("{ coarse_distance_m: 1000 }", "robot.yaml"));
+    MatchSettings::read(Config::parse("{ coarse_distance_m: 1000 }", "robot.yaml"), MatchDefaults::cells(kResolution));
     FAIL();
   } catch (const ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find("robot.yaml:1:22: coarse_distance_m"), std::string::npos) << error.what();
@@ -326,6 +341,42 @@ TEST(LikelihoodField, DerivativesAreThoseOfDifferences) {
     }
     EXPECT_GT(compared, 30);
   }
+}
+
+// A scanner of 180° has seen half of a wall. Its end must not pull what is seen of the other half.
+TEST(LikelihoodField, MatchesWhereTheMapIsKnown) {
+  const std::vector<Wall> wall{{-4, 1.02, 4, 1.02}};
+  Bench bench(wall, {{0, 0, 0}});
+  const LikelihoodTable table(0.12, kResolution);
+  bench.window.open(bench.tiles, {0.0, 0.0}, 6.0, kResolution);
+  const auto fit = [&](float x, float y) {
+    const std::vector<Eigen::Vector2f> one{{x, y}};
+    return fit_points(bench.window, table, one, {0, 0, 0}, kResolution);
+  };
+  for (const float x : {-0.1f, -0.2f, -0.5f}) {
+    const FieldFit seen_first = fit(x, 1.02f);
+    EXPECT_EQ(seen_first.unknown, 1.0) << x;
+    EXPECT_TRUE(seen_first.Jtr.isZero()) << x;
+    EXPECT_DOUBLE_EQ(seen_first.log_likelihood, std::log(0.1)) << x;
+  }
+  for (const float behind : {0.0f, 0.1f, 0.2f}) {
+    const FieldFit seen_again = fit(0.4f, 1.02f + behind);
+    EXPECT_EQ(seen_again.unknown, 0.0) << behind;
+    EXPECT_EQ(seen_again.Jtr.y() < -0.1, behind > 0.0f) << behind;
+  }
+  // Between two beams, far off.
+  const double beam = std::numbers::pi / 180.0;
+  const auto half_way = static_cast<float>(1.02 / std::tan(15.0 * beam));
+  EXPECT_EQ(fit(half_way, 1.02f).unknown, 0.0);
+}
+
+// What lies behind a wall was not seen, and is no news: no beam gets there.
+TEST(LikelihoodField, PointsBehindAWallAreBlocked) {
+  const std::vector<Wall> wall{{2.02, -3, 2.02, 3}};
+  Bench bench(wall, {{0, 0, 0}});
+  bench.window.open(bench.tiles, {0.0, 0.0}, 6.0, kResolution);
+  const std::vector<Eigen::Vector2f> points{{2.0f, 0.1f}, {4.0f, 0.1f}, {1.0f, 0.1f}, {-1.0f, 0.5f}};
+  EXPECT_EQ(scan_matching::count_blocked(bench.window, points, {0, 0, 0}, kResolution), 1u);
 }
 
 TEST(LikelihoodField, IsOneOnAWallAndFallsAsAGaussian) {
