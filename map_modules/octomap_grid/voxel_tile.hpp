@@ -79,7 +79,6 @@ class VoxelTile {
  public:
   VoxelOctree voxels;
 
-  bool has_slabs() const { return layers_.has_value(); }
   /// The slab of a layer, 0 … kSide − 1; null if nothing occupied is near.
   const Slab* slab(std::int32_t z) const { return layers_ ? layers_->read().find(z) : nullptr; }
   /// The same for writing: cloned first if others share it, made if it is not there. Stays where it is until the tile

@@ -100,14 +100,18 @@ Match ScanMatcher::match_or_slip_from(const MatchTarget& target, const MatchPrio
 Match ScanMatcher::match_from(const MatchTarget& target, const MatchPrior& prior, const Eigen::Vector3d& start) const {
   Match match;
   Optimum optimum = descend(target, prior, start, tables_, settings_);
-  match.failed = !optimum.d.allFinite() || optimum.fit.unknown > kMostUnknown ||
-                 score(target, optimum.fit, prior.mean + optimum.d) < settings_.min_score;
+  match.failed = !optimum.d.allFinite() || optimum.fit.unknown > kMostUnknown;
+  if (match.failed) return match;
+  match.score = score(target, optimum.fit, prior.mean + optimum.d);
+  match.failed = match.score < settings_.min_score;
   if (match.failed) return match;
   const WeakDirection weak =
       find_weak_direction(target, tables_.wide, prior.mean + optimum.d, optimum.information, settings_.wide_sigma);
-  if (weak.share < 1.0) optimum = without_weak_direction(optimum, weak, target, prior, tables_.narrow);
+  if (weak.share < 1.0) {
+    optimum = without_weak_direction(optimum, weak, target, prior, tables_.narrow);
+    match.score = score(target, optimum.fit, prior.mean + optimum.d);
+  }
   match.d = optimum.d;
-  match.score = score(target, optimum.fit, prior.mean + optimum.d);
   match.information = with_floor(optimum.information, settings_.floor);
   match.gradient = match.information * optimum.d + optimum.pull;
   match.log_evidence = settings_.evidence_tempering * optimum.fit.log_likelihood - 0.5 * optimum.pull.dot(optimum.d);
