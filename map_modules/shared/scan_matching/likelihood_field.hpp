@@ -86,9 +86,9 @@ class PointBlock {
   Values l00_ = Values::Zero(), l10_ = Values::Zero(), l01_ = Values::Zero(), l11_ = Values::Zero();
 };
 
-/// Whether the map is known just before a beam ends at (u, v): as far before as distances are kept, and there as far
-/// beside as half the space between two beams, since far off that is unknown in every map. Not inlined: few points are
-/// asked for, in the innermost loop. All in cells.
+/// Whether the map is known just before a beam ends at (u, v): as far before as distances are kept, and there in
+/// the cells beside that half the space between two beams takes in, since far off that is unknown in every map. Not
+/// inlined: few points are asked for, in the innermost loop. All in cells.
 template <class Field>
 [[gnu::noinline]] bool is_known_before(const Field& field, float u, float v, float qx, float qy) {
   constexpr auto kBefore = static_cast<float>(StoredDistance::kReach);
@@ -107,7 +107,7 @@ template <class Field>
   const float x = u - before * dx;
   const float y = v - before * dy;
   if (is_known(x, y)) return true;
-  const float most = std::ceil(kHalfBetween * length);
+  const float most = std::floor(kHalfBetween * length);
   for (float beside = 1.0f; beside <= most; ++beside) {
     if (is_known(x - beside * dy, y + beside * dx) || is_known(x + beside * dy, y - beside * dx)) return true;
   }

@@ -370,6 +370,29 @@ TEST(LikelihoodField, MatchesWhereTheMapIsKnown) {
   EXPECT_EQ(fit(half_way, 1.02f).unknown, 0.0);
 }
 
+/// A field with a single known cell.
+struct OneKnownCell {
+  int x;
+  int y;
+  bool holds(int, int) const { return true; }
+  bool is_known(int column, int row) const { return column == x && row == y; }
+};
+
+// Half a degree is a cell at 115 cells, and two at 230: what it takes in only in part is new.
+TEST(LikelihoodField, FarOffWhatLiesBetweenTwoBeamsIsKnown) {
+  const auto is_known = [](float length, int beside) {
+    const OneKnownCell field{static_cast<int>(length) - StoredDistance::kReach, 50 + beside};
+    return scan_matching::is_known_before(field, length + 0.5f, 50.5f, length, 0.0f);
+  };
+  for (const int side : {-1, 1}) {
+    EXPECT_TRUE(is_known(100.0f, 0));
+    EXPECT_FALSE(is_known(110.0f, side)) << side;
+    EXPECT_TRUE(is_known(120.0f, side)) << side;
+    EXPECT_FALSE(is_known(225.0f, 2 * side)) << side;
+    EXPECT_TRUE(is_known(235.0f, 2 * side)) << side;
+  }
+}
+
 // What lies behind a wall was not seen, and is no news: no beam gets there.
 TEST(LikelihoodField, PointsBehindAWallAreBlocked) {
   const std::vector<Wall> wall{{2.02, -3, 2.02, 3}};
