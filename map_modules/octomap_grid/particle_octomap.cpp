@@ -117,7 +117,7 @@ void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& st
       planar.gradient = all.gradient(kPlanar);
     }
   }
-  association.report(planar, Eigen::Matrix3d::Identity(), out);
+  association.report({planar}, Eigen::Matrix3d::Identity(), out);
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {

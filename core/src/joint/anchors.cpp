@@ -26,6 +26,7 @@ constexpr double kNearestShare = 0.25;
 constexpr double kUncertain = 0.5;      // [m]
 constexpr double kUncertainTurn = 0.1;  // [rad]
 constexpr double kMostWaiting = 60.0;   // of way [m]: by then a loop would have been found
+constexpr double kMostRefusing = 30.0;  // a loop that is found takes 20: two halves of a window, and what it spans
 
 /// x, y, yaw of the mean.
 Eigen::Vector3d pose_of(const JointGaussian& gaussian) { return loops::planar(gaussian.belief().mean.T_map_base); }
@@ -91,16 +92,37 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
 }
 
 bool Anchors::must_wait(const JointGaussian& gaussian, Anchor& anchor) {
-  if (return_way_ && way_ - anchor.seen > *return_way_) {
-    const Eigen::Matrix3d T = loops::error_of_twist(pose_of(gaussian).head<2>());
-    const Eigen::Matrix3d P = gaussian.covariance_against(anchor.node, T);
-    const bool is_uncertain =
-        loops::position_variance(P) > kUncertain * kUncertain || P(2, 2) > kUncertainTurn * kUncertainTurn;
-    if (is_uncertain && !waiting_since_) waiting_since_ = way_;
-    if (is_uncertain && way_ - *waiting_since_ < kMostWaiting) return true;
+  if (is_uncertain_return(gaussian, anchor)) {
+    if (!waiting_since_) waiting_since_ = way_;
+    if (!has_waited(kMostWaiting)) return true;
   }
   anchor.seen = way_;
   return false;
+}
+
+bool Anchors::has_waited(double way) const { return waiting_since_ && way_ - *waiting_since_ >= way; }
+
+bool Anchors::is_uncertain_return(const JointGaussian& gaussian, const Anchor& anchor) const {
+  if (!return_way_ || way_ - anchor.seen <= *return_way_) return false;
+  const Eigen::Matrix3d T = loops::error_of_twist(pose_of(gaussian).head<2>());
+  const Eigen::Matrix3d P = gaussian.covariance_against(anchor.node, T);
+  return loops::position_variance(P) > kUncertain * kUncertain || P(2, 2) > kUncertainTurn * kUncertainTurn;
+}
+
+bool Anchors::returns_uncertainly(const JointGaussian& gaussian, std::span<const Eigen::Vector2d> points) const {
+  if (!return_way_ || has_waited(kMostRefusing)) return false;
+  std::vector<int> seen(anchors_.size(), 0);  // points in the places of each
+  for (const Eigen::Vector2d& point : points) {
+    const int anchor = places_.find(PlaceGrid::place_of(point));
+    if (anchor != PlaceGrid::kNone) ++seen[static_cast<std::size_t>(anchor)];
+  }
+  int sure = 0;
+  int unsure = 0;
+  for (std::size_t i = 0; i < anchors_.size(); ++i) {
+    if (seen[i] == 0) continue;
+    (is_uncertain_return(gaussian, anchors_[i]) ? unsure : sure) += seen[i];
+  }
+  return unsure > sure;
 }
 
 void Anchors::begin_way() {

@@ -50,6 +50,9 @@ class WAYMARK_API Anchors {
   std::optional<JointGaussian::NodeId> claim(JointGaussian& gaussian, std::span<const Eigen::Vector2d> points,
                                              const Eigen::Vector2d& position);
 
+  /// True if matches with most of `points`, of those in places that have an anchor, would wait for the graph; for half
+  /// as long as they do.
+  bool returns_uncertainly(const JointGaussian& gaussian, std::span<const Eigen::Vector2d> points) const;
   /// True if matches with places that were met again wait for the graph.
   bool awaits_graph() const { return waiting_since_.has_value(); }
   /// There is no graph any more.
@@ -108,6 +111,10 @@ class WAYMARK_API Anchors {
   /// The same of an anchor at `position`, as covariance of a motion of the whole map.
   Eigen::Matrix3d own_error(const Eigen::Vector2d& position) const;
   double way_since_last(const Eigen::Vector3d& xyyaw);
+  /// True if the anchor was not seen for long, and the pose is uncertain against it.
+  bool is_uncertain_return(const JointGaussian& gaussian, const Anchor& anchor) const;
+  /// True if a return waits for so long [m].
+  bool has_waited(double way) const;
   /// True if matches with the anchor have no effect for now; else it counts as seen.
   bool must_wait(const JointGaussian& gaussian, Anchor& anchor);
   void claim_within_reach(std::span<const Eigen::Vector2d> points, const Eigen::Vector2d& position, int anchor);

@@ -17,7 +17,16 @@ namespace {
 
 /// So many points of a scan show which places it sees.
 constexpr std::size_t kPoints = 90;
-std::size_t stride(std::size_t points) { return 1 + (points - 1) / kPoints; }
+std::size_t stride(std::size_t points) { return points == 0 ? 1 : 1 + (points - 1) / kPoints; }
+
+/// Some of the points, in the map.
+void place_points(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base,
+                  std::vector<Eigen::Vector2d>& out) {
+  const std::size_t step = stride(points_base.size());
+  out.clear();
+  for (std::size_t i = 0; i < points_base.size(); i += step)
+    out.emplace_back((T_map_base * Eigen::Vector3d(points_base[i].x(), points_base[i].y(), 0.0)).head<2>());
+}
 
 /// A scan with so many landmarks ties the pose to them: the cells' own errors do not count then.
 constexpr std::size_t kEnoughLandmarks = 3;
@@ -77,15 +86,16 @@ std::optional<JointGaussian::NodeId> JointBelief::map(const MapEvidence& evidenc
     way_at_landmarks_ = anchors_.way();
   }
   if (correspondences.points_base.empty()) return std::nullopt;
-  const std::size_t step = stride(correspondences.points_base.size());
-  points_.clear();
-  for (std::size_t i = 0; i < correspondences.points_base.size(); i += step) {
-    const Eigen::Vector2d& p = correspondences.points_base[i];
-    points_.emplace_back((evidence.T_map_base * Eigen::Vector3d(p.x(), p.y(), 0.0)).head<2>());
-  }
+  place_points(correspondences.points_base, evidence.T_map_base, points_);
   anchors_.relate(gaussian_, evidence.match, points_, anchors);
   if (!evidence.writes) return std::nullopt;
   return anchors_.claim(gaussian_, points_, evidence.T_map_base.p.head<2>());
+}
+
+bool JointBelief::returns_uncertainly(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base) const {
+  std::vector<Eigen::Vector2d> points;
+  place_points(points_base, T_map_base, points);
+  return anchors_.returns_uncertainly(gaussian_, points);
 }
 
 void JointBelief::draw_again(std::span<const loops::Keyframe> keyframes, std::span<const AnchorPose> anchors) {

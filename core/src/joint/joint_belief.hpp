@@ -66,6 +66,10 @@ class WAYMARK_API JointBelief {
   std::optional<JointGaussian::NodeId> map(const MapEvidence& evidence, const Correspondences& correspondences,
                                            std::span<const AnchorPose> anchors);
 
+  /// True if matches with what is seen there would wait for the graph (docs/math/joint.md): most of the points, in the
+  /// base frame at that pose, lie in places that were not seen for long and may lie elsewhere.
+  bool returns_uncertainly(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base) const;
+
   /// The anchor that new places belong to.
   std::optional<JointGaussian::NodeId> active_anchor() const { return anchors_.active(); }
   /// True if matches with places that were met again wait for `begin_anew`.

@@ -16,6 +16,12 @@ bool ParticleFilter::can_close_loops() const {
          });
 }
 
+/// A match that is not expected, in a place that was not seen for long, says that the path to it was wrong, and not
+/// that this step was. While the maps are drawn again the particles are in a map of their last way alone.
+bool ParticleFilter::may_jump(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base) const {
+  return !joint_ || redrawing_ || !joint_->returns_uncertainly(points_base, T_map_base);
+}
+
 std::optional<double> ParticleFilter::return_way() const {
   return can_close_loops() && has_graph() ? std::make_optional(settings_.loops.least_way) : std::nullopt;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <functional>
+#include <utility>
 
 #include "waymark/base/error.hpp"
 
@@ -56,8 +57,8 @@ void add_innovation(const Refinement& refinement, double share, const PoseGaussi
 }  // namespace
 
 MappingStep::MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams,
-                         std::size_t particles)
-    : layout_(layout), workers_(workers), streams_(streams), scratch_(particles) {}
+                         std::size_t particles, MayJump may_jump)
+    : layout_(layout), workers_(workers), streams_(streams), may_jump_(std::move(may_jump)), scratch_(particles) {}
 
 void MappingStep::keep_priors(Instant& at, std::size_t particles) {
   for (std::size_t i = 0; i < particles; ++i) scratch_[i].prior = at.belief(i);
@@ -131,7 +132,9 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   refinement.searched = false;
   refinement.slip.setZero();
   refinement.spatial.reset();
+  refinement.jump.reset();
   map.refine(prior, start, *input.observation, refinement);
+  if (input.localize && refinement.jump) refuse_jump(input, map, prior, refinement);
   if (!std::isfinite(refinement.log_evidence)) throw Error("the map's log evidence is not finite");
   scratch.writes = scratch.writes || refinement.writes;
   scratch.compared = scratch.compared || refinement.spatial || refinement.failed;
@@ -142,6 +145,25 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
   scratch.informed = scratch.informed || refinement.spatial || !refinement.information.isZero(0.0);
   scratch.failed = scratch.failed || refinement.failed;
   scratch.searched = scratch.searched || refinement.searched;
+}
+
+/// What there is without the match, if the particle may not use it.
+void MappingStep::refuse_jump(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
+                              Refinement& refinement) const {
+  const Eigen::Vector3d& d = refinement.jump->d;
+  Pose matched = prior.T_map_base;
+  matched.p.head<2>() += d.head<2>();
+  matched.q = (so3::exp({0.0, 0.0, d.z()}) * matched.q).normalized();
+  Correspondences correspondences;
+  map.correspond(*input.observation, refinement.association.get(), correspondences);
+  if (may_jump_(correspondences.points_base, matched)) return;
+  refinement.information = refinement.jump->information;
+  refinement.gradient = refinement.jump->gradient;
+  refinement.slip.setZero();
+  refinement.spatial.reset();
+  refinement.log_evidence = refinement.jump->log_evidence;
+  refinement.failed = refinement.jump->failed;
+  if (refinement.association) refinement.association->refused = true;
 }
 
 /// Refines the belief, after a slip the wider one. False if the information is not finite.

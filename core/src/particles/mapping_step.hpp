@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 #include "particles/instant.hpp"
 #include "particles/particle_set.hpp"
 #include "particles/workers.hpp"
+#include "waymark/base/api.hpp"
 #include "waymark/math/random.hpp"
 
 namespace waymark::particles {
@@ -29,13 +31,18 @@ struct MapInnovation {
   int dof = 0;
 };
 
+/// Whether a particle may use a match that lies beyond what its prior expects: the surfaces that were matched, in the
+/// base frame, and the pose of the match. Called from many threads.
+using MayJump = std::function<bool(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base)>;
+
 /// The parts of a mapping step that read and write maps. Every module refines every particle's belief in turn and
 /// weights it by its evidence; after sampling, every particle writes its own maps. If a module throws for one particle,
 /// its part is discarded for all, since the weights would not be comparable.
-class MappingStep {
+class WAYMARK_API MappingStep {
  public:
   /// Layout and workers must outlive the object.
-  MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams, std::size_t particles);
+  MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams, std::size_t particles,
+              MayJump may_jump);
 
   /// Refines the beliefs of `at` and adds the evidence to the weights, unnormalised. `stamp`: of the present particles,
   /// for the random streams. Calls `drop_module(module)` for every module that threw.
@@ -108,6 +115,8 @@ class MappingStep {
                   Time stamp, std::uint32_t sensor);
   void refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior, const Pose& start,
                  Belief& belief, Scratch& scratch) const;
+  void refuse_jump(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
+                   Refinement& refinement) const;
   bool add_information(const Refinement& refinement, double share, Belief& belief, MapInnovation& innovation) const;
   bool apply(const Refinement& refinement, double share, Belief& belief) const;
   PoseGaussian pose_of(const Belief& belief) const;
@@ -132,6 +141,7 @@ class MappingStep {
   const StateLayout& layout_;
   Workers& workers_;
   RandomStreams streams_;
+  MayJump may_jump_;
   std::vector<Scratch> scratch_;
   bool localized_ = false;
   bool failed_ = false;

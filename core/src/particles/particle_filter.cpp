@@ -90,7 +90,8 @@ ParticleFilter::ParticleFilter(const estimation::ProcessModel& process, std::vec
       set_(settings.particles),
       moments_(process.layout(), georeference_, workers_, set_.size()),
       updates_(process.layout(), georeference_, workers_, set_.size()),
-      mapping_(process.layout(), workers_, streams_, set_.size()),
+      mapping_(process.layout(), workers_, streams_, set_.size(),
+               [this](std::span<const Eigen::Vector2d> points, const Pose& pose) { return may_jump(points, pose); }),
       recollection_(process, set_, moments_, workers_, settings.history),
       uses_joint_(settings.joint.enabled && !modules_.empty()),
       joint_(uses_joint_ ? std::make_optional<joint::JointBelief>(process, settings.joint, return_way())

@@ -214,6 +214,8 @@ class WAYMARK_API ParticleFilter {
   /// Replaces all particles by the best one with the corrected path, in the maps that were drawn along it.
   void take_corrected_maps();
   bool can_close_loops() const;
+  /// False for a match that is not expected, in a place that is met again and may lie elsewhere.
+  bool may_jump(std::span<const Eigen::Vector2d> points_base, const Pose& T_map_base) const;
   /// Way on which a place counts as met again, if the graph of loops verifies that [m].
   std::optional<double> return_way() const;
   /// True if the graph of loops has all that the joint Gaussian has of the pose.

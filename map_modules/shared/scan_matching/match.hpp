@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 namespace waymark::scan_matching {
 
@@ -23,6 +24,12 @@ struct Match {
   bool searched = false;  ///< coarsely, since the start led to no match, or in all of a wide prior
   bool misfits = false;   ///< where the prior expects it nothing fits, although the prior is narrow
   bool failed = false;    ///< the prior stands: Λ and η are zero
+};
+
+/// A match, and if the prior does not expect it, what there is without it.
+struct FoundMatch {
+  Match match;
+  std::optional<Match> expected = std::nullopt;  ///< the best match that the prior expects; it may have failed
 };
 
 }  // namespace waymark::scan_matching

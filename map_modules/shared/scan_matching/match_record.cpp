@@ -15,13 +15,25 @@ MatchAssociation& MatchAssociation::of(Refinement& out) {
   return association;
 }
 
-void MatchAssociation::report(const Match& match, const Eigen::Matrix3d& R_map_match, Refinement& out) {
-  out.information = R_map_match * match.information * R_map_match.transpose();
+void MatchAssociation::report(const FoundMatch& found, const Eigen::Matrix3d& R_map_match, Refinement& out) {
+  const auto information = [&](const Match& match) -> Eigen::Matrix3d {
+    return R_map_match * match.information * R_map_match.transpose();
+  };
+  const Match& match = found.match;
+  out.information = information(match);
   out.gradient = R_map_match * match.gradient;
   out.log_evidence = match.log_evidence;
   out.failed = match.failed;
   out.searched = match.misfits;
   out.slip = R_map_match * match.slip.asDiagonal() * R_map_match.transpose();
+  if (found.expected) {
+    const Match& expected = *found.expected;
+    out.jump = {.d = R_map_match * match.d,
+                .information = information(expected),
+                .gradient = R_map_match * expected.gradient,
+                .log_evidence = expected.log_evidence,
+                .failed = expected.failed};
+  }
   outcome = match.failed ? Outcome::failed : Outcome::matched;
   searched = match.searched;
   slipped = !match.slip.isZero(0.0);
@@ -29,11 +41,12 @@ void MatchAssociation::report(const Match& match, const Eigen::Matrix3d& R_map_m
 }
 
 void MatchRecord::count(const MatchAssociation& how) {
-  matches_ += how.outcome == MatchAssociation::Outcome::matched;
-  failed_ += how.outcome == MatchAssociation::Outcome::failed;
+  const bool matched = how.outcome == MatchAssociation::Outcome::matched && !how.refused;
+  matches_ += matched;
+  failed_ += how.outcome == MatchAssociation::Outcome::failed || how.refused;
   searches_ += how.searched;
-  slips_ += how.slipped;
-  if (how.outcome == MatchAssociation::Outcome::matched) score_sum_ += how.score;
+  slips_ += how.slipped && !how.refused;
+  if (matched) score_sum_ += how.score;
 }
 
 void MatchRecord::describe(std::vector<MapFigure>& out) const {

@@ -18,7 +18,7 @@ struct MatchAssociation final : Association {
   static MatchAssociation& of(Refinement& out);
   /// Gives the match to the host, in the map's axes, and notes how it went. `R_map_match`: of (x, y, yaw), from the
   /// axes of the match.
-  void report(const Match& match, const Eigen::Matrix3d& R_map_match, Refinement& out);
+  void report(const FoundMatch& found, const Eigen::Matrix3d& R_map_match, Refinement& out);
 
   Outcome outcome = Outcome::not_tried;
   bool searched = false;

@@ -48,10 +48,11 @@ double ScanMatcher::margin(const MatchPrior& prior) const {
          4.0 * settings_.wide_sigma;
 }
 
-Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
+FoundMatch ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) const {
   const bool wide = is_wide(prior, settings_);
   const Eigen::Vector3d start = wide ? best_draw(target, prior, tables_.wide, settings_.spread_draws) : prior.start;
-  Match match = match_or_slip_from(target, prior, start);
+  const Match first = match_or_slip_from(target, prior, start);
+  Match match = first;
   // A descent that ended in a wrong place can fit half of the points.
   const bool needs_search = !wide && !fits(match);
   if (needs_search) {
@@ -70,9 +71,15 @@ Match ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior) con
     if (match.failed && may_have_slipped(prior, settings_)) match = search_slipped(target, prior);
   }
   if (match.failed) match = prior_alone(target, prior);
+  const bool jumps = !is_expected(prior, match.d);
   match.searched = wide || needs_search;
-  match.misfits = needs_search && !(fits(match) && is_expected(prior, match.d));
-  return match;
+  match.misfits = needs_search && (jumps || !fits(match));
+  FoundMatch found{match};
+  if (jumps && !wide) {
+    const bool first_is_expected = !first.failed && is_expected(prior, first.d);
+    found.expected = first_is_expected ? first : prior_alone(target, prior);
+  }
+  return found;
 }
 
 bool ScanMatcher::is_expected(const MatchPrior& prior, const Eigen::Vector3d& d) const {

@@ -23,9 +23,9 @@ class ScanMatcher {
 
   /// How far the field must reach beyond the end points at the prior's mean [m].
   double margin(const MatchPrior& prior) const;
-  Match match(const MatchTarget& target, const MatchPrior& prior) const;
+  FoundMatch match(const MatchTarget& target, const MatchPrior& prior) const;
   template <class Field>
-  Match match(const Field& field, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const {
+  FoundMatch match(const Field& field, std::span<const Eigen::Vector2f> points, const MatchPrior& prior) const {
     return match(PlanarTarget<Field>(field, points, resolution_), prior);
   }
 

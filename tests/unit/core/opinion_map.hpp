@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace waymark::test {
 struct Opinion {
   Eigen::Vector3d pose;  ///< x [m], y [m], yaw [rad]
   double log_evidence = 0.0;
-  Eigen::Vector3d slip = Eigen::Vector3d::Zero();  ///< variance
+  Eigen::Vector3d slip = Eigen::Vector3d::Zero();             ///< variance
+  std::optional<double> log_evidence_without = std::nullopt;  ///< set: it lies beyond what the prior expects
 };
 
 constexpr double kOpinionSigma = 1e-3;  // of every match, [m] and [rad]
@@ -36,6 +38,13 @@ class OpinionMap final : public ParticleMap {
     out.gradient = out.information * d;
     out.log_evidence = opinion.log_evidence;
     out.slip = opinion.slip.asDiagonal();
+    if (opinion.log_evidence_without) {
+      out.jump = {.d = d,
+                  .information = Eigen::Matrix3d::Zero(),
+                  .gradient = Eigen::Vector3d::Zero(),
+                  .log_evidence = *opinion.log_evidence_without,
+                  .failed = true};
+    }
   }
   void insert(const PoseGaussian&, const Observation&, const Association*) override {}
   void describe(MapDescription&) const override {}

@@ -33,6 +33,7 @@ class WAYMARK_TYPE Observation {
 class WAYMARK_TYPE Association {
  public:
   virtual ~Association() = default;
+  bool refused = false;  ///< set by the host: it has not used the match
 };
 
 /// Information about all six of a pose, around the prior mean, in the form of `Refinement`.
@@ -72,6 +73,18 @@ struct Refinement {
   /// True: the observation does not fit where the prior expects it, although the prior is narrow, even after a search.
   /// An observation of what is new to the map is no such misfit.
   bool searched = false;
+  /// A match that lies beyond what the prior expects, and what there is without it: the best match that the prior
+  /// expects, or none.
+  struct Jump {
+    Eigen::Vector3d d;            ///< of the match from the prior mean: x [m], y [m], yaw [rad]
+    Eigen::Matrix3d information;  ///< Λ, η and log evidence without it, as above
+    Eigen::Vector3d gradient;
+    double log_evidence;
+    bool failed;
+  };
+  /// Set for such a match if the map can say what there is without it. The host may then refuse it, since the place may
+  /// be another one (docs/math/joint.md).
+  std::optional<Jump> jump = std::nullopt;
 };
 
 /// What of an observation ties the pose to places of the map (docs/math/joint.md).

@@ -53,10 +53,7 @@ class Drive {
   }
   void match() {
     Correspondences seen;
-    for (int i = 0; i < 24; ++i) {
-      const double angle = i * std::numbers::pi / 12.0;
-      seen.points_base.emplace_back(3.0 * std::cos(angle), 3.0 * std::sin(angle));
-    }
+    seen.points_base = ring();
     // The particle is where the Gaussian has it: the match confirms that.
     const Pose pose = joint_.belief().mean.T_map_base;
     const Eigen::Vector3d xyyaw(pose.p.x(), pose.p.y(), pose.yaw());
@@ -85,10 +82,7 @@ class Drive {
     keyframes_[0].anchor = anchors_[0].anchor;
     const Pose pose = joint_.belief().mean.T_map_base;
     keyframes_[0].xyyaw = {pose.p.x(), pose.p.y(), pose.yaw()};
-    for (int i = 0; i < 24; ++i) {
-      const double angle = i * std::numbers::pi / 12.0;
-      keyframes_[0].points_base.emplace_back(3.0F * std::cos(angle), 3.0F * std::sin(angle));
-    }
+    for (const Eigen::Vector2d& point : ring()) keyframes_[0].points_base.push_back(point.cast<float>());
   }
   /// What is around the robot was mapped from the first anchor.
   void claim_for_first() { joint_.draw_again(keyframes_, anchors_); }
@@ -104,12 +98,26 @@ class Drive {
     return static_cast<std::size_t>(
         std::ranges::count_if(anchors_, [this](const AnchorPose& anchor) { return joint_.has_anchor(anchor.anchor); }));
   }
+  /// A scan that shows what is around the robot, so far ahead of where it is.
+  bool returns_uncertainly(double ahead) const {
+    Pose pose = joint_.belief().mean.T_map_base;
+    pose.p += pose.q * Eigen::Vector3d(ahead, 0.0, 0.0);
+    return joint_.returns_uncertainly(ring(), pose);
+  }
   bool awaits_graph() const { return joint_.awaits_graph(); }
   bool has_anchor(std::size_t i) const { return joint_.has_anchor(all_[i]); }
   Eigen::Matrix3d P() const { return pose_covariance(joint_.belief(), planar()); }
   std::size_t anchors() const { return anchors_.size(); }
 
  private:
+  static std::vector<Eigen::Vector2d> ring() {
+    std::vector<Eigen::Vector2d> points;
+    for (int i = 0; i < 24; ++i) {
+      const double angle = i * std::numbers::pi / 12.0;
+      points.emplace_back(3.0 * std::cos(angle), 3.0 * std::sin(angle));
+    }
+    return points;
+  }
   static ProcessNoise noise() {
     ProcessNoise noise;
     noise.velocity_per_sqrt_s = {0.02, 0.02, 0.0};
@@ -184,6 +192,20 @@ TEST_F(Return, ItWaitsNoFartherThanALoopWouldHaveBeenFound) {
   EXPECT_GT(sigma(drive), 1.3 * sigma(at_once));
   for (Drive* one : {&drive, &at_once}) one->drive(20.0, 0.0);
   EXPECT_LT(sigma(drive), 1.05 * sigma(at_once));
+}
+
+// A match there that is not expected is no slip of the wheels: the path to it may be wrong by metres.
+TEST_F(Return, TheJumpOfAParticleThereWaitsToo) {
+  Drive drive({}, 30.0);
+  Drive at_once;
+  for (Drive* one : {&drive, &at_once}) go_round(*one);
+  EXPECT_TRUE(drive.returns_uncertainly(2.0));
+  EXPECT_FALSE(drive.returns_uncertainly(-20.0)) << "on the side that it comes from";
+  EXPECT_FALSE(at_once.returns_uncertainly(2.0)) << "no graph would find the loop";
+  EXPECT_TRUE(drive.awaits_graph());
+  drive.drive(30.0, 0.0);
+  EXPECT_TRUE(drive.awaits_graph());
+  EXPECT_FALSE(drive.returns_uncertainly(2.0)) << "it is rather lost than on a way on which a loop is not found yet";
 }
 
 TEST_F(Return, WhatWasSeenAllTheWayIsNoReturn) {

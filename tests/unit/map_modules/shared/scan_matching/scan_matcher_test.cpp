@@ -30,6 +30,9 @@ struct Bench {
       : walls(std::move(w)), yaml(use), tiles(mapped(walls, poses, yaml)) {}
 
   Match match(const Eigen::Vector3d& truth, const MatchPrior& prior, double sigma_m = 0.0, std::uint32_t seed = 1) {
+    return find(truth, prior, sigma_m, seed).match;
+  }
+  FoundMatch find(const Eigen::Vector3d& truth, const MatchPrior& prior, double sigma_m, std::uint32_t seed = 1) {
     const ScanObservation scan = observed(walls, truth, sigma_m, seed, yaml);
     window.open(tiles, prior.mean.head<2>(), scan.reach + matcher.margin(prior), kResolution);
     return matcher.match(window, scan.hits, prior);
@@ -141,6 +144,22 @@ TEST(ScanMatching, WhatIsFoundFarOutsideThePriorIsASlip) {
   EXPECT_LT(slipped.log_evidence, expected.log_evidence);
 }
 
+// The host may refuse a match that the prior does not expect.
+TEST(ScanMatching, BesideWhatIsNotExpectedIsWhatThereIsWithoutIt) {
+  Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const MatchPrior right{truth, covariance(0.025, 0.04), Eigen::Vector3d::Zero()};
+  EXPECT_FALSE(bench.find(truth, right, 0.01).expected);
+  const Eigen::Vector3d offset(0.2, -0.2, 0.3);
+  const MatchPrior narrow{truth - offset, covariance(0.025, 0.04), Eigen::Vector3d::Zero()};
+  const FoundMatch found = bench.find(truth, narrow, 0.01);
+  ASSERT_FALSE(found.match.failed);
+  ASSERT_TRUE(found.expected);
+  EXPECT_TRUE(found.expected->slip.isZero());
+  EXPECT_LT(found.expected->d.norm(), 0.2) << "the prior's 99 %";
+  EXPECT_LT(found.expected->score, found.match.score);
+}
+
 // A map of cells is good to some centimetres, the motion of good wheels to millimetres.
 TEST(ScanMatching, WhatFitsNearlyAsWellAtThePriorIsNoSlip) {
   Bench bench(pillars(), {{0, 0, 0}, {0, 0, 3.1}, {0.1, 0, 1.5}, {-0.1, -0.1, -0.5}});
@@ -166,11 +185,11 @@ TEST(ScanMatching, WhatFitsHardlyBetterThanNothingIsNoSlip) {
     if (percent >= 60) scan.hits[i] *= 0.6f;
   }
   bench.window.open(bench.tiles, prior.mean.head<2>(), scan.reach + bench.matcher.margin(prior), kResolution);
-  const Match match = bench.matcher.match(bench.window, scan.hits, prior);
+  const Match match = bench.matcher.match(bench.window, scan.hits, prior).match;
   MatchSettings no_slips = settings().match;
   no_slips.spread_draws = 0;
   const ScanMatcher usual(no_slips, kResolution);
-  const Match other = usual.match(bench.window, scan.hits, prior);
+  const Match other = usual.match(bench.window, scan.hits, prior).match;
   EXPECT_TRUE(match.slip.isZero());
   EXPECT_EQ(match.d, other.d);
 }
