@@ -8,6 +8,15 @@
 
 namespace waymark::scan_matching {
 
+namespace {
+
+MatchAssociation::Outcome outcome_of(const Match& match) {
+  using Kind = MatchAssociation::Outcome::Kind;
+  return {match.failed ? Kind::failed : Kind::matched, !match.slip.isZero(0.0), match.score};
+}
+
+}  // namespace
+
 MatchAssociation& MatchAssociation::of(Refinement& out) {
   if (!out.association) out.association = std::make_unique<MatchAssociation>();
   auto& association = static_cast<MatchAssociation&>(*out.association);
@@ -15,38 +24,38 @@ MatchAssociation& MatchAssociation::of(Refinement& out) {
   return association;
 }
 
-void MatchAssociation::report(const FoundMatch& found, const Eigen::Matrix3d& R_map_match, Refinement& out) {
+void MatchAssociation::report(const FoundMatch& matches, const Eigen::Matrix3d& R_map_match, Refinement& out) {
   const auto information = [&](const Match& match) -> Eigen::Matrix3d {
     return R_map_match * match.information * R_map_match.transpose();
   };
-  const Match& match = found.match;
+  const Match& match = matches.match;
   out.information = information(match);
   out.gradient = R_map_match * match.gradient;
   out.log_evidence = match.log_evidence;
   out.failed = match.failed;
   out.searched = match.misfits;
   out.slip = R_map_match * match.slip.asDiagonal() * R_map_match.transpose();
-  if (found.expected) {
-    const Match& expected = *found.expected;
+  if (matches.expected) {
+    const Match& expected = *matches.expected;
     out.jump = {.d = R_map_match * match.d,
                 .information = information(expected),
                 .gradient = R_map_match * expected.gradient,
                 .log_evidence = expected.log_evidence,
                 .failed = expected.failed};
   }
-  outcome = match.failed ? Outcome::failed : Outcome::matched;
+  found = outcome_of(match);
+  if_refused = outcome_of(matches.expected.value_or(match));
   searched = match.searched;
-  slipped = !match.slip.isZero(0.0);
-  score = match.score;
 }
 
 void MatchRecord::count(const MatchAssociation& how) {
-  const bool matched = how.outcome == MatchAssociation::Outcome::matched && !how.refused;
-  matches_ += matched;
-  failed_ += how.outcome == MatchAssociation::Outcome::failed || how.refused;
+  using Kind = MatchAssociation::Outcome::Kind;
+  const MatchAssociation::Outcome& used = how.refused ? how.if_refused : how.found;
+  matches_ += used.kind == Kind::matched;
+  failed_ += used.kind == Kind::failed;
   searches_ += how.searched;
-  slips_ += how.slipped && !how.refused;
-  if (matched) score_sum_ += how.score;
+  slips_ += used.slipped;
+  if (used.kind == Kind::matched) score_sum_ += used.score;
 }
 
 void MatchRecord::describe(std::vector<MapFigure>& out) const {

@@ -12,18 +12,22 @@ namespace waymark::scan_matching {
 
 /// How a scan matched one particle's map, for its figures.
 struct MatchAssociation final : Association {
-  enum class Outcome : std::uint8_t { not_tried, matched, failed };
+  struct Outcome {
+    enum class Kind : std::uint8_t { not_tried, matched, failed };
+    Kind kind = Kind::not_tried;
+    bool slipped = false;
+    double score = 0.0;
+  };
 
   /// The association that the host keeps in `out`, as new; made if there is none.
   static MatchAssociation& of(Refinement& out);
   /// Gives the match to the host, in the map's axes, and notes how it went. `R_map_match`: of (x, y, yaw), from the
   /// axes of the match.
-  void report(const FoundMatch& found, const Eigen::Matrix3d& R_map_match, Refinement& out);
+  void report(const FoundMatch& matches, const Eigen::Matrix3d& R_map_match, Refinement& out);
 
-  Outcome outcome = Outcome::not_tried;
+  Outcome found;
+  Outcome if_refused;  ///< what is used if the host refuses what was found
   bool searched = false;
-  bool slipped = false;
-  double score = 0.0;
 };
 
 /// What has happened to a map and its ancestors.
