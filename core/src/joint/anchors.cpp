@@ -40,17 +40,7 @@ void relate_to_prior_map(JointGaussian& gaussian, const PoseMatch& match) {
 
 void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<const Eigen::Vector2d> points,
                      std::span<const AnchorPose> poses) {
-  shares_.clear();
-  for (const Eigen::Vector2d& point : points) {
-    const int anchor = places_.find(PlaceGrid::place_of(point));
-    if (anchor == PlaceGrid::kNone) continue;
-    const auto known = std::ranges::find(shares_, anchor, &Share::anchor);
-    if (known == shares_.end()) {
-      shares_.push_back({anchor, 1});
-    } else {
-      ++known->points;
-    }
-  }
+  share(points, shares_);
   std::ranges::sort(shares_, [](const Share& a, const Share& b) {
     return a.points != b.points ? a.points > b.points : a.anchor < b.anchor;
   });
@@ -91,6 +81,21 @@ void Anchors::relate(JointGaussian& gaussian, const PoseMatch& match, std::span<
   }
 }
 
+/// Points by the anchor of the place that they lie in; those in places without one are left out.
+void Anchors::share(std::span<const Eigen::Vector2d> points, std::vector<Share>& shares) const {
+  shares.clear();
+  for (const Eigen::Vector2d& point : points) {
+    const int anchor = places_.find(PlaceGrid::place_of(point));
+    if (anchor == PlaceGrid::kNone) continue;
+    const auto known = std::ranges::find(shares, anchor, &Share::anchor);
+    if (known == shares.end()) {
+      shares.push_back({anchor, 1});
+    } else {
+      ++known->points;
+    }
+  }
+}
+
 bool Anchors::must_wait(const JointGaussian& gaussian, Anchor& anchor) {
   if (is_uncertain_return(gaussian, anchor)) {
     if (!waiting_since_) waiting_since_ = way_;
@@ -111,16 +116,13 @@ bool Anchors::is_uncertain_return(const JointGaussian& gaussian, const Anchor& a
 
 bool Anchors::returns_uncertainly(const JointGaussian& gaussian, std::span<const Eigen::Vector2d> points) const {
   if (!return_way_ || has_waited(kMostRefusing)) return false;
-  std::vector<int> seen(anchors_.size(), 0);  // points in the places of each
-  for (const Eigen::Vector2d& point : points) {
-    const int anchor = places_.find(PlaceGrid::place_of(point));
-    if (anchor != PlaceGrid::kNone) ++seen[static_cast<std::size_t>(anchor)];
-  }
+  std::vector<Share> shares;
+  share(points, shares);
   int sure = 0;
   int unsure = 0;
-  for (std::size_t i = 0; i < anchors_.size(); ++i) {
-    if (seen[i] == 0) continue;
-    (is_uncertain_return(gaussian, anchors_[i]) ? unsure : sure) += seen[i];
+  for (const Share& share : shares) {
+    const Anchor& anchor = anchors_[static_cast<std::size_t>(share.anchor)];
+    (is_uncertain_return(gaussian, anchor) ? unsure : sure) += share.points;
   }
   return unsure > sure;
 }

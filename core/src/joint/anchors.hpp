@@ -111,6 +111,7 @@ class WAYMARK_API Anchors {
   /// The same of an anchor at `position`, as covariance of a motion of the whole map.
   Eigen::Matrix3d own_error(const Eigen::Vector2d& position) const;
   double way_since_last(const Eigen::Vector3d& xyyaw);
+  void share(std::span<const Eigen::Vector2d> points, std::vector<Share>& shares) const;
   /// True if the anchor was not seen for long, and the pose is uncertain against it.
   bool is_uncertain_return(const JointGaussian& gaussian, const Anchor& anchor) const;
   /// True if a return waits for so long [m].

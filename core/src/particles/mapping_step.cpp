@@ -54,6 +54,13 @@ void add_innovation(const Refinement& refinement, double share, const PoseGaussi
   }
 }
 
+/// The pose, farther by `d` = (x [m], y [m], yaw [rad]).
+Pose displaced(Pose pose, const Eigen::Vector3d& d) {
+  pose.p.head<2>() += d.head<2>();
+  pose.q = (so3::exp({0.0, 0.0, d.z()}) * pose.q).normalized();
+  return pose;
+}
+
 }  // namespace
 
 MappingStep::MappingStep(const StateLayout& layout, Workers& workers, const RandomStreams& streams,
@@ -114,10 +121,7 @@ void MappingStep::refine_one(std::size_t slot, const Particle& particle, Belief&
 Pose MappingStep::draw_start(std::size_t slot, const PoseGaussian& prior, Time stamp, std::uint32_t sensor) const {
   Random stream = streams_(static_cast<int>(slot), stamp, kPriorDraw + sensor);
   const Eigen::Vector3d draw = gaussian::sample(prior.P, stream);
-  Pose start = prior.T_map_base;
-  start.p.head<2>() += draw.head<2>();
-  start.q = (so3::exp({0.0, 0.0, draw.z()}) * start.q).normalized();
-  return start;
+  return displaced(prior.T_map_base, draw);
 }
 
 void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
@@ -150,13 +154,9 @@ void MappingStep::refine_by(const MappingInput& input, const ParticleMap& map, c
 /// What there is without the match, if the particle may not use it.
 void MappingStep::refuse_jump(const MappingInput& input, const ParticleMap& map, const PoseGaussian& prior,
                               Refinement& refinement) const {
-  const Eigen::Vector3d& d = refinement.jump->d;
-  Pose matched = prior.T_map_base;
-  matched.p.head<2>() += d.head<2>();
-  matched.q = (so3::exp({0.0, 0.0, d.z()}) * matched.q).normalized();
   Correspondences correspondences;
   map.correspond(*input.observation, refinement.association.get(), correspondences);
-  if (may_jump_(correspondences.points_base, matched)) return;
+  if (may_jump_(correspondences.points_base, displaced(prior.T_map_base, refinement.jump->d))) return;
   refinement.information = refinement.jump->information;
   refinement.gradient = refinement.jump->gradient;
   refinement.slip.setZero();

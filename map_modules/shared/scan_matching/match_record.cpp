@@ -44,7 +44,7 @@ void MatchAssociation::report(const FoundMatch& matches, const Eigen::Matrix3d& 
                 .failed = expected.failed};
   }
   found = outcome_of(match);
-  if_refused = outcome_of(matches.expected.value_or(match));
+  if_refused = outcome_of(matches.expected ? *matches.expected : match);
   searched = match.searched;
 }
 
