@@ -25,7 +25,7 @@ struct TileShape {
   static constexpr int kBits = 5;
   static constexpr int kSide = 1 << kBits;  ///< cells
   static constexpr std::size_t kCells = std::size_t{kSide} * kSide;
-  static constexpr int kRowBits = 4;
+  static constexpr int kRowBits = 3;
   static constexpr int kRows = 1 << kRowBits;  ///< of a strip
   static constexpr std::size_t kStripCells = std::size_t{kSide} * kRows;
   static constexpr std::size_t kStrips = kCells / kStripCells;
