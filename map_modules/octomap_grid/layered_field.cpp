@@ -95,10 +95,10 @@ double LayeredTarget::sum_likelihood(const scan_matching::LikelihoodTable& table
   return sum;
 }
 
-double LayeredTarget::blocked_share(const Eigen::Vector3d& xyyaw) const {
+double LayeredTarget::blocked_share(const Eigen::Vector3d& xyyaw, scan_matching::Ends ends) const {
   std::size_t blocked = 0;
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    blocked += scan_matching::count_blocked(field(i), points(layers_[i]), xyyaw, resolution_);
+    blocked += scan_matching::count_blocked(field(i), points(layers_[i]), xyyaw, resolution_, ends);
   return points_.empty() ? 0.0 : static_cast<double>(blocked) / static_cast<double>(points_.size());
 }
 

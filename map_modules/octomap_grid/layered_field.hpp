@@ -50,7 +50,7 @@ class LayeredTarget final : public scan_matching::MatchTarget {
   scan_matching::FieldFit fit(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const override;
   double sum_likelihood(const scan_matching::LikelihoodTable& table, const Eigen::Vector3d& xyyaw,
                         double least) const override;
-  double blocked_share(const Eigen::Vector3d& xyyaw) const override;
+  double blocked_share(const Eigen::Vector3d& xyyaw, scan_matching::Ends ends) const override;
 
  private:
   struct Layer {

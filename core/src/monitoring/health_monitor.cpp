@@ -117,6 +117,8 @@ void HealthMonitor::add(Track& track, const UpdateResult& result) {
     track.steps = std::min(track.steps + 1.0, kWindow);
     track.not_localized += (1.0 / track.steps) * ((*result.localized ? 0.0 : 1.0) - track.not_localized);
     track.not_matched += (1.0 / track.steps) * ((result.match_failed ? 1.0 : 0.0) - track.not_matched);
+    track.contradicted +=
+        (1.0 / track.steps) * ((result.match_failed && result.match_searched ? 1.0 : 0.0) - track.contradicted);
     track.searched += (1.0 / track.steps) * ((result.match_searched ? 1.0 : 0.0) - track.searched);
     if (!track.role.has_prior_map) track.suspected_tears = result.suspected_tears;
   }
@@ -172,12 +174,12 @@ HealthMonitor::Verdict<SensorHealth::State> HealthMonitor::judge_sensor(const Tr
   if (is_not_localized(track)) return {degraded, "most of its scans do not localise the robot in the loaded map"};
   if (track.steps >= kKnown && track.not_matched > kFaultyShare)
     return {degraded, "most of its scans do not fit the map"};
-  if (track.steps >= kWindow && track.not_matched > kDegradedShare)
+  if (track.steps >= kWindow && track.contradicted > kDegradedShare)
     return {degraded, "some of its scans do not fit the map"};
   if (track.steps >= kWindow && track.searched > kSearchedShare)
     return {degraded, "most of its scans do not fit the map where the robot is expected"};
   if (track.suspected_tears >= kManyTears)
-    return {degraded, "scans that did not fit the map were written at uncertain poses: the map may be torn"};
+    return {degraded, "scans were written at poses that may be wrong: the map may be torn"};
   if (track.count >= kWindow && track.nis_ratio > kDegradedNis) return {degraded, "its innovations are too large"};
   return {};
 }

@@ -29,8 +29,8 @@ struct UpdateResult {
   /// Whether maps that localise gave information about the pose; nothing if none used the measurement.
   std::optional<bool> localized = {};
   bool match_failed = false;        ///< the measurement did not fit the maps that localise
-  bool match_searched = false;      ///< it did not fit where they expected it, and was searched for
-  std::size_t suspected_tears = 0;  ///< in the maps, up to now: scans that fitted nowhere, at uncertain poses
+  bool match_searched = false;      ///< it contradicts them where they expected it, even after a search
+  std::size_t suspected_tears = 0;  ///< in the maps, up to now: scans written at poses that may be wrong
   bool observes_position = false;   ///< an update observed the position
   /// The twist before was forgotten, so that the innovations are zero by construction: their NIS is none.
   bool nis_is_trivial = false;
@@ -99,7 +99,7 @@ class WAYMARK_API HealthMonitor {
   /// Reading throws DataError if the checkpoint has an older version.
   template <class Archive>
   void serialize(Archive& archive) {
-    if (archive.section("health", 8) < 8) throw DataError("the checkpoint has an older version");
+    if (archive.section("health", 9) < 9) throw DataError("the checkpoint has an older version");
     archive(clock_, newest_, step_, judged_, started_, reacquired_, began_anew_);
     serialize_state(archive, placement_, Placement::ambiguous);
     archive(times_.ok_s, times_.degraded_s, times_.lost_s);
@@ -128,6 +128,7 @@ class WAYMARK_API HealthMonitor {
     double steps = 0.0;                 // of its maps, up to the window
     double not_localized = 0.0;         // running share of those without information
     double not_matched = 0.0;           // the same of those that did not fit the map
+    double contradicted = 0.0;          // the same of those that failed and contradict the map
     double searched = 0.0;              // the same of those that did not fit it where they were expected
     std::uint64_t suspected_tears = 0;  // in a map of this run
     double nis_ratio = 1.0;             // running mean of NIS over its degrees of freedom, gated ones clamped
@@ -138,8 +139,8 @@ class WAYMARK_API HealthMonitor {
     template <class Archive>
     void serialize(Archive& archive) {
       archive(broken, last, last_good, interval, count, gated, unusable, nis_ratio, degraded_reason, degraded_at,
-              localized, was_localized, observes_position, steps, not_localized, not_matched, searched, suspected_tears,
-              settled);
+              localized, was_localized, observes_position, steps, not_localized, not_matched, contradicted, searched,
+              suspected_tears, settled);
     }
   };
   /// A verdict on a sensor or on the pose.

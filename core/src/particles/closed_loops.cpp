@@ -151,9 +151,27 @@ void ParticleFilter::suspect_tear(std::size_t slot) {
   constexpr double kTear = 1.5;        // [m]
   constexpr std::size_t kMost = 1000;  // so that memory is bounded where no loops are searched
   const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
-  if (!(P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear)) return;
+  const bool is_uncertain = P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear;
+  if (!(mapping_.failed() && is_uncertain) && !jumps_.is_one_sided()) return;
   if (suspected_tears_.size() == kMost) suspected_tears_.pop_back();
   suspected_tears_.push_back(stamp());
+}
+
+void ParticleFilter::watch_jump(std::span<const MappingInput> inputs, std::size_t slot) {
+  // σ that no match is better than, so that a prior without noise makes no jump of what rounds.
+  const Eigen::Vector3d floor(0.01, 0.01, 0.005);  // [m], [m], [rad]
+  if (!mapping_.localized()) return;
+  Eigen::Vector3d jump = Eigen::Vector3d::Zero();
+  for (const MappingInput& input : inputs) {
+    const Refinement& refinement = mapping_.refinement(slot, input.module);
+    if (!input.localize || !refinement.jump) continue;
+    const Eigen::Matrix3d R_base_map =
+        Eigen::AngleAxisd(-mapping_.refined_from(slot, input.module).yaw(), Eigen::Vector3d::UnitZ()).matrix();
+    const Eigen::Matrix3d P = R_base_map * pose_covariance(mapping_.prior(slot), layout()) * R_base_map.transpose();
+    const Eigen::Vector3d sigma = (P.diagonal() + floor.cwiseAbs2()).cwiseSqrt();
+    jump = (R_base_map * refinement.jump->d).cwiseQuotient(sigma);
+  }
+  jumps_.add(jump);
 }
 
 std::optional<std::size_t> ParticleFilter::keyframe_of(joint::JointGaussian::NodeId anchor) const {

@@ -11,7 +11,7 @@
 namespace waymark::particles {
 
 ParticleFilter::State ParticleFilter::state() const {
-  return {set_.clone(), resamplings_, mapping_steps_, suspected_tears_};
+  return {set_.clone(), resamplings_, mapping_steps_, suspected_tears_, jumps_};
 }
 
 void ParticleFilter::restore(const State& state) {
@@ -19,6 +19,7 @@ void ParticleFilter::restore(const State& state) {
   resamplings_ = state.resamplings;
   mapping_steps_ = state.mapping_steps;
   suspected_tears_ = state.suspected_tears;
+  jumps_ = state.jumps;
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
   redrawing_.reset();
@@ -46,14 +47,14 @@ void serialize_map(InArchive& in, std::unique_ptr<ParticleMap>& map, const MapMo
 
 template <class Archive>
 void ParticleFilter::serialize(Archive& archive, State& state) const {
-  if (archive.section("particle_filter", 6) < 6) throw DataError("the checkpoint has an older version");
+  if (archive.section("particle_filter", 7) < 7) throw DataError("the checkpoint has an older version");
   std::uint64_t count = state.particles.size();
   archive(count);
   if (count != set_.size()) {
     throw DataError("the checkpoint has " + std::to_string(count) + " particles, the configuration " +
                     std::to_string(set_.size()));
   }
-  archive(state.resamplings, state.mapping_steps, state.suspected_tears);
+  archive(state.resamplings, state.mapping_steps, state.suspected_tears, state.jumps);
   state.particles.resize(set_.size());
   for (Particle& particle : state.particles) {
     estimation::serialize_belief(archive, particle.belief, layout());
@@ -145,6 +146,7 @@ void ParticleFilter::load(InArchive& in) {
   resamplings_ = now.resamplings;
   mapping_steps_ = now.mapping_steps;
   suspected_tears_ = std::move(now.suspected_tears);
+  jumps_ = now.jumps;
   begin_relocation();
   serialize_rest(in);
 }

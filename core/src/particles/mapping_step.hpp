@@ -77,7 +77,7 @@ class WAYMARK_API MappingStep {
   bool localized() const { return localized_; }
   /// True if, in the last refinement, the observation did not fit the maps of half of the particles or more.
   bool failed() const { return failed_; }
-  /// True if it did not fit where half of the particles or more expected it, so that they searched for it.
+  /// True if it contradicted the maps of half of the particles or more where they expected it, even after a search.
   bool searched() const { return searched_; }
   /// Of the last refinement, mean over the particles; without degrees of freedom if no map gave information.
   const MapInnovation& innovation() const { return innovation_; }
@@ -100,7 +100,7 @@ class WAYMARK_API MappingStep {
     bool writes = false;
     bool informed = false;  // some map gave information about the pose
     bool failed = false;    // some map that localises found no fit
-    bool searched = false;  // some map that localises had to search for it
+    bool searched = false;  // it contradicts some map that localises
     MapInnovation innovation;
     bool compared = false;  // some map had something to match all six of the pose to
     std::string failure;

@@ -118,6 +118,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   if (loops_) loops_->clear();
   redrawing_.reset();
   suspected_tears_.clear();
+  jumps_ = {};
   begin_relocation();
   // A single draw cannot represent the prior, so a single particle keeps all of it.
   if (!georeference_ && draw && set_.size() > 1) {
@@ -191,6 +192,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   has_changed();
   if (joint_ && &at == now_.get()) map_jointly(inputs, failures);
   const std::size_t best = set_.best();
+  if (is_now) watch_jump(inputs, best);
   const bool keeps = loops_ && &at == now_.get() && mapping_.writes(best);
   if (keeps) keep_keyframe(inputs, best, failures);
   if (is_now && relocator_) relocate(inputs, best, failures);
@@ -199,7 +201,7 @@ MappingFailures ParticleFilter::map(Instant& at, std::span<const MappingInput> i
   // Scans that were taken elsewhere would spoil the map.
   if (!is_misplaced() && !place_) {
     mapping_.insert(set_, at, inputs, failures, drop);
-    if (is_now && mapping_.failed()) suspect_tear(best);
+    if (is_now) suspect_tear(best);
   }
   ++mapping_steps_;
   at.conclude_mapping(sensor);

@@ -16,6 +16,7 @@
 #include "joint/joint_belief.hpp"
 #include "loops/loop_closer.hpp"
 #include "particles/instant.hpp"
+#include "particles/jump_watch.hpp"
 #include "particles/mapping_step.hpp"
 #include "particles/mixture_moments.hpp"
 #include "particles/particle_set.hpp"
@@ -91,12 +92,13 @@ class WAYMARK_API ParticleFilter {
   bool localized() const { return mapping_.localized(); }
   /// True if the observation of the last mapping step did not fit the maps of half of the particles or more.
   bool match_failed() const { return mapping_.failed(); }
-  /// True if it did not fit where half of the particles or more expected it, and was searched for in their maps.
+  /// True if it contradicted the maps of half of the particles or more where they expected it, even after a search.
   bool match_searched() const { return mapping_.searched(); }
   /// How far the maps' information of the last mapping step lay from the prior.
   const MapInnovation& map_innovation() const { return mapping_.innovation(); }
-  /// How many observations of this run may have torn the maps: they fitted nowhere, were written at poses that were
-  /// uncertain by 1.5 m (σ, of a surface in a distance of 5 m), and no loop relates what was before to what came after.
+  /// How many observations of this run may have torn the maps, and no loop relates what was before to what came after:
+  /// they fitted nowhere and were written at poses that were uncertain by 1.5 m (σ, of a surface in a distance of 5 m),
+  /// or the maps held the robot back for long.
   std::size_t suspected_tears() const { return suspected_tears_.size(); }
 
   /// Sets velocity and rate to zero, for standstill.
@@ -180,6 +182,7 @@ class WAYMARK_API ParticleFilter {
     std::uint64_t resamplings = 0;
     std::uint64_t mapping_steps = 0;
     std::vector<Time> suspected_tears;
+    JumpWatch jumps;
   };
   State state() const;
   /// Sets the particles to `state`; clears the stored beliefs.
@@ -226,9 +229,11 @@ class WAYMARK_API ParticleFilter {
   void carry_anchors(Particle& particle, std::span<const Eigen::Vector3d> before);
   /// The joint Gaussian gets the places of the best particle's map anew, and what the graph of the path says.
   void draw_joint_again(const Particle& best);
-  /// Suspects a tear where the last mapping step fitted nowhere; `slot`: the particle that was the best before
-  /// sampling.
+  /// Suspects a tear where the last mapping step fitted nowhere, at an uncertain pose, or where matches and motion
+  /// contradict each other; `slot`: the particle that was the best before sampling.
   void suspect_tear(std::size_t slot);
+  /// Adds the match of the last mapping step to `jumps_`.
+  void watch_jump(std::span<const MappingInput> inputs, std::size_t slot);
   /// Prepares the search in a loaded map.
   void begin_relocation();
   /// Passes a mapping step to it, before the poses are sampled; `slot`: the best particle.
@@ -282,6 +287,7 @@ class WAYMARK_API ParticleFilter {
   std::uint64_t resamplings_ = 0;
   std::uint64_t mapping_steps_ = 0;
   std::vector<Time> suspected_tears_;
+  JumpWatch jumps_;
 };
 
 }  // namespace waymark::particles

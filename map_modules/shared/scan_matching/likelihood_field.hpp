@@ -223,10 +223,13 @@ bool is_blocked(const Field& field, const Eigen::Vector2f& from, const Eigen::Ve
   return false;
 }
 
-/// How many of the points that end where the map is unknown lie behind something that is occupied: no beam gets there.
+/// Which end points are looked at.
+enum class Ends { anywhere, in_unknown };
+
+/// How many of the points lie behind something that is occupied: no beam gets there.
 template <class Field>
 std::size_t count_blocked(const Field& field, std::span<const Eigen::Vector2f> points, const Eigen::Vector3d& xyyaw,
-                          double resolution) {
+                          double resolution, Ends ends) {
   const FieldProjection at(field.origin(), xyyaw, resolution);
   const Eigen::Vector2f base(at.x, at.y);
   std::size_t blocked = 0;
@@ -234,7 +237,8 @@ std::size_t count_blocked(const Field& field, std::span<const Eigen::Vector2f> p
     const Eigen::Vector2f q(at.c * p.x() - at.s * p.y(), at.s * p.x() + at.c * p.y());
     const Eigen::Vector2f end = base + q;
     if (!(end.minCoeff() >= 0.0f) || !field.holds(static_cast<int>(end.x()), static_cast<int>(end.y()))) continue;
-    blocked += !ends_in_known(field, end.x(), end.y(), q.x(), q.y()) && is_blocked(field, base, end);
+    if (ends == Ends::in_unknown && ends_in_known(field, end.x(), end.y(), q.x(), q.y())) continue;
+    blocked += is_blocked(field, base, end);
   }
   return blocked;
 }

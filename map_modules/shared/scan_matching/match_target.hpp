@@ -16,8 +16,8 @@ class MatchTarget {
   virtual FieldFit fit(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw) const = 0;
   /// Where it cannot reach `least`, part of the sum.
   virtual double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const = 0;
-  /// Share of the points that end where the map is unknown, behind something that is occupied.
-  virtual double blocked_share(const Eigen::Vector3d& xyyaw) const = 0;
+  /// Share of the points that lie behind something that is occupied.
+  virtual double blocked_share(const Eigen::Vector3d& xyyaw, Ends ends) const = 0;
 };
 
 /// End points over one field.
@@ -32,9 +32,9 @@ class PlanarTarget final : public MatchTarget {
   double sum_likelihood(const LikelihoodTable& table, const Eigen::Vector3d& xyyaw, double least) const override {
     return scan_matching::sum_likelihood(field_, table, points_, xyyaw, resolution_, least);
   }
-  double blocked_share(const Eigen::Vector3d& xyyaw) const override {
+  double blocked_share(const Eigen::Vector3d& xyyaw, Ends ends) const override {
     return points_.empty() ? 0.0
-                           : static_cast<double>(count_blocked(field_, points_, xyyaw, resolution_)) /
+                           : static_cast<double>(count_blocked(field_, points_, xyyaw, resolution_, ends)) /
                                  static_cast<double>(points_.size());
   }
 

@@ -30,8 +30,14 @@ Eigen::Matrix3d with_floor(const Eigen::Matrix3d& information, const Eigen::Vect
 double score(const MatchTarget& target, const FieldFit& fit, const Eigen::Vector3d& xyyaw) {
   if (fit.unknown == 0.0) return fit.score;
   const double known = 1.0 - fit.unknown;
-  const double judged = known + target.blocked_share(xyyaw);
+  const double judged = known + target.blocked_share(xyyaw, Ends::in_unknown);
   return judged > 0.0 ? fit.score * known / judged : 0.0;
+}
+
+/// Whether a scan that does not fit contradicts the map. What ends before what the map shows may be new, as people are.
+bool contradicts(const MatchTarget& target, const Eigen::Vector3d& xyyaw) {
+  constexpr double kMostBlocked = 0.1;  // half of the scans that fit have less than 0.05
+  return target.blocked_share(xyyaw, Ends::anywhere) > kMostBlocked;
 }
 
 constexpr double kMostUnknown = 0.85;  // with fewer points in known places chance decides
@@ -73,7 +79,7 @@ FoundMatch ScanMatcher::match(const MatchTarget& target, const MatchPrior& prior
   if (match.failed) match = prior_alone(target, prior);
   const bool jumps = !is_expected(prior, match.d);
   match.searched = wide || needs_search;
-  match.misfits = needs_search && (jumps || !fits(match));
+  match.misfits = needs_search && (jumps || (!fits(match) && contradicts(target, prior.mean + match.d)));
   FoundMatch found{match};
   if (jumps && !wide) {
     const bool first_is_expected = !first.failed && is_expected(prior, first.d);

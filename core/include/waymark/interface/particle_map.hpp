@@ -70,8 +70,8 @@ struct Refinement {
   /// than its noise says. Zero if it did not. The host widens the prior by it before it applies the information. The
   /// log evidence contains the probability of a slip.
   Eigen::Matrix3d slip = Eigen::Matrix3d::Zero();
-  /// True: the observation does not fit where the prior expects it, although the prior is narrow, even after a search.
-  /// An observation of what is new to the map is no such misfit.
+  /// True: the observation contradicts the map where the prior expects it, although the prior is narrow, even after a
+  /// search. What is new to the map is no such misfit, nor what hides the map, as people do.
   bool searched = false;
   /// A match that lies beyond what the prior expects, and what there is without it: the best match that the prior
   /// expects, or none.

@@ -203,11 +203,12 @@ TEST_F(HealthOfDeadReckoning, IsJudgedByWhatIsObserved) {
 class HealthOfAMap : public HealthTest {
  protected:
   HealthOfAMap() : HealthTest({.name = "lidar", .is_aiding = true, .localizes = true}) {}
-  void drive(int from, int to, int failing_of_ten) {
+  void drive(int from, int to, int failing_of_ten, bool contradicts = true) {
     for (int k = from; k < to; ++k) {
       see(kWheels, 0.1 * k);
       const bool fails = k % 10 < failing_of_ten;
-      see(kAid, 0.1 * k, {.fate = Fate::mapped, .localized = !fails, .match_failed = fails});
+      see(kAid, 0.1 * k,
+          {.fate = Fate::mapped, .localized = !fails, .match_failed = fails, .match_searched = fails && contradicts});
     }
   }
 };
@@ -219,6 +220,13 @@ TEST_F(HealthOfAMap, ScansThatDoNotFitTheMapCount) {
   EXPECT_EQ(health().state, Health::State::degraded);
   EXPECT_THAT(health().reason, HasSubstr("lidar is degraded: some of its scans do not fit the map"));
   drive(600, 900, 7);
+  EXPECT_THAT(health().reason, HasSubstr("most of its scans do not fit the map"));
+}
+
+TEST_F(HealthOfAMap, ScansThatSeeLittleOfItCountWhereTheyAreMost) {
+  drive(0, 300, 3, false);
+  EXPECT_EQ(health().state, Health::State::ok) << health().reason;
+  drive(300, 600, 7, false);
   EXPECT_THAT(health().reason, HasSubstr("most of its scans do not fit the map"));
 }
 

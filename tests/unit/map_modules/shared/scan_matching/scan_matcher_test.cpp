@@ -93,6 +93,35 @@ TEST(ScanMatching, SearchesCoarselyWhereTheStartLeadsNowhere) {
   EXPECT_LT(match.log_evidence, 0.0);
 }
 
+/// Walls, and a crowd about the robot: a wall of half a circle, 0.6 m away.
+std::vector<Wall> crowded(std::vector<Wall> walls, const Eigen::Vector3d& robot) {
+  constexpr int kPeople = 12;
+  const auto place = [&](int k) -> Eigen::Vector2d {
+    const double angle = robot.z() + std::numbers::pi * k / kPeople;
+    return robot.head<2>() + 0.6 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  };
+  for (int k = 0; k < kPeople; ++k) walls.push_back({place(k).x(), place(k).y(), place(k + 1).x(), place(k + 1).y()});
+  return walls;
+}
+
+TEST(ScanMatching, WhatHidesTheMapDoesNotContradictIt) {
+  const Eigen::Vector3d truth(0.1, -0.2, 0.05);
+  const MatchPrior prior{truth, covariance(0.05, 0.02), Eigen::Vector3d::Zero()};
+  const std::vector<Eigen::Vector3d> poses{{0, 0, 0}, {0, 0, 3.1}, {4, 0, 1.5}, {-2, -1, -0.5}};
+  Bench bench(room(), poses);
+  bench.walls = crowded(room(), truth);
+  Match match = bench.match(truth, prior);
+  EXPECT_LT(match.score, settings().match.search_score);
+  EXPECT_TRUE(match.searched);
+  EXPECT_FALSE(match.misfits);
+  // A robot that looks through what the map shows contradicts it.
+  Bench gone(crowded(room(), truth), {truth, truth, truth});
+  gone.walls = room();
+  match = gone.match(truth, prior);
+  EXPECT_LT(match.score, settings().match.search_score);
+  EXPECT_TRUE(match.misfits);
+}
+
 /// Pillars of 0.3 m and nothing else: no long wall leads a descent to the right heading.
 std::vector<Wall> pillars() {
   constexpr double kSide = 0.3;
@@ -418,7 +447,11 @@ TEST(LikelihoodField, PointsBehindAWallAreBlocked) {
   Bench bench(wall, {{0, 0, 0}});
   bench.window.open(bench.tiles, {0.0, 0.0}, 6.0, kResolution);
   const std::vector<Eigen::Vector2f> points{{2.0f, 0.1f}, {4.0f, 0.1f}, {1.0f, 0.1f}, {-1.0f, 0.5f}};
-  EXPECT_EQ(scan_matching::count_blocked(bench.window, points, {0, 0, 0}, kResolution), 1u);
+  const auto count = [&](scan_matching::Ends ends) {
+    return scan_matching::count_blocked(bench.window, points, {0, 0, 0}, kResolution, ends);
+  };
+  EXPECT_EQ(count(scan_matching::Ends::in_unknown), 1u);
+  EXPECT_EQ(count(scan_matching::Ends::anywhere), 1u);
 }
 
 TEST(LikelihoodField, IsOneOnAWallAndFallsAsAGaussian) {
