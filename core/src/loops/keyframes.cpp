@@ -7,14 +7,15 @@ namespace waymark::loops {
 
 void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path) {
   if (path.empty()) return;
-  for (Keyframe& keyframe : keyframes) {
+  const auto first = std::ranges::lower_bound(keyframes, path.front().stamp, {}, &Keyframe::stamp);
+  for (Keyframe& keyframe : keyframes.subspan(static_cast<std::size_t>(first - keyframes.begin()))) {
     const auto after = std::ranges::lower_bound(path, keyframe.stamp, {}, &StampedPose::stamp);
     if (after == path.end()) {
       keyframe.xyyaw = planar(path.back().T_map_base);
       continue;
     }
     const Eigen::Vector3d to = planar(after->T_map_base);
-    if (after->stamp == keyframe.stamp || after == path.begin()) {
+    if (after->stamp == keyframe.stamp) {
       keyframe.xyyaw = to;
       continue;
     }

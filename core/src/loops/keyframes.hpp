@@ -36,7 +36,8 @@ struct Keyframe {
   double way = 0.0;                                 ///< driven up to here [m]
 };
 
-/// Sets the poses of keyframes to those of a path with the same stamps; between two stamps, interpolated.
+/// Sets the poses of keyframes to those of a path with the same stamps; between two stamps, interpolated. Those before
+/// the path stay, those after it have its last pose. Keyframes and path are in order.
 WAYMARK_API void follow(std::span<Keyframe> keyframes, std::span<const StampedPose> path);
 
 /// Points of one scan, as many as a window needs [m].

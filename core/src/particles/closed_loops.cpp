@@ -88,7 +88,12 @@ void ParticleFilter::search_loop() {
   const Particle& best = set_[set_.best()];
   const std::size_t known = loops_->loops().size();
   const bool had_accepted = loops_->has_accepted();
-  auto correction = loops_->search([&] { return best.path.poses(); });
+  // What two paths share the keyframes have already, and a path is long.
+  auto correction = loops_->search([&] {
+    std::vector<StampedPose> path = best.path.poses_since(followed_);
+    followed_ = best.path;
+    return path;
+  });
   if (loops_->loops().size() > known)
     std::erase_if(suspected_tears_, [&](Time stamp) { return loops_->is_bridged(stamp); });
   if (!correction) {
@@ -100,6 +105,7 @@ void ParticleFilter::search_loop() {
     }
     return;
   }
+  followed_ = {};  // the keyframes lie along the corrected path
   Particle only = best.clone();
   redrawing_.emplace(std::move(*correction), std::move(only.maps));
   only.maps = redrawing_->recent_maps(loops_->keyframes());

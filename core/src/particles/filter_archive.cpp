@@ -22,6 +22,7 @@ void ParticleFilter::restore(const State& state) {
   jumps_ = state.jumps;
   recollection_.past().clear();
   if (loops_) loops_->rewind(stamp());
+  followed_ = {};
   redrawing_.reset();
   has_changed();
 }
@@ -147,6 +148,7 @@ void ParticleFilter::load(InArchive& in) {
   mapping_steps_ = now.mapping_steps;
   suspected_tears_ = std::move(now.suspected_tears);
   jumps_ = now.jumps;
+  followed_ = {};
   begin_relocation();
   serialize_rest(in);
 }

@@ -116,6 +116,7 @@ void ParticleFilter::start(const Belief& prior, bool draw, const Eigen::Matrix3d
   }
   if (joint_) joint_->start(set_[0].belief, frame);
   if (loops_) loops_->clear();
+  followed_ = {};
   redrawing_.reset();
   suspected_tears_.clear();
   jumps_ = {};

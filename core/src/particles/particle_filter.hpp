@@ -267,6 +267,7 @@ class WAYMARK_API ParticleFilter {
   std::optional<joint::JointBelief> joint_;  // until it is given up
   joint::JointBelief::Failure joint_failure_;
   std::optional<loops::LoopCloser> loops_;  // where maps can be drawn again
+  Path followed_;                           // by its keyframes, at the last search
   std::optional<Redrawing> redrawing_;      // of a correction that is not yet in force
   std::optional<ClosedLoop> closed_loop_;
   bool loops_failure_ = false;

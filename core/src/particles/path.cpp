@@ -84,4 +84,10 @@ std::vector<StampedPose> Path::poses() const {
   return all;
 }
 
+std::vector<StampedPose> Path::poses_since(const Path& known) const {
+  std::vector<StampedPose> part = poses_.items_since(known.poses_);
+  part.insert(part.end(), tentative_.begin(), tentative_.end());
+  return part;
+}
+
 }  // namespace waymark::particles

@@ -31,6 +31,8 @@ class WAYMARK_API Path {
   void replace(std::span<const StampedPose> poses);
   /// All poses, in order.
   std::vector<StampedPose> poses() const;
+  /// The poses from the last one that both paths share and that is not tentative; all if they share none.
+  std::vector<StampedPose> poses_since(const Path& known) const;
   bool empty() const { return poses_.empty() && tentative_.empty(); }
   /// Number of poses.
   std::size_t size() const { return poses_.size() + tentative_.size(); }

@@ -58,6 +58,21 @@ class Lineage {
     return result;
   }
 
+  /// The items from the last one that both lineages share; all if they share none.
+  std::vector<Item> items_since(const Lineage& known) const {
+    const Node* other = known.leaf_.get();
+    std::size_t others = known.size_;
+    std::vector<Item> result;
+    std::size_t own = size_;
+    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get(), --own) {
+      result.push_back(node->item);
+      for (; others > own; --others) other = other->parent.get();
+      if (node == other) break;
+    }
+    std::reverse(result.begin(), result.end());
+    return result;
+  }
+
   /// Removes every second one of the first `count` items of each lineage. What these lineages share they share
   /// afterwards, too; other lineages keep all. Beside the new items it needs memory for those only that are shared: of
   /// a robot that drives for months, large blocks that come and go would fragment the heap.

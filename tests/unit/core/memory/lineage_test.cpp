@@ -42,6 +42,30 @@ TEST(LineageMemory, ThinningAsksForWhatItKeepsOnly) {
   EXPECT_EQ(mark.items().size(), std::size_t{kItems}) << "it stays as it was";
 }
 
+TEST(Lineage, ListsWhatWasAddedSinceAnother) {
+  Lineage<Place> known;
+  extend(known, 0, 5);
+  Lineage<Place> longer = known;
+  extend(longer, 5, 8);
+  Lineage<Place> other = known;
+  other.drop_last();
+  extend(other, 20, 23);
+  const auto since = [](const Lineage<Place>& lineage, const Lineage<Place>& before) {
+    std::vector<int> all;
+    for (const Place& item : lineage.items_since(before)) all.push_back(item.front());
+    return all;
+  };
+  EXPECT_EQ(since(longer, known), (std::vector{4, 5, 6, 7})) << "from the last one that they share";
+  EXPECT_EQ(since(known, longer), (std::vector{4}));
+  EXPECT_EQ(since(known, known), (std::vector{4}));
+  EXPECT_EQ(since(other, longer), (std::vector{3, 20, 21, 22}));
+  EXPECT_EQ(since(known, {}), (std::vector{0, 1, 2, 3, 4})) << "all, if they share none";
+  Lineage<Place> alike;
+  extend(alike, 0, 5);
+  EXPECT_EQ(since(known, alike), (std::vector{0, 1, 2, 3, 4}));
+  EXPECT_TRUE(since({}, known).empty());
+}
+
 /// The branches divide at the 1000th item, which stays or goes. Leaves are shared; one lineage is not thinned.
 class LineageSharing : public ::testing::TestWithParam<std::size_t> {};
 
