@@ -11,6 +11,7 @@
 #include "map_modules/occupancy_grid/map_file.hpp"
 #include "map_modules/occupancy_grid/scan_insertion.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/math/so3.hpp"
 
 namespace waymark::occupancy_grid {
 
@@ -45,7 +46,8 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
                           Refinement& out) const {
   scan_matching::MatchAssociation& association = scan_matching::MatchAssociation::of(out);
   const auto& scan = static_cast<const ScanObservation&>(observation);
-  out.writes = writes(scan);
+  out.writes = writes(scan) && !(scan.measures_motion && was_written_near(prior.T_map_base));
+  association.writes = out.writes;
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
   const Eigen::Matrix3d R_map_grid = model_->T_map_grid.q.toRotationMatrix();  // of (x, y, yaw), too: it is planar
@@ -58,10 +60,19 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
 }
 
 void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  if (association != nullptr) record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
+  const auto* match = static_cast<const scan_matching::MatchAssociation*>(association);
+  if (match != nullptr) record_.count(*match);
   const auto& scan = static_cast<const ScanObservation&>(observation);
-  if (!writes(scan)) return;
-  scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
+  if (!writes(scan) || (match != nullptr && !match->writes)) return;
+  last_written_ = in_grid(pose.T_map_base);
+  scratch().insertion.insert(tiles_, *last_written_, scan, model_->settings);
+}
+
+bool ParticleGrid::was_written_near(const Pose& T_map_base) const {
+  if (!last_written_) return false;
+  const Eigen::Vector3d moved = in_grid(T_map_base) - *last_written_;
+  const scan_matching::ScanSettings& settings = model_->settings.scan;
+  return moved.head<2>().norm() < settings.update_distance && std::abs(so3::wrap(moved.z())) < settings.update_angle;
 }
 
 std::unique_ptr<ParticleMap> ParticleGrid::blank() const {
@@ -94,9 +105,9 @@ std::optional<GridView> ParticleGrid::grid() const {
 
 template <class Archive>
 void ParticleGrid::serialize(Archive& archive) {
-  if (archive.section("occupancy_grid", 4) < 4) throw DataError("the checkpoint has an older version");
+  if (archive.section("occupancy_grid", 5) < 5) throw DataError("the checkpoint has an older version");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
-  archive(record_, tiles_);
+  archive(record_, tiles_, last_written_);
 }
 
 void ParticleGrid::save(OutArchive& out) const { out(*this); }

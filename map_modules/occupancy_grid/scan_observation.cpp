@@ -5,7 +5,9 @@ namespace waymark::occupancy_grid {
 
 ScanObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
                         const scan_matching::ScanSettings& settings) {
-  return ScanObservation(scan_matching::scan_points<2>(scan, T_base_sensor, motion, settings));
+  ScanObservation observation(scan_matching::scan_points<2>(scan, T_base_sensor, motion, settings));
+  observation.measures_motion = !motion.is_measured;
+  return observation;
 }
 
 }  // namespace waymark::occupancy_grid

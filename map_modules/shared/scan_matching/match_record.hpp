@@ -28,6 +28,7 @@ struct MatchAssociation final : Association {
   Outcome found;
   Outcome if_refused;  ///< what is used if the host refuses what was found
   bool searched = false;
+  bool writes = true;  ///< the map is written after this match
 };
 
 /// What has happened to a map and its ancestors.
