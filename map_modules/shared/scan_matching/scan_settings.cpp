@@ -55,7 +55,7 @@ MatchSettings MatchSettings::read(const Config& config, const MatchDefaults& def
                                    defaults.narrow_sigma);
   s.curvature_scale = config.positive({"curvature_scale",
                                        "κ: information of a squared residual; fewer particles and sparse beams: 100; "
-                                       "many beams on the same walls (541 in `config/hybrid.yaml`): 3"},
+                                       "many beams on the same walls (541 in `config/hybrid.yaml`): 1.5"},
                                       100.0);
   s.evidence_tempering = config.number_in({"evidence_tempering", "τ: about 1/particles, 0.02 to 0.1"}, 0.0, 1.0, 0.03);
   s.search_score = config.number_in({"search_score", "mean likelihood L of the end points below which the search runs"},
