@@ -11,7 +11,6 @@
 #include "map_modules/occupancy_grid/map_file.hpp"
 #include "map_modules/occupancy_grid/scan_insertion.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/math/so3.hpp"
 
 namespace waymark::occupancy_grid {
 
@@ -46,7 +45,8 @@ void ParticleGrid::refine(const PoseGaussian& prior, const Pose& start, const Ob
                           Refinement& out) const {
   scan_matching::MatchAssociation& association = scan_matching::MatchAssociation::of(out);
   const auto& scan = static_cast<const ScanObservation&>(observation);
-  out.writes = writes(scan) && !(scan.measures_motion && was_written_near(prior.T_map_base));
+  out.writes =
+      writes(scan) && !(scan.measures_motion && last_written_.is_near(prior.T_map_base, model_->settings.scan));
   association.writes = out.writes;
   if (tiles_.empty() || scan.hits.empty()) return;  // nothing to match: so it is for all particles
 
@@ -64,15 +64,8 @@ void ParticleGrid::insert(const PoseGaussian& pose, const Observation& observati
   if (match != nullptr) record_.count(*match);
   const auto& scan = static_cast<const ScanObservation&>(observation);
   if (!writes(scan) || (match != nullptr && !match->writes)) return;
-  last_written_ = in_grid(pose.T_map_base);
-  scratch().insertion.insert(tiles_, *last_written_, scan, model_->settings);
-}
-
-bool ParticleGrid::was_written_near(const Pose& T_map_base) const {
-  if (!last_written_) return false;
-  const Eigen::Vector3d moved = in_grid(T_map_base) - *last_written_;
-  const scan_matching::ScanSettings& settings = model_->settings.scan;
-  return moved.head<2>().norm() < settings.update_distance && std::abs(so3::wrap(moved.z())) < settings.update_angle;
+  last_written_.set(pose.T_map_base);
+  scratch().insertion.insert(tiles_, in_grid(pose.T_map_base), scan, model_->settings);
 }
 
 std::unique_ptr<ParticleMap> ParticleGrid::blank() const {

@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "map_modules/occupancy_grid/occupancy_grid_settings.hpp"
 #include "map_modules/occupancy_grid/scan_observation.hpp"
 #include "map_modules/occupancy_grid/tile_tree.hpp"
+#include "map_modules/shared/scan_matching/last_written.hpp"
 #include "map_modules/shared/scan_matching/match_record.hpp"
 #include "map_modules/shared/scan_matching/scan_matcher.hpp"
 #include "waymark/interface/particle_map.hpp"
@@ -51,9 +51,6 @@ class ParticleGrid final : public ParticleMap {
   bool writes(const ScanObservation& scan) const {
     return model_->settings.load.use != map_formats::MapUse::localize && !scan.hits.empty();
   }
-  /// True if a scan of nearly this place was written last. Scans that a turn distorts, and a robot that stands, would
-  /// else outweigh what was seen before.
-  bool was_written_near(const Pose& T_map_base) const;
   /// x, y from the corner of cell (0, 0) [m], and yaw, along the cells.
   Eigen::Vector3d in_grid(const Pose& T_map_base) const {
     const Pose T_grid_base = model_->T_map_grid.inverse() * T_map_base;
@@ -62,7 +59,7 @@ class ParticleGrid final : public ParticleMap {
 
   std::shared_ptr<const GridModel> model_;
   TileTree tiles_;
-  std::optional<Eigen::Vector3d> last_written_;  // where, as `in_grid`
+  scan_matching::LastWritten last_written_;
   scan_matching::MatchRecord record_;
 };
 

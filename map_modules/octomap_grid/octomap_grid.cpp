@@ -33,6 +33,7 @@ class OctomapGrid final : public MapModule {
     auto observation = std::make_shared<CloudObservation>(
         is_cloud ? observe(trigger.as<PointCloud>(), T_base_sensor_, motion, model_->settings)
                  : observe(*scan, T_base_sensor_, motion, model_->settings));
+    observation->measures_motion = !motion.is_measured;
     spacing_.take(trigger.stamp);
     return observation;
   }

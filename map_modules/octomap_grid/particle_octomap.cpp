@@ -69,7 +69,10 @@ void ParticleOctomap::refine(const PoseGaussian& prior, const Pose& start, const
                              Refinement& out) const {
   scan_matching::MatchAssociation& association = scan_matching::MatchAssociation::of(out);
   const auto& cloud = static_cast<const CloudObservation&>(observation);
-  out.writes = writes(cloud);
+  // Where planes are matched in space the height is lost sooner if fewer clouds are written.
+  const bool may_leave_out = cloud.measures_motion && !model_->settings.has_surfels();
+  out.writes = writes(cloud) && !(may_leave_out && last_written_.is_near(prior.T_map_base, model_->settings.scan));
+  association.writes = out.writes;
   if (voxels_.empty() || cloud.matched.empty()) return;  // nothing to match: so it is for all particles
   if (model_->settings.has_surfels()) {
     refine_on_planes(prior, start, cloud, association, out);
@@ -121,9 +124,11 @@ void ParticleOctomap::refine_on_planes(const PoseGaussian& prior, const Pose& st
 }
 
 void ParticleOctomap::insert(const PoseGaussian& pose, const Observation& observation, const Association* association) {
-  record_.count(static_cast<const scan_matching::MatchAssociation&>(*association));
+  const auto& match = static_cast<const scan_matching::MatchAssociation&>(*association);
+  record_.count(match);
   const auto& cloud = static_cast<const CloudObservation&>(observation);
-  if (!writes(cloud)) return;
+  if (!writes(cloud) || !match.writes) return;
+  last_written_.set(pose.T_map_base);
   const OctomapGridSettings& settings = model_->settings;
   const Pose T_tree_base = in_tree(pose.T_map_base);
   storage().insertion.insert(voxels_, T_tree_base, cloud, settings);
@@ -167,10 +172,10 @@ std::vector<MapFile> ParticleOctomap::files(const Pose& T_enu_map) const {
 
 template <class Archive>
 void ParticleOctomap::serialize(Archive& archive) {
-  const std::uint32_t version = archive.section("octomap_grid", 4);
-  if (version < 4) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
+  const std::uint32_t version = archive.section("octomap_grid", 5);
+  if (version < 5) throw DataError("checkpoint: octomap_grid: written by a version whose maps are not read any more");
   scan_matching::serialize_resolution(archive, model_->settings.resolution);
-  archive(record_, voxels_, surfels_);
+  archive(record_, voxels_, surfels_, last_written_);
 }
 
 void ParticleOctomap::save(OutArchive& out) const { out(*this); }

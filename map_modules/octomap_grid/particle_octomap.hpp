@@ -7,6 +7,7 @@
 #include "map_modules/octomap_grid/octomap_grid_settings.hpp"
 #include "map_modules/octomap_grid/surfels/surfel_map.hpp"
 #include "map_modules/octomap_grid/voxel_tile.hpp"
+#include "map_modules/shared/scan_matching/last_written.hpp"
 #include "map_modules/shared/scan_matching/match_record.hpp"
 #include "map_modules/shared/scan_matching/scan_matcher.hpp"
 #include "waymark/interface/particle_map.hpp"
@@ -62,6 +63,7 @@ class ParticleOctomap final : public ParticleMap {
   std::shared_ptr<const OctomapModel> model_;
   VoxelMap voxels_;
   SurfelMap surfels_;  // empty, unless planes are matched
+  scan_matching::LastWritten last_written_;
   scan_matching::MatchRecord record_;
 };
 
