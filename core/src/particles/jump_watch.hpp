@@ -2,44 +2,43 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
+#include <cstdint>
 
 namespace waymark::particles {
 
-/// Notices that matches and motion contradict each other: over many mapping steps most matches lie beyond what the
-/// motion expects, all to the same side. So a map of two dimensions holds a robot that drives up a ramp. Where the
-/// noise of the wheels is too small for them, matches jump to all sides.
+/// Notices that matches and motion contradict each other: many matches in a row lie beyond what the motion expects, all
+/// to the same side. So a map of two dimensions holds a robot that drives up a ramp. Where the noise of the wheels is
+/// too small for them, matches jump to all sides.
 class JumpWatch {
  public:
   /// Adds a mapping step: how far its match lies from the prior mean, in the base's axes and in σ of the prior; zero if
   /// the prior expects it.
   void add(const Eigen::Vector3d& jump) {
-    steps_ = std::min(steps_ + 1.0, kWindow);
-    const double share = 1.0 / steps_;
-    const double length = jump.norm();
-    jumped_ += share * ((length > 0.0 ? 1.0 : 0.0) - jumped_);
-    mean_ += share * (jump - mean_);
-    mean_length_ += share * (length - mean_length_);
+    sum_ += jump;
+    length_ += jump.norm();
+    ++in_a_row_;
+    if (jump.isZero(0.0)) {
+      *this = {};
+    } else if (sum_.norm() < kOneSided * length_) {
+      sum_ = jump;
+      length_ = jump.norm();
+      in_a_row_ = 1;
+    }
   }
-  bool is_one_sided() const {
-    return steps_ >= kWindow && jumped_ > kMostJump && mean_.norm() > kOneSided * mean_length_;
-  }
+  bool is_one_sided() const { return in_a_row_ >= kMany; }
 
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(steps_, jumped_, mean_, mean_length_);
+    archive(sum_, length_, in_a_row_);
   }
 
  private:
-  static constexpr double kWindow = 20.0;  // mapping steps
-  static constexpr double kMostJump = 0.6;
-  static constexpr double kOneSided =
-      0.95;  // length of the mean jump by the mean length: 0.99 on a ramp, 0.84 on right maps
+  static constexpr std::uint64_t kMany = 7;  // 9 to 30 on a ramp, at most 6 on right maps
+  static constexpr double kOneSided = 0.95;  // length of the sum by the sum of lengths
 
-  double steps_ = 0.0;
-  double jumped_ = 0.0;
-  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
-  double mean_length_ = 0.0;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of the jumps in a row to one side
+  double length_ = 0.0;                            // of each, summed up
+  std::uint64_t in_a_row_ = 0;
 };
 
 }  // namespace waymark::particles

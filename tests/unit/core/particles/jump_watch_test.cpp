@@ -19,22 +19,29 @@ using test::OpinionModule;
 
 const Eigen::Vector3d kBack(-9.0, 0.5, 0.0);
 
-JumpWatch watched(int steps, int jumping_of_ten, int back_of_ten) {
+/// True if it noticed something in so many steps, of which every `expected`-th is expected and every `forth`-th jumps
+/// to the other side.
+bool notices(int steps, int expected, int forth) {
   JumpWatch watch;
-  for (int k = 0; k < steps; ++k) {
-    const bool jumps = k % 10 < jumping_of_ten;
-    const double side = k % 10 < back_of_ten ? 1.0 : -1.0;
-    watch.add(jumps ? Eigen::Vector3d(side * kBack) : Eigen::Vector3d::Zero());
+  bool is_noticed = false;
+  for (int k = 1; k <= steps; ++k) {
+    if (k % expected == 0) {
+      watch.add(Eigen::Vector3d::Zero());
+    } else {
+      watch.add(k % forth == 0 ? Eigen::Vector3d(-kBack) : kBack);
+    }
+    is_noticed = is_noticed || watch.is_one_sided();
   }
-  return watch;
+  return is_noticed;
 }
 
-TEST(JumpWatch, NoticesMatchesThatAlwaysPullTheRobotBack) {
-  EXPECT_TRUE(watched(100, 10, 10).is_one_sided());
-  EXPECT_TRUE(watched(100, 8, 8).is_one_sided());
-  EXPECT_FALSE(watched(15, 10, 10).is_one_sided()) << "too few";
-  EXPECT_FALSE(watched(100, 3, 3).is_one_sided()) << "most fit where the motion expects them";
-  EXPECT_FALSE(watched(100, 10, 9).is_one_sided()) << "noise that is too small has two sides";
+TEST(JumpWatch, NoticesMatchesThatPullTheRobotBackManyTimesInARow) {
+  constexpr int kNever = 1000;
+  EXPECT_TRUE(notices(100, kNever, kNever));
+  EXPECT_TRUE(notices(100, 10, kNever));
+  EXPECT_FALSE(notices(6, kNever, kNever)) << "too few";
+  EXPECT_FALSE(notices(100, 7, kNever)) << "matches in between fit where the motion expects them";
+  EXPECT_FALSE(notices(100, kNever, 7)) << "noise that is too small has two sides";
   EXPECT_FALSE(JumpWatch{}.is_one_sided());
 }
 
