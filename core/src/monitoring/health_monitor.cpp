@@ -20,8 +20,9 @@ constexpr double kWindow = 20.0;
 constexpr double kKnown = 5.0;  // measurements from which a share is significant
 constexpr double kDegradedShare = 0.15;
 constexpr double kFaultyShare = 0.5;
-/// Of scans that were searched for: at most 0.55 of the last 20 on right maps, of a scanner that turns by up to 48
-/// degrees between two scans, and 0.25 on those of planar ones; 0.9 to 1 where the map cannot represent what is seen.
+/// Of scans that contradict the map where they were expected: at most 0.55 of the last 20 on right maps, of a scanner
+/// that turns by up to 48 degrees between two scans, and 0.25 on those of planar ones; 0.9 to 1 where the map cannot
+/// represent what is seen.
 constexpr double kSearchedShare = 0.6;
 /// One scan alone that fits nowhere may have been of a person in front of the scanner.
 constexpr std::uint64_t kManyTears = 2;
