@@ -28,6 +28,7 @@ class OccupancyGrid final : public MapModule {
     const auto& scan = trigger.as<LaserScan>();
     if (!spacing_.is_due(trigger.stamp, motion, model_->settings.scan)) return nullptr;
     auto observation = std::make_shared<ScanObservation>(observe(scan, T_base_sensor_, motion, model_->settings.scan));
+    observation->measures_motion = !motion.is_measured;
     spacing_.take(trigger.stamp);
     return observation;
   }

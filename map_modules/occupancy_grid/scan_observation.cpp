@@ -5,9 +5,7 @@ namespace waymark::occupancy_grid {
 
 ScanObservation observe(const LaserScan& scan, const Pose& T_base_sensor, const MotionWindow& motion,
                         const scan_matching::ScanSettings& settings) {
-  ScanObservation observation(scan_matching::scan_points<2>(scan, T_base_sensor, motion, settings));
-  observation.measures_motion = !motion.is_measured;
-  return observation;
+  return ScanObservation(scan_matching::scan_points<2>(scan, T_base_sensor, motion, settings));
 }
 
 }  // namespace waymark::occupancy_grid

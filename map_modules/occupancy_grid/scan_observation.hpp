@@ -14,9 +14,6 @@ namespace waymark::occupancy_grid {
 struct ScanObservation final : Observation, scan_matching::ScanPoints<2> {
   ScanObservation() = default;
   explicit ScanObservation(scan_matching::ScanPoints<2> points) : ScanPoints(std::move(points)) {}
-
-  /// Nothing but the scans measures the robot's motion: each is matched, however near the last one.
-  bool measures_motion = false;
 };
 
 /// The points of a scan that are used. Throws DataError if there is none, and nothing that is free either.

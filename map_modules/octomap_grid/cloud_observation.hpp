@@ -18,9 +18,7 @@ struct CloudObservation final : Observation, scan_matching::ScanPoints<3> {
   explicit CloudObservation(scan_matching::ScanPoints<3> points) : ScanPoints(std::move(points)) {}
 
   std::vector<Eigen::Vector3f> matched;  ///< those of the end points that are matched
-  /// Nothing but the scans measures the robot's motion: each is matched, however near the last one.
-  bool measures_motion = false;
-  bool is_dense = false;  ///< many points in one voxel: one beam for each voxel is enough
+  bool is_dense = false;                 ///< many points in one voxel: one beam for each voxel is enough
 };
 
 /// The points of a scan that are used; matched are those at `match.height_m`. Throws DataError if there is none, and

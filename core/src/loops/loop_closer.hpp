@@ -40,9 +40,9 @@ class WAYMARK_API LoopCloser {
   /// A mapping step, after all those before. Of a robot that stands the first ones are kept.
   void add(Keyframe keyframe);
   /// Searches the last place whose window is complete, if a search is due, in one older place for each call; in more,
-  /// if the next search is due already. `path`: of the best particle, read if one is: all
-  /// of it, or from a pose on before which it is as it was read last. The call after one that found
-  /// loops returns the correction instead, if they move the path farther than `least_shift`; it counts as applied.
+  /// if the next search is due already. `path`: of the best particle, read if one is: all of it, or from a pose on
+  /// before which it is as it was read last. The call after one that found loops returns the correction instead, if
+  /// they move the path farther than `least_shift`; it counts as applied.
   template <class Path>
   std::optional<Correction> search(const Path& path) {
     if (!accepted_ && candidates_.empty() && !is_next_due()) return std::nullopt;

@@ -116,11 +116,13 @@ void HealthMonitor::add(Track& track, const UpdateResult& result) {
     track.was_localized = track.was_localized || *result.localized;
     track.localized = *result.localized || !(track.was_localized || track.role.has_prior_map);
     track.steps = std::min(track.steps + 1.0, kWindow);
-    track.not_localized += (1.0 / track.steps) * ((*result.localized ? 0.0 : 1.0) - track.not_localized);
-    track.not_matched += (1.0 / track.steps) * ((result.match_failed ? 1.0 : 0.0) - track.not_matched);
-    track.contradicted +=
-        (1.0 / track.steps) * ((result.match_failed && result.match_searched ? 1.0 : 0.0) - track.contradicted);
-    track.searched += (1.0 / track.steps) * ((result.match_searched ? 1.0 : 0.0) - track.searched);
+    const auto add_to = [&](double& running_share, bool counts) {
+      running_share += (1.0 / track.steps) * ((counts ? 1.0 : 0.0) - running_share);
+    };
+    add_to(track.not_localized, !*result.localized);
+    add_to(track.not_matched, result.match_failed);
+    add_to(track.contradicted, result.match_failed && result.match_searched);
+    add_to(track.searched, result.match_searched);
     if (!track.role.has_prior_map) track.suspected_tears = result.suspected_tears;
   }
   // A scan that no map used leaves the localization as it was.

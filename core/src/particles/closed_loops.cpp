@@ -156,23 +156,24 @@ void ParticleFilter::suspect_tear(std::size_t slot) {
   // One that may lie wrong by more than this leaves what comes after it without a right place beside what was before.
   constexpr double kTear = 1.5;        // [m]
   constexpr std::size_t kMost = 1000;  // so that memory is bounded where no loops are searched
-  const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
-  const bool is_uncertain = P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear;
-  if (!(mapping_.failed() && is_uncertain) && !jumps_.is_one_sided()) return;
+  const auto is_uncertain = [&] {
+    const Eigen::Matrix3d P = pose_covariance(mapping_.prior(slot), layout());
+    return P(0, 0) + P(1, 1) + kDistance * kDistance * P(2, 2) > kTear * kTear;
+  };
+  if (!jumps_.is_one_sided() && !(mapping_.failed() && is_uncertain())) return;
   if (suspected_tears_.size() == kMost) suspected_tears_.pop_back();
   suspected_tears_.push_back(stamp());
 }
 
 void ParticleFilter::watch_jump(std::span<const MappingInput> inputs, std::size_t slot) {
+  if (!mapping_.localized()) return;
   // σ that no match is better than, so that a prior without noise makes no jump of what rounds.
   const Eigen::Vector3d floor(0.01, 0.01, 0.005);  // [m], [m], [rad]
-  if (!mapping_.localized()) return;
   Eigen::Vector3d jump = Eigen::Vector3d::Zero();
   for (const MappingInput& input : inputs) {
     const Refinement& refinement = mapping_.refinement(slot, input.module);
     if (!input.localize || !refinement.jump) continue;
-    const Eigen::Matrix3d R_base_map =
-        Eigen::AngleAxisd(-mapping_.refined_from(slot, input.module).yaw(), Eigen::Vector3d::UnitZ()).matrix();
+    const Eigen::Matrix3d R_base_map = loops::turn(-mapping_.refined_from(slot, input.module).yaw());
     const Eigen::Matrix3d P = R_base_map * pose_covariance(mapping_.prior(slot), layout()) * R_base_map.transpose();
     const Eigen::Vector3d sigma = (P.diagonal() + floor.cwiseAbs2()).cwiseSqrt();
     jump = (R_base_map * refinement.jump->d).cwiseQuotient(sigma);

@@ -6,7 +6,7 @@
 
 namespace waymark::particles {
 
-/// Notices that matches and motion contradict each other: many matches in a row lie beyond what the motion expects, all
+/// Detects that matches and motion contradict each other: many matches in a row lie beyond what the motion expects, all
 /// to the same side. So a map of two dimensions holds a robot that drives up a ramp. Where the noise of the wheels is
 /// too small for them, matches jump to all sides.
 class JumpWatch {
@@ -14,16 +14,12 @@ class JumpWatch {
   /// Adds a mapping step: how far its match lies from the prior mean, in the base's axes and in σ of the prior; zero if
   /// the prior expects it.
   void add(const Eigen::Vector3d& jump) {
+    const bool is_expected = jump.isZero(0.0);
+    if (is_expected || (sum_ + jump).norm() < kOneSided * (length_ + jump.norm())) *this = {};
+    if (is_expected) return;
     sum_ += jump;
     length_ += jump.norm();
     ++in_a_row_;
-    if (jump.isZero(0.0)) {
-      *this = {};
-    } else if (sum_.norm() < kOneSided * length_) {
-      sum_ = jump;
-      length_ = jump.norm();
-      in_a_row_ = 1;
-    }
   }
   bool is_one_sided() const { return in_a_row_ >= kMany; }
 

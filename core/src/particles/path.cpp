@@ -78,11 +78,7 @@ void Path::replace(std::span<const StampedPose> poses) {
   for (const StampedPose& pose : poses) poses_.append(pose);
 }
 
-std::vector<StampedPose> Path::poses() const {
-  std::vector<StampedPose> all = poses_.items();
-  all.insert(all.end(), tentative_.begin(), tentative_.end());
-  return all;
-}
+std::vector<StampedPose> Path::poses() const { return poses_since({}); }
 
 std::vector<StampedPose> Path::poses_since(const Path& known) const {
   std::vector<StampedPose> part = poses_.items_since(known.poses_);

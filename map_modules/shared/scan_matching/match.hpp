@@ -22,7 +22,7 @@ struct Match {
   double score = 0.0;                                  ///< mean likelihood of the end points
   Eigen::Vector3d slip = Eigen::Vector3d::Zero();      ///< variance that the prior lacks, if the motion slipped
   bool searched = false;  ///< coarsely, since the start led to no match, or in all of a wide prior
-  bool misfits = false;   ///< where the prior expects it nothing fits, although the prior is narrow
+  bool misfits = false;   ///< it contradicts the map where the prior expects it, although the prior is narrow
   bool failed = false;    ///< the prior stands: Λ and η are zero
 };
 

@@ -55,6 +55,9 @@ struct ScanPoints {
   std::vector<StoredPoint> hits;        ///< end points [m]
   std::vector<StoredPoint> clear_to;    ///< of beams without return: free up to there [m]
   double reach = 0.0;                   ///< of the points and the sensor from the base's origin, at most [m]
+  /// Nothing but the scans measures the robot's motion: each is matched, however near the last one. Not on a
+  /// checkpoint, since a map that is drawn again takes all.
+  bool measures_motion = false;
 
   static constexpr double kMostReach = 2e3;  ///< of a checkpoint's scan [m]
 

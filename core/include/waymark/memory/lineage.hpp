@@ -51,13 +51,7 @@ class Lineage {
   const Item* last() const { return leaf_ == nullptr ? nullptr : &leaf_->item; }
 
   /// From the root to this leaf.
-  std::vector<Item> items() const {
-    std::vector<Item> result;
-    for (const Node* node = leaf_.get(); node != nullptr; node = node->parent.get()) result.push_back(node->item);
-    std::reverse(result.begin(), result.end());
-    return result;
-  }
-
+  std::vector<Item> items() const { return items_since({}); }
   /// The items from the last one that both lineages share; all if they share none.
   std::vector<Item> items_since(const Lineage& known) const {
     const Node* other = known.leaf_.get();

@@ -45,7 +45,7 @@ TEST(JumpWatch, NoticesMatchesThatPullTheRobotBackManyTimesInARow) {
   EXPECT_FALSE(JumpWatch{}.is_one_sided());
 }
 
-/// A filter that stands, in a map that has it 1 cm farther to one side, or to either, at every step.
+/// A filter that stands, in a map that has it 0.1 m farther to one side, or to either, at every step.
 class PulledFilter {
  public:
   PulledFilter() : run_(settings(), {map_}) {
